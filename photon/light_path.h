@@ -19,7 +19,8 @@
 
 namespace lucerna {
 
-// How a path came to where it is, in the notation L(S|D)*: what the maps are told apart by.
+// How a path came to where it is, in the notation L(S|D)*: what the maps are told apart by. Where it went
+// straight through a pane nothing is noted: what lies behind is lit directly, as shadow rays find it.
 struct PathClass {
     std::uint32_t specular = 0;      // delta bounces so far, and those that count as such
     std::uint32_t non_specular = 0;  // all other bounces, and scattering in media
@@ -152,7 +153,7 @@ class LightPath {
         if (bounced.scale != Rgb(1.0F)) ledger_.roulette += V3d(scattered) - V3d(of_class);
         // The luminance of the power is never 0: no path of power 0 goes on.
         if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive_)) return false;
-        path_.bounce(bounced.specular, sample->delta);
+        if (!sample->straight) path_.bounce(bounced.specular, sample->delta);
         medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
         from_ = hit.at;
         d_ = sample->wi;

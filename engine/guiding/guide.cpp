@@ -235,7 +235,7 @@ bool GuideMap::any_near(const V3f& x, const V3f& n) const {
 namespace {
 
 // Stores the first hits of one chunk of paths, whatever the surface: each path is one ray, through media as
-// if they were not there.
+// if they were not there, and straight through panes, behind which lights are sampled, too.
 struct FirstHits : LightPathVisitor {
     const Scene* scene = nullptr;
     float share = 0;  // of a path among all
@@ -248,8 +248,16 @@ struct FirstHits : LightPathVisitor {
     bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start,
                const Sampler& /*sampler*/) {
         if (!start) return false;
-        const auto at = scene->intersect(Ray{start->from.towards(start->d), start->d});
-        if (at) photons.add_hit(at->at, start->d, start->power * share, start->light, start->cell);
+        SurfacePoint from = start->from;
+        Rgb power = start->power * share;
+        for (int panes = 0; panes < kMaxSheets && !is_black(power); ++panes) {
+            const auto at = scene->intersect(Ray{from.towards(start->d), start->d});
+            if (!at) break;
+            photons.add_hit(at->at, start->d, power, start->light, start->cell);
+            if (!scene->has_panes()) break;
+            power *= scene->bsdf(*at).straight_share(-start->d);
+            from = at->at;
+        }
         return false;
     }
 };

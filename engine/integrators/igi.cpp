@@ -117,6 +117,8 @@ class IgiEstimator final : public Estimator {
                                    const Rgb& by_vpls, const CompensatingPath& before) const;
     CompensatingPath continue_path(const MediumVertex& vertex, const V2f& u, const LightChoice& choice,
                                    const CompensatingPath& before) const;
+    static CompensatingPath straight_on(CompensatingPath path, const Hit& hit, const Rgb& throughput,
+                                        std::int32_t medium);
     // What there is before the first ray of a compensating path.
     static CompensatingPath from_eye(int left) {
         CompensatingPath path;
@@ -246,18 +248,23 @@ Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sa
                          PartsSink parts) const {
     Rgb near(0), beyond(0);                        // up to the first place that is met, and from there
     const float scale = settings_.indirect_scale;  // of the latter
-    for (int bounce = 0; bounce < kMaxBounces && !is_black(path.throughput); ++bounce) {
+    int bounce = 0;
+    while (bounce < kMaxBounces && !is_black(path.throughput)) {
+        const CompensatingPath arriving = path;
         const auto hit = scene_.intersect(path.ray);
+        const PartsSink of_lamps =
+            parts.times(path.throughput * path.of_lamps() * (bounce == 0 ? 1 : scale));
         (bounce == 0 ? near : beyond) +=
             path.throughput * path.of_lamps() *
-            emission(scene_, path.ray, hit, path.rule, path.medium, sampler,
-                     parts.times(path.throughput * path.of_lamps() * (bounce == 0 ? 1 : scale)));
+            (path.left == 0
+                 ? emission_ahead(scene_, path.ray, hit, path.rule, path.medium, sampler, of_lamps)
+                 : emission(scene_, path.ray, hit, path.rule, path.medium, sampler, of_lamps));
+        if (path.left == 0) break;
 
         const MediaTraversal crossing =
             traverse_media(scene_, path.ray, hit, path.medium, path.throughput, sampler);
         path.throughput = crossing.power;
         path.medium = crossing.medium;
-        if (path.left == 0) break;
         if (crossing.scattered) {
             const MediumVertex vertex{crossing.scattered->p, HenyeyGreenstein(crossing.scattered->g),
                                       -path.ray.d, path.medium};
@@ -269,6 +276,7 @@ Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sa
                       next_event(scene_, vertex, sampler, choice, parts.times(path.throughput * scale));
             beyond += indirect(vertex, set, path.left, path.throughput, sampler, parts.times(scale));
             path = continue_path(vertex, sampler.next2(), choice, path);
+            ++bounce;
             continue;
         }
         if (!hit) break;
@@ -301,9 +309,14 @@ Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sa
         const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = on->bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample || is_black(sample->weight)) break;
+        if (sample->straight) {
+            path = straight_on(arriving, *hit, path.throughput * sample->weight, path.medium);
+            continue;
+        }
         const Rgb by_vpls(sample->delta || on->specular ? 0.0F : 1.0F);
         parts = parts.past(sample->delta);
         path = continue_path(vertex, *sample, choice, by_vpls, path);
+        ++bounce;
     }
     return near + beyond * settings_.indirect_scale;
 }
@@ -359,6 +372,17 @@ CompensatingPath IgiEstimator::continue_path(const MediumVertex& vertex, const V
             caustics_.left_to_rays(),
             false,
             before.left - 1};
+}
+
+// The path goes straight on behind a pane. It still belongs to the place where it began: lamps and VPLs behind
+// the pane have lit that place, too.
+CompensatingPath IgiEstimator::straight_on(CompensatingPath path, const Hit& hit, const Rgb& throughput,
+                                           std::int32_t medium) {
+    path.rule = path.rule.behind(path.ray, hit.t);
+    path.medium = medium_towards(hit.media, hit.at.n, path.ray.d, medium);
+    path.ray = Ray{hit.at.towards(path.ray.d), path.ray.d};
+    path.throughput = throughput;
+    return path;
 }
 
 // What is left of a path's throughput after VPLs at y have brought theirs to where it began.

@@ -93,11 +93,16 @@ class PathEstimator final : public Estimator {
     Rgb follow(Path path, int splits, Sampler& sampler, PartsSink parts, float* ratio = nullptr) const {
         Rgb result(0);
         auto& [ray, throughput, eta_scale, rule, bounce, receiver, density_ratio] = path;
-        for (; bounce < kMaxBounces; ++bounce) {
+        while (bounce < kMaxBounces) {
             const auto hit = bounce == 0 && receiver ? std::optional(*receiver) : scene_.intersect(ray);
             const bool metered = settings_.quantity == Quantity::illuminance && bounce == 0;
+            if (settings_.max_depth > 0 && bounce >= settings_.max_depth) {
+                result += throughput * emission_ahead(scene_, ray, hit, rule, kNoMedium, sampler,
+                                                      parts.times(throughput));
+                break;
+            }
             if (!metered) result += throughput * emission(scene_, ray, hit, rule, parts.times(throughput));
-            if (!hit || (settings_.max_depth > 0 && bounce >= settings_.max_depth)) break;
+            if (!hit) break;
 
             // Sample the lights.
             const Bsdf bsdf = metered ? white_receiver(*hit) : scene_.bsdf(*hit);
@@ -123,8 +128,9 @@ class PathEstimator final : public Estimator {
                     if (const auto& way = split->fainter) {
                         const Ray other{hit->at.towards(way->wi), way->wi};
                         result += follow({other, throughput * way->weight, eta_scale * way->eta_scale,
-                                          EmissionRule::all(), bounce + 1, nullptr, density_ratio},
-                                         splits, own, parts.past_mirror());
+                                          rule.after(*way, ray, hit->t), bounce + (way->straight ? 0 : 1),
+                                          nullptr, density_ratio},
+                                         splits, own, past(parts, *way));
                     }
                     u = split->brighter;
                     throughput *= split->share;
@@ -134,15 +140,17 @@ class PathEstimator final : public Estimator {
             if (!guided) break;
             const BsdfSample& sample = guided->sample;
             throughput *= sample.weight;
-            parts = parts.past(sample.delta);
+            parts = past(parts, sample);
             eta_scale *= sample.eta_scale;
             density_ratio *= guided->ratio;
-            rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
+            rule =
+                sample.delta ? rule.after(sample, ray, hit->t) : EmissionRule::mis(sample.pdf_w, choice);
             ray = Ray{hit->at.towards(sample.wi), sample.wi};
+            if (sample.straight) continue;
 
             // Russian roulette by the throughput that is left. Directions that were drawn more densely
             // because they matter carry less of it: without that they would be ended as unimportant.
-            if (bounce + 1 < kPathRouletteFrom) continue;
+            if (++bounce < kPathRouletteFrom) continue;
             const float survival = path_survival(throughput * std::max(density_ratio, 1.0F), eta_scale);
             if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
             throughput /= survival;
@@ -191,9 +199,10 @@ class MediaPathEstimator final : public Estimator {
 
     Segment propagate(Path& path, Sampler& sampler) const;
     Segment metered_segment(Path& path) const;
-    void add_impostors(Path& path, const Ray& rest, float travelled, const std::optional<Hit>& hit,
-                       Sampler& sampler) const;
-    bool scatter(Path& path, const Segment& segment, bool metered, Sampler& sampler) const;
+    void add_impostors(Path& path, const std::optional<Hit>& hit, Sampler& sampler) const;
+    enum class Next { bounce, straight, end };
+    Next scatter(Path& path, const Segment& segment, bool metered, Sampler& sampler) const;
+    bool pass_straight(Path& path, const Segment& segment) const;
 
     const Scene& scene_;
     const SceneMedia& media_;
@@ -209,20 +218,25 @@ Rgb MediaPathEstimator::Li_of(const CameraRay& camera, Sampler& sampler) const {
     path.medium = media_.camera;
     const bool meter = settings_.quantity == Quantity::illuminance;
     path.parts = meter ? parts.times(meter_reading(Rgb(1))) : parts;
-    for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
+    int bounce = 0;
+    while (bounce < kMaxBounces) {
         const bool metered = meter && bounce == 0;
         const bool received = camera.receiver && bounce == 0;
         const Segment segment = received  ? Segment{*camera.receiver, {}}
                                 : metered ? metered_segment(path)
                                           : propagate(path, sampler);
         if (!segment.hit && !segment.scattered) break;
-        if (settings_.max_depth > 0 && bounce >= settings_.max_depth) break;
-        if (!scatter(path, segment, metered, sampler)) break;
+        if (settings_.max_depth > 0 && bounce >= settings_.max_depth) {
+            if (!pass_straight(path, segment)) break;
+            continue;
+        }
+        const Next next = scatter(path, segment, metered, sampler);
+        if (next == Next::end) break;
 
         // Russian roulette by the throughput that is left.
         const float u_survive = sampler.next();
         if (is_black(path.throughput)) break;
-        if (bounce + 1 < kPathRouletteFrom) continue;
+        if (next == Next::straight || ++bounce < kPathRouletteFrom) continue;
         const float survival = path_survival(path.throughput, path.eta_scale);
         if (!(u_survive < survival)) break;
         path.throughput /= survival;
@@ -244,11 +258,10 @@ MediaPathEstimator::Segment MediaPathEstimator::metered_segment(Path& path) cons
 
 // From one vertex to the next, through borders, with what is emitted on the way.
 MediaPathEstimator::Segment MediaPathEstimator::propagate(Path& path, Sampler& sampler) const {
-    Ray rest = path.ray;  // from the last border on
-    float travelled = 0;
+    Ray& rest = path.ray;  // from the last border on
     for (int borders = 0; borders < kMaxBorders; ++borders) {
         const auto hit = scene_.intersect_with_borders(rest);
-        add_impostors(path, rest, travelled, hit, sampler);
+        add_impostors(path, hit, sampler);
         const double end = static_cast<double>(hit ? hit->t : rest.t_max);
         const MediumPiece piece{rest, end, path.medium, MediaAlong(media_, path.medium, rest, end)};
         if (!piece.along.empty()) {
@@ -262,44 +275,50 @@ MediaPathEstimator::Segment MediaPathEstimator::propagate(Path& path, Sampler& s
                 return {{}, MediumVertex{p, HenyeyGreenstein(flight.g), -rest.d, path.medium}};
             }
         }
-        // The vertex sees all that lies before it as one ray: the densities of lights go by it.
-        std::optional<Hit> seen = hit;
-        if (seen) seen->t += travelled;
         const bool border = hit && scene_.is_border(*hit);
         if (!border) {
-            path.result += path.throughput * surface_emission(scene_, path.ray, seen, path.rule,
+            path.result += path.throughput * surface_emission(scene_, rest, hit, path.rule,
                                                               path.parts.times(path.throughput));
             if (!hit) return {};
             return {hit, {}};
         }
+        // The vertex sees all that lies before it as one ray: the densities of lights go by it.
+        path.rule = path.rule.behind(rest, hit->t);
         path.medium = medium_towards(hit->media, hit->at.n, rest.d, path.medium);
-        travelled = seen->t;
         rest = Ray{hit->at.towards(rest.d), rest.d};
     }
     return {};
 }
 
 // Light from what is no surface: a lamp's impostor within reach, or the sky if nothing is met.
-void MediaPathEstimator::add_impostors(Path& path, const Ray& rest, float travelled,
-                                       const std::optional<Hit>& hit, Sampler& sampler) const {
+void MediaPathEstimator::add_impostors(Path& path, const std::optional<Hit>& hit, Sampler& sampler) const {
     if (path.rule.kind == EmissionRule::Kind::none || scene_.impostors().empty()) return;
-    const float end = hit ? travelled + hit->t : INFINITY;
     Sampler more = sampler.split(kPathLampBranch);
-    for (const std::uint32_t light : scene_.impostors()) {
-        const auto seen = scene_.lights()[light]->Le(path.ray);
-        if (!seen || seen->distance < travelled) continue;
-        if (!(seen->distance < end) && !(!hit && std::isinf(seen->distance))) continue;
-        const float share = path.rule.share(scene_, light, *seen);
-        const double distance = static_cast<double>(seen->distance - travelled);
-        const Rgb passing = transmittance(MediaAlong(media_, path.medium, rest, distance), more);
-        const Rgb arriving = path.throughput * passing * seen->radiance * share;
-        path.result += arriving;
-        path.parts.met(arriving, light);
-    }
+    for_each_impostor(scene_, path.ray, hit, path.rule,
+                      [&](const Rgb& radiance, float distance, std::uint32_t light) {
+                          const MediaAlong along(media_, path.medium, path.ray, static_cast<double>(distance));
+                          const Rgb arriving = path.throughput * transmittance(along, more) * radiance;
+                          path.result += arriving;
+                          path.parts.met(arriving, light);
+                      });
 }
 
-// Samples the lights, and chooses where the path goes on. False: it ends.
-bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metered, Sampler& sampler) const {
+// A path that may not bounce any more still sees what lies straight behind a pane, as shadow rays do. False:
+// it ends.
+bool MediaPathEstimator::pass_straight(Path& path, const Segment& segment) const {
+    if (!segment.hit) return false;
+    const Hit& hit = *segment.hit;
+    path.throughput *= scene_.bsdf(hit).straight_share(-path.ray.d);
+    if (is_black(path.throughput)) return false;
+    path.rule = path.rule.behind(path.ray, hit.t);
+    path.medium = medium_towards(hit.media, hit.at.n, path.ray.d, path.medium);
+    path.ray = Ray{hit.at.towards(path.ray.d), path.ray.d};
+    return true;
+}
+
+// Samples the lights, and chooses where the path goes on.
+MediaPathEstimator::Next MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metered,
+                                                     Sampler& sampler) const {
     if (segment.scattered) {
         const LightChoice choice = lights_.at(segment.scattered->p);
         path.result += path.throughput * next_event(scene_, *segment.scattered, sampler, choice,
@@ -308,7 +327,7 @@ bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metere
         const V3f wi = segment.scattered->phase.sample(segment.scattered->wo, sampler.next2());
         path.rule = EmissionRule::mis(segment.scattered->pdf_w(wi), choice);
         path.ray = Ray{segment.scattered->p, wi};
-        return true;
+        return Next::bounce;
     }
     const Hit& hit = *segment.hit;
     const Bsdf bsdf = metered ? white_receiver(hit) : scene_.bsdf(hit);
@@ -322,14 +341,15 @@ bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metere
     }
     const BsdfU u{sampler.next(), sampler.next2()};
     const auto sample = bsdf.sample(wo, u, Transport::radiance);
-    if (!sample) return false;
+    if (!sample) return Next::end;
     path.throughput *= sample->weight;
-    path.parts = path.parts.past(sample->delta);
+    path.parts = past(path.parts, *sample);
     path.eta_scale *= sample->eta_scale;
-    path.rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w, choice);
+    path.rule = sample->delta ? path.rule.after(*sample, path.ray, hit.t)
+                              : EmissionRule::mis(sample->pdf_w, choice);
     path.medium = medium_towards(hit.media, hit.at.n, sample->wi, path.medium);
     path.ray = Ray{hit.at.towards(sample->wi), sample->wi};
-    return true;
+    return sample->straight ? Next::straight : Next::bounce;
 }
 
 // Whether guided paths pay: a pilot looks at pixels all over the view. A guided path of value x whose

@@ -194,7 +194,8 @@ NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const
         if (!sample) continue;
         const Ray ray{at.towards(sample->wi), sample->wi};
         const auto met = scene.intersect(ray);
-        const Rgb found = emission(scene, ray, met, EmissionRule::mis(sample->pdf_w, choice));
+        const Rgb found = emission_ahead(scene, ray, met, EmissionRule::mis(sample->pdf_w, choice), kNoMedium,
+                                         sampler);
         add(scale * sample->weight * found, sample->wi, met ? met->t : INFINITY);
     }
     return {sum, over_distance > 0 ? sum / over_distance : INFINITY};
@@ -461,8 +462,8 @@ class PhotonMapEstimator final : public Estimator {
         };
         const auto branch = [&](const SpecularBranch& way, const Rgb& share, Sampler& own,
                                 const PartsSink& of_way) {
-            return Li({way.ray, way.medium, EmissionRule::all(), way.left, way.splits, path.weight * share},
-                      stage, splits, own, of_way);
+            return Li({way.ray, way.medium, way.rule, way.left, way.splits, path.weight * share}, stage,
+                      splits, own, of_way);
         };
         for (int depth = 0; depth < kMostEyeBounces; ++depth) {
             const SpecularChain chain = follow_specular(scene_, path.ray, path.medium, path.rule, path.left,
@@ -487,7 +488,7 @@ class PhotonMapEstimator final : public Estimator {
                     if (shading.continues) lobes.diffuse = &*split.diffuse;
                 }
             }
-            const GlossySplit glossy(split.rest, path.rule, settings_.specular_below);
+            const GlossySplit glossy(split.rest, chain.rule, settings_.specular_below);
             // Where a gather ray landed, gloss beside a diffuse part is looked at by as much chance as it is
             // likely to bring: it is blurred by the gather ray.
             if (stage == Stage::gather && split.diffuse && split.rest) {
@@ -507,10 +508,10 @@ class PhotonMapEstimator final : public Estimator {
                 lobes.rest = &*glossy.light_sampled;
             }
             if (glossy.as_specular && lobes.rest_scale > 0) lobes.as_specular = &*glossy.as_specular;
-            const auto next = sample_continuation(lobes, chain.wo, path.rule, rest_lights, sampler);
+            const auto next = sample_continuation(lobes, chain, rest_lights, sampler);
             if (!next) break;
             throughput *= next->sample.weight;
-            parts = parts.times(next->sample.weight).past(next->sample.delta);
+            parts = past(parts.times(next->sample.weight), next->sample);
             // Faint gloss that the camera sees is followed all the same: one ray beside all those that
             // gather, where roulette would make bright specks of what lamps it mirrors.
             const bool sure = stage == Stage::eye && depth < kSureBounces;
@@ -521,7 +522,7 @@ class PhotonMapEstimator final : public Estimator {
             path = {Ray{chain.hit->at.towards(next->sample.wi), next->sample.wi},
                     chain.vertex(bsdf).medium_towards(next->sample.wi),
                     next->rule,
-                    chain.left - 1,
+                    bounces_left(chain.left, next->sample),
                     0,
                     path.weight};
         }
@@ -541,9 +542,9 @@ class PhotonMapEstimator final : public Estimator {
     };
     // Samples one of them, at random where there are several: with a ray for each the number of rays would
     // grow with every surface.
-    std::optional<Continuation> sample_continuation(const ContinuationLobes& lobes, const V3f& wo,
-                                                    const EmissionRule& rule, const LightChoice& rest_lights,
-                                                    Sampler& sampler) const {
+    std::optional<Continuation> sample_continuation(const ContinuationLobes& lobes,
+                                                    const SpecularChain& chain,
+                                                    const LightChoice& rest_lights, Sampler& sampler) const {
         const float u_lobe = sampler.next();
         const BsdfU u{sampler.next(), sampler.next2()};
         std::array<const Bsdf*, 3> open{};
@@ -554,14 +555,14 @@ class PhotonMapEstimator final : public Estimator {
         if (count == 0) return std::nullopt;
         const auto share = static_cast<float>(count);
         const Bsdf* lobe = open[std::min(static_cast<std::size_t>(u_lobe * share), count - 1)];
-        const auto sample = lobe->sample(wo, u, Transport::radiance);
+        const auto sample = lobe->sample(chain.wo, u, Transport::radiance);
         if (!sample) return std::nullopt;
         Continuation continuation{
             *sample, EmissionRule::none()};  // after diffuse: direct light and caustics are counted
         continuation.sample.weight *= lobe == lobes.diffuse ? share : share * lobes.rest_scale;
         if (lobe == lobes.rest) {
-            continuation.rule =
-                sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w, rest_lights);
+            continuation.rule = sample->delta ? chain.rule.after(*sample, chain.ray, chain.hit->t)
+                                              : EmissionRule::mis(sample->pdf_w, rest_lights);
         }
         return continuation;
     }

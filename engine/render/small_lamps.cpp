@@ -164,13 +164,9 @@ Rgb SmallLamps::draw(const Lamp& lamp, float expected, const V2i& pixel, Sampler
     if (filter == 0) return Rgb(0);
     // As a camera ray sees it: by closest hits, since cut-outs may treat shadow rays otherwise.
     const Ray ray{lens, from_lamp->w, from_lamp->distance};
-    if (job_.scene.closest_hit(ray)) return Rgb(0);
-    Rgb result = from_lamp->weight * (filter * seen->pixels2_per_sr / expected);
-    if (!job_.scene.media().empty()) {
-        Sampler more = sampler.split(branch);
-        result *= transmittance(job_.scene, ray, job_.scene.media().camera, more);
-    }
-    return result;
+    Sampler more = sampler.split(branch);
+    return from_lamp->weight * (filter * seen->pixels2_per_sr / expected) *
+           passing(job_.scene, ray, job_.scene.media().camera, more, false);
 }
 
 }  // namespace lucerna

@@ -405,8 +405,9 @@ Accelerator::Accelerator(const ShapeSet& world, const std::vector<ShapeSet>& pro
     : impl_(std::make_unique<Impl>(world, prototypes, instances, origin, threads)) {}
 Accelerator::~Accelerator() = default;
 
-void Accelerator::nearest(const Ray& ray, unsigned layers, std::optional<ClosestHit>& closest) const {
-    RayContext context = impl_->context(ray, false);
+void Accelerator::nearest(const Ray& ray, unsigned layers, std::optional<ClosestHit>& closest,
+                          bool shadow) const {
+    RayContext context = impl_->context(ray, shadow);
     const RTCRayHit found = intersected(impl_->scene.get(), ray, layers, context);
     const RTCHit& hit = found.hit;
     if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return;

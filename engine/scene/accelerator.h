@@ -28,7 +28,9 @@ class Accelerator {
 
     // The nearest surface of these layers at 0 < t <= ray.t_max; `closest` is left alone if there is none.
     // The ray must be of usable numbers.
-    void nearest(const Ray& ray, unsigned layers, std::optional<ClosestHit>& closest) const;
+    // A shadow ray meets cut-outs as shadows do (shadow_alpha).
+    void nearest(const Ray& ray, unsigned layers, std::optional<ClosestHit>& closest,
+                 bool shadow = false) const;
     // Whether there is any.
     bool occluded(const Ray& ray, unsigned layers) const;
 

@@ -206,7 +206,13 @@ std::optional<BsdfSample> Bsdf::sample(const V3f& wo, const BsdfU& u, Transport 
     const Draw drawn =
         count_ == 1 ? draw_of(lobes_[0], at, u, transport) : draw_one(lobes(), at, u, transport);
     if (!drawn) return std::nullopt;
-    BsdfSample sample{-wo, drawn->weight, drawn->pdf_w, drawn->delta, drawn->transmission, drawn->eta_scale};
+    BsdfSample sample{-wo,
+                      drawn->weight,
+                      drawn->pdf_w,
+                      drawn->delta,
+                      drawn->transmission,
+                      drawn->eta_scale,
+                      drawn->straight};
     if (drawn->straight) return sample;  // exactly, also along the surface
     sample.wi = unit(frame_.to_world({drawn->wi.x, drawn->wi.y, side * drawn->wi.z}));
     // Both normals must agree on the side, or light would leak.
@@ -234,6 +240,17 @@ std::optional<float> Bsdf::reflect_chance(const V3f& wo) const {
         return reflect_chance_of(*boundary, at);
     if (const auto* pane = std::get_if<ThinDielectricLobe>(&lobes_[0])) return reflect_chance_of(*pane, at);
     return std::nullopt;
+}
+
+Rgb Bsdf::straight_share(const V3f& wo) const {
+    const float side = side_of(ng_, wo);
+    const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};
+    Rgb sum(0.0F);
+    for (const Lobe& lobe : lobes()) {
+        if (const auto* boundary = std::get_if<DielectricLobe>(&lobe)) sum += straight_share_of(*boundary, at);
+        if (const auto* pane = std::get_if<ThinDielectricLobe>(&lobe)) sum += straight_share_of(*pane, at);
+    }
+    return sum;
 }
 
 float Bsdf::guessed_albedo(const V3f& wo) const {

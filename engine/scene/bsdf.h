@@ -40,6 +40,9 @@ struct BsdfSample {
     // What `weight` holds of the change of radiance, (η_o/η_i)² with the indices on wo's and wi's side; lets
     // roulette ignore it. 1 for particles and for reflection.
     float eta_scale = 1;
+    // wi is exactly -wo, as if the surface were not there. Light passes such a surface in a straight line, so
+    // a shadow ray finds what lies behind it: such an event is no bounce.
+    bool straight = false;
 };
 
 // A sum of lobes. A sample comes from one of them, chosen by a cheap estimate of its albedo for wo. Delta
@@ -77,6 +80,11 @@ class Bsdf {
     // Of a smooth boundary or a pane, and nothing else: the chance by which sample() reflects, as it does for
     // u.lobe below it; else it transmits. None for all other surfaces.
     std::optional<float> reflect_chance(const V3f& wo) const;
+
+    // The share of the radiance from -wo, straight behind the surface, that goes on towards wo without being
+    // bent: through panes, boundaries between equal indices and what opacity leaves. It is the mean weight of
+    // the samples that are `straight`.
+    Rgb straight_share(const V3f& wo) const;
 
     // The same as albedo(), as sample() guesses it to choose a lobe: in no time, and 0 only where nothing is
     // scattered.

@@ -171,6 +171,9 @@ std::optional<float> reflect_chance_of(const DielectricLobe& lobe, const Local& 
     const auto choice = choice_of(lobe, fresnel_dielectric(at.wo.z, relative_eta(lobe, at)).reflectance);
     return choice ? std::optional(choice->reflect) : std::nullopt;
 }
+Rgb straight_share_of(const DielectricLobe& lobe, const Local& /*at*/) {
+    return is_nothing(lobe) ? lobe.transmit : Rgb(0.0F);
+}
 bool is_sound(const DielectricLobe& lobe) {
     return lobe.eta > 0 && std::isfinite(lobe.eta) && is_share(lobe.reflect) && is_share(lobe.transmit) &&
            is_alpha(lobe.alpha_x) && is_alpha(lobe.alpha_y);
@@ -214,6 +217,9 @@ float chance_of(const ThinDielectricLobe& lobe, const Local& at) {
 std::optional<float> reflect_chance_of(const ThinDielectricLobe& lobe, const Local& at) {
     if (!(at.wo.z > 0)) return std::nullopt;
     return pane_reflectance(lobe, at.wo.z);
+}
+Rgb straight_share_of(const ThinDielectricLobe& lobe, const Local& at) {
+    return at.wo.z > 0 ? lobe.tint * (1 - pane_reflectance(lobe, at.wo.z)) : Rgb(0.0F);
 }
 bool is_sound(const ThinDielectricLobe& lobe) {
     return lobe.eta > 0 && std::isfinite(lobe.eta) && is_share(lobe.tint);

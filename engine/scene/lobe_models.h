@@ -190,4 +190,8 @@ bool is_sound(const SubstrateGlossLobe& lobe);
 std::optional<float> reflect_chance_of(const DielectricLobe& lobe, const Local& at);
 std::optional<float> reflect_chance_of(const ThinDielectricLobe& lobe, const Local& at);
 
+// The share of what arrives from -wo that these lobes pass on towards wo without bending it.
+Rgb straight_share_of(const DielectricLobe& lobe, const Local& at);
+Rgb straight_share_of(const ThinDielectricLobe& lobe, const Local& at);
+
 }  // namespace lucerna

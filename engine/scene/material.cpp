@@ -101,6 +101,25 @@ struct MayHavePeak {
     }
 };
 
+struct MayPassStraight {
+    bool operator()(const ThinDielectricMaterial&) const { return true; }
+    bool operator()(const DielectricMaterial& m) const {
+        const auto eta = m.eta.constant_value();
+        return !eta || *eta == 1;
+    }
+    bool operator()(const UberMaterial& m) const { return m.opacity.has_value(); }
+    bool operator()(const MixMaterial& m) const {
+        const auto part = [](const Material& material) {
+            return is_interface(material) || may_pass_straight(material);
+        };
+        return part(*m.first) || part(*m.second);
+    }
+    template <typename BendsOrStops>
+    bool operator()(const BendsOrStops&) const {
+        return false;
+    }
+};
+
 struct HasDiffuse {
     std::optional<bool> operator()(const DiffuseMaterial&) const { return true; }
     std::optional<bool> operator()(const DiffuseTransmissionMaterial&) const { return true; }
@@ -177,6 +196,9 @@ bool is_specular(const Material& material) {
     return std::visit(MayBeDelta{}, material.model);
 }
 
+bool may_pass_straight(const Material& material) {
+    return std::visit(MayPassStraight{}, material.model);
+}
 bool has_peak(const Material& material) {
     return std::visit(MayHavePeak{}, material.model);
 }

@@ -174,6 +174,9 @@ bool is_specular(const Material& material);
 // True if a lobe of it may have a peak, delta or gloss; false if it scatters diffusely alone.
 bool has_peak(const Material& material);
 bool is_interface(const Material& material);
+// True if some light may pass it in a straight line, unbent (Bsdf::straight_share()); also where only a look
+// at every point of a texture could tell.
+bool may_pass_straight(const Material& material);
 // Whether a Bsdf of it has a diffuse part, where that is the same at all its points, whatever its textures
 // hold; none: only the Bsdf tells.
 std::optional<bool> has_diffuse(const Material& material);

@@ -41,6 +41,25 @@ Rgb transmittance(const Scene& scene, const Ray& ray, std::int32_t medium, Sampl
     return result;
 }
 
+Rgb passing(const Scene& scene, const Ray& way, std::int32_t medium, Sampler& sampler, bool shadow) {
+    if (scene.blocked(way, shadow)) return Rgb(0);
+    Rgb passed(1);
+    Ray rest = way;
+    for (int panes = 0; panes < kMaxBorders && rest.t_max > 0; ++panes) {
+        const auto pane = scene.has_panes() ? scene.intersect_pane(rest, shadow) : std::nullopt;
+        if (!scene.media().empty()) {
+            const Ray before{rest.o, rest.d, pane ? pane->t : rest.t_max};
+            passed *= transmittance(scene, before, medium, sampler);
+        }
+        if (!pane || is_black(passed)) return passed;
+        passed *= scene.bsdf(*pane).straight_share(-rest.d);
+        if (is_black(passed)) return passed;
+        medium = medium_towards(pane->media, pane->at.n, rest.d, medium);
+        rest = Ray{pane->at.towards(rest.d), rest.d, rest.t_max - pane->t};
+    }
+    return passed;
+}
+
 V3f scattering_point(const MediumPiece& piece, double t, const std::optional<Hit>& hit) {
     if (hit) {
         const float height = static_cast<float>(piece.to_go - t) * std::fabs(piece.ray.d.dot(hit->at.n));

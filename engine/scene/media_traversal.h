@@ -92,12 +92,11 @@ std::int32_t for_each_piece(const Scene& scene, const Ray& ray, std::int32_t med
 // medium varies. 1 without media.
 Rgb transmittance(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler);
 
-// The same over a way that leaves the point x towards w.
-inline Rgb transmittance(const Scene& scene, const SurfacePoint& x, const V3f& w, float distance,
-                         std::int32_t medium, Sampler& sampler) {
-    if (scene.media().empty()) return Rgb(1);
-    return transmittance(scene, Ray{x.towards(w), w, distance}, medium, sampler);
-}
+// The share of light that passes a whole way (way_from(), way_between()) in a straight line: 0 if anything
+// opaque is met. Panes and other surfaces that pass light unbent take their share of it, by its direction
+// (Bsdf::straight_share()), and media theirs: unbiased, and exact where no medium varies. The way begins in
+// `medium`. A shadow ray meets cut-outs as shadows do; others as rays from the eye do.
+Rgb passing(const Scene& scene, const Ray& way, std::int32_t medium, Sampler& sampler, bool shadow = true);
 
 // Where a way is scattered at distance t of a piece whose whole way ends on the surface `hit`: never on the
 // far side of it, whatever was rounded.

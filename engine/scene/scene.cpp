@@ -88,7 +88,7 @@ struct Scene::Impl {
     LightTree light_tree;
     std::vector<std::uint32_t> impostors;
     std::vector<bool> on_solid_surfaces;  // each light
-    bool has_sky = false, has_specular = false, has_borders = false;
+    bool has_sky = false, has_specular = false, has_borders = false, has_panes = false;
     Box3f bounds;
     Counts counts;
     Counter rays, invalid_rays;
@@ -173,6 +173,7 @@ void Scene::Impl::count() {
         counts.geometry_bytes += own.bytes;
         has_specular = has_specular || set.has_specular();
         has_borders = has_borders || set.has_borders();
+        has_panes = has_panes || set.has_panes();
     };
     add(*world);
     for (const ShapeSet& set : prototypes) add(set);
@@ -220,14 +221,14 @@ bool Scene::is_border(const Hit& hit) const {
     return hit.light == kNoLight && is_interface(impl_->parts.materials[hit.material]);
 }
 
-std::optional<ClosestHit> Scene::closest_hit(const Ray& ray, unsigned layers) const {
+std::optional<ClosestHit> Scene::closest_hit(const Ray& ray, unsigned layers, bool shadow) const {
     if (!is_usable_ray(ray)) {
         impl_->invalid_rays.add();
         return std::nullopt;
     }
     impl_->rays.add();
     std::optional<ClosestHit> closest;
-    impl_->accelerator->nearest(ray, layers, closest);
+    impl_->accelerator->nearest(ray, layers, closest, shadow);
     return closest;
 }
 
@@ -260,8 +261,8 @@ void Scene::prefetch_vertices(const ClosestHit& closest) const {
     impl_->set_of(closest).prefetch_vertices(closest.primitive);
 }
 
-std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers) const {
-    const auto closest = closest_hit(ray, layers);
+std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers, bool shadow) const {
+    const auto closest = closest_hit(ray, layers, shadow);
     if (!closest) return std::nullopt;
     return intersect(ray, *closest);
 }
@@ -292,33 +293,53 @@ void Scene::intersect(const Ray& ray, const ClosestHit& closest, Hit& hit) const
     hit.media = traits.media;
 }
 
-bool Scene::unoccluded(const SurfacePoint& x, const V3f& w, float distance) const {
+Ray way_from(const SurfacePoint& x, const V3f& w, float distance) {
     Ray ray{x.towards(w), w, distance};
-    if (std::isfinite(distance)) {
-        // The start was moved along the normal, the end must not move with it: a large surface's shift would
-        // carry an oblique ray beyond a small lamp, which would then hide itself.
-        const V3f way = x.p + distance * w - ray.o;
-        ray.t_max = way.length();
-        if (way.dot(w) <= 0) return true;  // the start already lies beyond the end
-        ray.d = way / ray.t_max;           // > 0: way has a part along w
+    if (!std::isfinite(distance)) return ray;
+    // The start was moved along the normal, the end must not move with it: a large surface's shift would carry
+    // an oblique ray beyond a small lamp, which would then hide itself.
+    const V3f way = x.p + distance * w - ray.o;
+    if (way.dot(w) <= 0) {  // the start already lies beyond the end
+        ray.t_max = 0;
+        return ray;
     }
+    ray.t_max = way.length();
+    ray.d = way / ray.t_max;  // > 0: way has a part along w
+    return ray;
+}
+
+Ray way_between(const SurfacePoint& x, const SurfacePoint& y) {
+    const V3f w = y.p - x.p;
+    const V3f begin = x.towards(w), way = y.towards(-w) - begin;
+    const float distance = way.length();
+    return distance > 0 ? way_from(SurfacePoint{begin}, way / distance, distance) : Ray{begin, w, 0};
+}
+
+bool Scene::occluded(const Ray& ray, unsigned layers) const {
+    if (ray.t_max == 0) return false;
     if (!is_usable_ray(ray)) {
         impl_->invalid_rays.add();
-        return false;
+        return true;
     }
     impl_->rays.add();
-    return !impl_->accelerator->occluded(ray, kSurfaces);
+    return impl_->accelerator->occluded(ray, layers);
+}
+
+bool Scene::blocked(const Ray& ray, bool shadow) const {
+    return shadow ? occluded(ray, kOpaque) : closest_hit(ray, kOpaque).has_value();
+}
+
+std::optional<Hit> Scene::intersect_pane(const Ray& ray, bool shadow) const {
+    return nearest(ray, kPanes, shadow);
+}
+
+bool Scene::unoccluded(const SurfacePoint& x, const V3f& w, float distance) const {
+    return !occluded(way_from(x, w, distance), kSurfaces);
 }
 
 bool Scene::unoccluded_along(const V3f& from, const V3f& way) const {
     const float distance = way.length();
     return !(distance > 0) || unoccluded(SurfacePoint{from}, way / distance, distance);
-}
-
-bool Scene::unoccluded(const SurfacePoint& x, const SurfacePoint& y) const {
-    const V3f w = y.p - x.p;
-    const V3f begin = x.towards(w);
-    return unoccluded_along(begin, y.towards(-w) - begin);
 }
 
 std::uint64_t Scene::count_hits(std::span<const Ray> rays, const Workers& workers) const {
@@ -379,6 +400,9 @@ const SceneMedia& Scene::media() const {
 }
 bool Scene::has_borders() const {
     return impl_->has_borders;
+}
+bool Scene::has_panes() const {
+    return impl_->has_panes;
 }
 bool Scene::is_on_solid_surfaces(std::uint32_t light) const {
     return impl_->on_solid_surfaces[light];

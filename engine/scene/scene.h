@@ -69,6 +69,12 @@ struct ClosestHit {
     std::uint32_t instance = kNoInstance;  // kNoInstance: one of the world's own shapes
 };
 
+// The way from x to x + distance·w, begun off x's surface. Of length 0 where it begins beyond its end, so
+// that there is no room for anything between the two.
+Ray way_from(const SurfacePoint& x, const V3f& w, float distance);
+// The way between two surface points, both of which are moved off their surfaces.
+Ray way_between(const SurfacePoint& x, const SurfacePoint& y);
+
 class Scene {
   public:
     // Builds the acceleration structure. Triangles of zero area or with a non-finite vertex are left out and
@@ -102,13 +108,16 @@ class Scene {
     std::optional<Hit> intersect_border(const Ray& ray) const;
     // True if nothing is there but a change of medium.
     bool is_border(const Hit& hit) const;
+    // The nearest surface that may pass light straight on (Bsdf::straight_share()), whatever stands before it.
+    // `shadow` as in blocked().
+    std::optional<Hit> intersect_pane(const Ray& ray, bool shadow) const;
+    // True if any other surface is met: nothing passes. A shadow ray meets cut-outs as shadows do.
+    bool blocked(const Ray& ray, bool shadow) const;
     // True if nothing but interfaces stands between x and x + distance·w. The start is moved off x's surface.
     bool unoccluded(const SurfacePoint& x, const V3f& w, float distance) const;
     // The same between two points in space, from `from` to from + way. True where these have met: there is no
     // room for anything between them.
     bool unoccluded_along(const V3f& from, const V3f& way) const;
-    // The same between two surface points, both of which are moved off their surfaces.
-    bool unoccluded(const SurfacePoint& x, const SurfacePoint& y) const;
 
     // How many of the rays meet a surface, by the acceleration structure alone: no Hit is made, no ray is
     // counted. For measuring. The rays must be of usable numbers.
@@ -131,6 +140,7 @@ class Scene {
     bool has_specular() const;
     const SceneMedia& media() const;
     bool has_borders() const;  // whether intersect_border() can find anything
+    bool has_panes() const;    // whether intersect_pane() can
     // Whether surfaces carry the light, all of them without cut-outs: it is met wherever its surface is.
     bool is_on_solid_surfaces(std::uint32_t light) const;
     // The medium of the borders in which a light's particles begin. A light has one place, as in pbrt: of a
@@ -159,8 +169,9 @@ class Scene {
     std::uint64_t invalid_rays() const;
 
   private:
-    std::optional<ClosestHit> closest_hit(const Ray& ray, unsigned layers) const;
-    std::optional<Hit> nearest(const Ray& ray, unsigned layers) const;
+    std::optional<ClosestHit> closest_hit(const Ray& ray, unsigned layers, bool shadow = false) const;
+    bool occluded(const Ray& ray, unsigned layers) const;
+    std::optional<Hit> nearest(const Ray& ray, unsigned layers, bool shadow = false) const;
 
     struct Impl;
     std::unique_ptr<Impl> impl_;

@@ -85,14 +85,18 @@ ShapeSet::ShapeSet(Shapes shapes, std::span<const Material> materials)
 
 unsigned ShapeSet::layer(const SurfaceTraits& traits) const {
     assert(traits.material < materials_.size());
-    if (traits.light != kNoLight || !is_interface(materials_[traits.material])) return kSurfaces;
+    const Material& material = materials_[traits.material];
+    if (!is_interface(material)) return may_pass_straight(material) ? kPanes : kOpaque;
+    if (traits.light != kNoLight) return kOpaque;  // Scene::bsdf() makes it black
     return traits.media.border ? kBorders : 0;
 }
 
 unsigned ShapeSet::note(const SurfaceTraits& traits) {
     const unsigned where = layer(traits);
     has_borders_ = has_borders_ || where == kBorders;
-    has_specular_ = has_specular_ || (where == kSurfaces && is_specular(materials_[traits.material]));
+    has_panes_ = has_panes_ || where == kPanes;
+    has_specular_ =
+        has_specular_ || ((where & kSurfaces) != 0 && is_specular(materials_[traits.material]));
     return where;
 }
 
@@ -104,7 +108,7 @@ void ShapeSet::take_meshes() {
         counts_.degenerate_triangles += mesh.triangles.size() - kept.size();
         mesh.triangles = std::move(kept);
         if (mesh.triangles.empty()) continue;
-        if (note(mesh.traits) == kSurfaces) counts_.triangles += mesh.triangles.size();
+        if ((note(mesh.traits) & kSurfaces) != 0) counts_.triangles += mesh.triangles.size();
         // Embree reads vertices 16 bytes at a time and wants numbers in all of them, used or not.
         for (V3f& p : mesh.p) {
             if (!is_usable(p)) p = V3f(0, 0, 0);
@@ -119,7 +123,7 @@ void ShapeSet::take_curves() {
     for (Curves& curves : shapes_.curves) {
         assert(curves.control.size() == 4 * curves.segments.size());
         assert((curves.kind == Curves::Kind::ribbon) == !curves.n.empty());
-        if (!curves.segments.empty() && note(curves.traits) == kSurfaces) {
+        if (!curves.segments.empty() && (note(curves.traits) & kSurfaces) != 0) {
             counts_.curves += curves.segments.size();
         }
         if (!curves.n.empty()) curves.n.emplace_back(0.0F, 0.0F, 0.0F);  // the same spare for normals
@@ -131,7 +135,7 @@ void ShapeSet::take_quadrics() {
     for (std::uint32_t i = 0; i < shapes_.quadrics.size(); ++i) {
         const unsigned where = note(shapes_.quadrics[i].traits);
         if (where == 0) continue;
-        if (where == kSurfaces) ++counts_.quadrics;
+        if ((where & kSurfaces) != 0) ++counts_.quadrics;
         quadrics_.emplace_back(shapes_.quadrics[i]);
         quadric_from_.push_back(i);
     }
@@ -145,7 +149,7 @@ void ShapeSet::take_patches() {
         if (mesh.patches.empty()) continue;
         const unsigned where = note(mesh.traits);
         if (where == 0) continue;
-        if (where == kSurfaces) counts_.patches += mesh.patches.size();
+        if ((where & kSurfaces) != 0) counts_.patches += mesh.patches.size();
         for (std::uint32_t k = 0; k < mesh.patches.size(); ++k) patches_.push_back({i, k});
     }
     counts_.bytes += bytes_of(patches_);

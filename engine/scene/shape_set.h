@@ -18,8 +18,10 @@
 namespace lucerna {
 
 // Where surfaces stand: a ray says which of them it meets.
-inline constexpr unsigned kSurfaces = 1;
+inline constexpr unsigned kOpaque = 1;
 inline constexpr unsigned kBorders = 2;  // nothing but a change of medium (an interface)
+inline constexpr unsigned kPanes = 4;    // surfaces that may pass light in a straight line, unbent
+inline constexpr unsigned kSurfaces = kOpaque | kPanes;
 
 // Embree's limit for coordinates is 1.844e18.
 inline constexpr float kLargestCoordinate = 1e18F;
@@ -49,7 +51,7 @@ class ShapeSet {
     std::uint32_t geometries() const { return quadrics_id() + 2; }
 
     const SurfaceTraits& traits(std::uint32_t geometry, std::uint32_t primitive) const;
-    // kSurfaces, kBorders, or 0 for a surface that is not there.
+    // kOpaque, kPanes, kBorders, or 0 for a surface that is not there.
     unsigned layer(const SurfaceTraits& traits) const;
 
     // Quadrics and patches: the nearest crossing of that primitive with t_min < t <= t_max.
@@ -84,6 +86,7 @@ class ShapeSet {
     };
     const Counts& counts() const { return counts_; }
     bool has_borders() const { return has_borders_; }
+    bool has_panes() const { return has_panes_; }
     bool has_specular() const { return has_specular_; }
 
   private:
@@ -104,7 +107,7 @@ class ShapeSet {
     std::vector<std::uint32_t> quadric_from_;  // of the same index: in shapes_.quadrics
     std::vector<PatchAddress> patches_;
     Counts counts_;
-    bool has_borders_ = false, has_specular_ = false;
+    bool has_borders_ = false, has_panes_ = false, has_specular_ = false;
 };
 
 // A lamp's shape, asked by rays.

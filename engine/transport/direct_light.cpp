@@ -8,16 +8,16 @@ namespace {
 // Branches of a path's sampler: numbers that only media take.
 constexpr std::uint32_t kShadowBranch = 0x5d;
 constexpr std::uint32_t kLampBranch = 0x1a;
+constexpr std::uint32_t kAheadBranch = 0xa000;  // and one more for each pane
 
-// The share that passes: nothing where something stands in between, else what media leave of it.
+// The share of a light's sample that arrives.
 template <typename Place>
-Rgb passing(const Scene& scene, const Place& place, const LightSample& light_sample, Sampler& sampler) {
-    const SurfacePoint x = place.from();
-    if (!scene.unoccluded(x, light_sample.w, light_sample.distance)) return Rgb(0);
-    if (scene.media().empty()) return Rgb(1);
+Rgb arriving_share(const Scene& scene, const Place& place, const LightSample& light_sample, Sampler& sampler) {
+    const Ray way = way_from(place.from(), light_sample.w, light_sample.distance);
+    const std::int32_t medium = place.medium_towards(light_sample.w);
+    if (scene.media().empty()) return passing(scene, way, medium, sampler);  // draws nothing
     Sampler more = sampler.split(kShadowBranch);
-    return transmittance(scene, x, light_sample.w, light_sample.distance,
-                         place.medium_towards(light_sample.w), more);
+    return passing(scene, way, medium, more);
 }
 
 template <typename Place>
@@ -37,7 +37,7 @@ std::optional<Sunlight> sunlight_at(const Scene& scene, const Place& place, std:
     if (!arriving) return std::nullopt;
     const Rgb value = place.value(arriving->w) * arriving->weight;
     if (is_black(value)) return std::nullopt;
-    return Sunlight{value * passing(scene, place, *arriving, sampler), arriving->w};
+    return Sunlight{value * arriving_share(scene, place, *arriving, sampler), arriving->w};
 }
 
 // One light, asked by a surface or by a place in a medium; and the suns.
@@ -55,7 +55,7 @@ AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, c
     if (asked.draw) {
         asked.radiance = unshadowed_at(place, *asked.draw);
         if (!is_black(asked.radiance)) {
-            asked.radiance *= passing(scene, place, asked.draw->light_sample, sampler);
+            asked.radiance *= arriving_share(scene, place, asked.draw->light_sample, sampler);
             parts.direct(asked.radiance, asked.draw->light);
         }
     }
@@ -83,18 +83,6 @@ float bsdf_sample_chance(const Scene& scene, const Bsdf& bsdf,
     const bool one_light = scene.lights().size() == 1 && scene.lights()[0]->part_bounds().empty();
     if (!one_light || !bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0)) return 1;
     return std::clamp(kMargin * kDensity / drawn->pdf_w, kLeast, 1.0F);
-}
-
-// What is not geometry and lies before `hit`: calls found(radiance, distance, light) for each.
-template <typename Found>
-void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
-                       const EmissionRule& rule, Found&& found) {
-    const float nearest = hit ? hit->t : INFINITY;
-    for (const std::uint32_t light : scene.impostors()) {
-        const auto seen = scene.lights()[light]->Le(ray);
-        if (!seen || !(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
-        found(seen->radiance * rule.share(scene, light, *seen), seen->distance, light);
-    }
 }
 
 }  // namespace
@@ -127,7 +115,7 @@ Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
 }
 Rgb transmitted_share(const Scene& scene, const Vertex& vertex, const LightSample& light_sample,
                       Sampler& sampler) {
-    return passing(scene, vertex, light_sample, sampler);
+    return arriving_share(scene, vertex, light_sample, sampler);
 }
 
 std::optional<Sunlight> sunlight(const Scene& scene, const Vertex& vertex, std::uint32_t sun,
@@ -139,7 +127,8 @@ Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit
                      const EmissionRule& rule, const PartsSink& parts) {
     if (rule.kind == EmissionRule::Kind::none || !hit || hit->light == kNoLight) return Rgb(0);
     const auto light = static_cast<std::uint32_t>(hit->light);
-    const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(ray, hit->t, hit->at.n, hit->primitive);
+    const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(rule.whole(ray), rule.passed + hit->t,
+                                                                      hit->at.n, hit->primitive);
     const Rgb radiance = seen.radiance * rule.share(scene, light, seen);
     parts.met(radiance, light);
     return radiance;
@@ -174,6 +163,29 @@ Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, 
     return result;
 }
 
+Rgb emission_ahead(const Scene& scene, Ray ray, std::optional<Hit> hit, EmissionRule rule,
+                   std::int32_t medium, Sampler& sampler, PartsSink parts) {
+    Rgb result(0), passed(1);
+    for (int panes = 0; panes < kMaxBorders; ++panes) {
+        result += passed * emission(scene, ray, hit, rule, medium, sampler, parts);
+        if (!hit || !scene.has_panes() || rule.kind == EmissionRule::Kind::none) break;
+        Rgb share = scene.bsdf(*hit).straight_share(-ray.d);
+        if (is_black(share)) break;
+        if (!scene.media().empty()) {
+            Sampler more = sampler.split(kAheadBranch + static_cast<std::uint32_t>(panes));
+            share *= transmittance(scene, Ray{ray.o, ray.d, hit->t}, medium, more);
+        }
+        passed *= share;
+        if (is_black(passed)) break;
+        parts = parts.times(share);
+        medium = medium_towards(hit->media, hit->at.n, ray.d, medium);
+        rule = rule.behind(ray, hit->t);
+        ray = Ray{hit->at.towards(ray.d), ray.d};
+        hit = scene.intersect(ray);
+    }
+    return result;
+}
+
 DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
                          const LightChoice& choice, const PartsSink& parts) {
     const auto [asked, drawn] = ask_light(scene, vertex, sampler, choice, parts);
@@ -184,9 +196,10 @@ DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& samp
     if (!sample) return {asked, {}};
     if (sample->delta) return {asked, sample};
     const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-    const Rgb found = emission(scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
-                               vertex.medium_towards(sample->wi), sampler,
-                               parts.times(sample->weight / chance).past_surface());
+    const Rgb found =
+        emission_ahead(scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
+                       vertex.medium_towards(sample->wi), sampler,
+                       parts.times(sample->weight / chance).past_surface());
     return {asked + sample->weight * found / chance, {}};  // chance >= kLeast
 }
 
@@ -196,8 +209,8 @@ Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sample
     const V3f wi = vertex.phase.sample(vertex.wo, sampler.next2());
     const Ray ray{vertex.p, wi};
     const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi), choice);
-    return asked + emission(scene, ray, scene.intersect(ray), rule, vertex.medium, sampler,
-                            parts.in_medium());  // phase / pdf is 1
+    return asked + emission_ahead(scene, ray, scene.intersect(ray), rule, vertex.medium, sampler,
+                                  parts.in_medium());  // phase / pdf is 1
 }
 
 }  // namespace lucerna

@@ -39,6 +39,10 @@ struct EmissionRule {
     LightChoice choice;  // by which the surface asked the lights; for `mis`
     // Lamps that count nothing on this ray, since whoever made it samples them on his own; null: none.
     const LampSet* but = nullptr;
+    // The vertex whose direction the density belongs to, where the ray has gone straight on through panes
+    // since, and how far it has come from there to where it begins now, scene units.
+    V3f vertex{0, 0, 0};
+    float passed = 0;
 
     static EmissionRule all() { return {}; }
     static EmissionRule all_but(const LampSet* lamps) { return {Kind::all, 0, {}, lamps}; }
@@ -64,6 +68,21 @@ struct EmissionRule {
     }
     // After a mirror or smooth glass: next_event before it could not reach beyond.
     EmissionRule through_specular() const { return kind == Kind::none ? none() : all(); }
+    // Of a ray that goes straight on where `ray`, which had this rule, met a pane at distance t: next_event
+    // sees through panes, so nothing changes but where the ray begins.
+    EmissionRule behind(const Ray& ray, float t) const {
+        EmissionRule rule = *this;
+        if (!(passed > 0)) rule.vertex = ray.o;
+        rule.passed += t;
+        return rule;
+    }
+    EmissionRule after(const BsdfSample& sample, const Ray& ray, float t) const {
+        return sample.straight ? behind(ray, t) : through_specular();
+    }
+    // The ray from the vertex on. Lights' densities go by it.
+    Ray whole(const Ray& ray) const {
+        return passed > 0 ? Ray{vertex, ray.d, passed + ray.t_max} : ray;
+    }
 };
 
 // Radiance towards wo from one light, chosen and asked for a direction, and from all suns of the choice.
@@ -101,6 +120,22 @@ struct Sunlight {
 std::optional<Sunlight> sunlight(const Scene& scene, const Vertex& vertex, std::uint32_t sun,
                                  Sampler& sampler);
 
+// Calls found(radiance, distance, light) for each light that is not geometry (the sky, lamps' impostors) and
+// lies on the ray before `hit`, with the share of its radiance that counts.
+template <typename Found>
+void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
+                       const EmissionRule& rule, Found&& found) {
+    if (scene.impostors().empty()) return;
+    const Ray whole = rule.whole(ray);
+    const float nearest = hit ? rule.passed + hit->t : INFINITY;
+    for (const std::uint32_t light : scene.impostors()) {
+        const auto seen = scene.lights()[light]->Le(whole);
+        if (!seen || seen->distance < rule.passed) continue;  // before the last pane: it has been counted
+        if (!(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
+        found(seen->radiance * rule.share(scene, light, *seen), seen->distance - rule.passed, light);
+    }
+}
+
 // Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps'
 // impostors.
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
@@ -108,6 +143,11 @@ Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, 
 // The same as it arrives through the media on the way, begun in `medium`.
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
              std::int32_t medium, Sampler& sampler, const PartsSink& parts = {});
+
+// The same with all that lies straight behind panes, where next_event() finds it, too: as far as the first
+// surface that lets nothing pass unbent. For rays that are followed no further.
+Rgb emission_ahead(const Scene& scene, Ray ray, std::optional<Hit> hit, EmissionRule rule,
+                   std::int32_t medium, Sampler& sampler, PartsSink parts = {});
 
 // The part of it that surfaces emit.
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,

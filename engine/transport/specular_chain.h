@@ -41,6 +41,14 @@ inline std::optional<GlassSplit> split_at_glass(const Bsdf& bsdf, const V3f& wo,
 }
 inline constexpr std::uint32_t kGlassBranch = 0x61a;
 
+// What a sample of a BSDF makes of a path. One that goes straight on is no bounce: the path is what it was.
+inline PartsSink past(const PartsSink& parts, const BsdfSample& sample) {
+    return sample.straight ? parts : parts.past(sample.delta);
+}
+inline int bounces_left(int left, const BsdfSample& sample) {
+    return sample.straight ? left : left - 1;
+}
+
 // What media do to a ray between two surfaces, for methods that know the radiance at any place: they add what
 // they scatter into it, and take their share of what comes from behind.
 //
@@ -100,10 +108,12 @@ struct SpecularChain {
     V3f wo{0, 0, 0};  // from there back along the ray
     Rgb throughput{1.0F};
     Rgb emitted{0.0F};                // met on the way and at the end, throughput included
-    float length = 0;                 // of the first segment, scene units
+    float length = 0;                 // to the first surface that the ray does not pass straight, scene units
     std::int32_t medium = kNoMedium;  // of the borders, at its end
     int left = 0;  // bounces that a path may still have, the one at `hit` included; > 0 if there is one
     PartsSink parts = {};  // of what is found there
+    Ray ray;               // the last one, which met `hit`, and its rule
+    EmissionRule rule;
 
     Vertex vertex(const Bsdf& bsdf) const { return {*hit, bsdf, wo, medium}; }  // requires hit
 };
@@ -114,7 +124,7 @@ struct SpecularBranch {
     std::int32_t medium;
     int left;    // bounces that its path may still have
     int splits;  // more of such ways that it may have
-    EmissionRule rule = EmissionRule::all();
+    EmissionRule rule;
 };
 struct NoBranches {
     Rgb operator()(const SpecularBranch&, const Rgb& /*throughput*/, Sampler&, const PartsSink&) const {
@@ -136,17 +146,25 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
     chain.left = left;
     chain.parts = parts;
     float eta_scale = 1;
-    for (int depth = 0;; ++depth, --chain.left) {
+    int depth = 0;
+    for (;;) {
         auto hit = scene.intersect(ray);
+        chain.ray = ray;
+        chain.rule = rule;
+        if (depth == 0) chain.length = hit ? chain.length + hit->t : INFINITY;
+        if (chain.left == 0) {
+            chain.emitted += chain.throughput *
+                             emission_ahead(scene, ray, hit, rule, medium, sampler, chain.parts);
+            return chain;
+        }
         chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, sampler, chain.parts);
-        if (depth == 0) chain.length = hit ? hit->t : INFINITY;
         MediaSegment segment =
-            media_segment_along(scene, ray, hit, medium, chain.throughput, chain.left > 0, sampler,
+            media_segment_along(scene, ray, hit, medium, chain.throughput, true, sampler,
                                 [&](const MediumVertex& vertex, const Rgb& sigma_s, const Rgb& share) {
                                     return source(vertex, sigma_s, chain.left, chain.parts.times(share));
                                 });
         chain.emitted += chain.throughput * segment.added;
-        if (!hit || chain.left == 0 || !segment.survives(sampler)) return chain;
+        if (!hit || !segment.survives(sampler)) return chain;
         chain.throughput *= segment.passed;
         chain.parts = chain.parts.times(segment.passed);
         chain.medium = segment.medium;
@@ -165,10 +183,11 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
                     const Rgb throughput = chain.throughput * way->weight;
                     const SpecularBranch other{{hit->at.towards(way->wi), way->wi},
                                                medium_towards(hit->media, hit->at.n, way->wi, segment.medium),
-                                               chain.left - 1,
-                                               splits};
+                                               bounces_left(chain.left, *way),
+                                               splits,
+                                               rule.after(*way, ray, hit->t)};
                     chain.emitted += throughput * branch(other, throughput, own,
-                                                         chain.parts.times(way->weight).past_mirror());
+                                                         past(chain.parts.times(way->weight), *way));
                 }
                 u = split->brighter;
                 chain.throughput *= split->share;
@@ -178,15 +197,16 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
         const auto sample = bsdf.sample(-ray.d, u, Transport::radiance);
         if (!sample) return chain;
         chain.throughput *= sample->weight;
-        chain.parts = chain.parts.times(sample->weight).past_mirror();
+        chain.parts = past(chain.parts.times(sample->weight), *sample);
+        chain.left = bounces_left(chain.left, *sample);
         eta_scale *= sample->eta_scale;
-        if (depth >= kRouletteFromSpecular) {
+        if (!sample->straight && depth++ >= kRouletteFromSpecular) {
             const float survival = survival_of(chain.throughput, eta_scale);
             if (!(sampler.next() < survival)) return chain;  // also where nothing is left
             chain.throughput /= survival;
             chain.parts = chain.parts.times(1 / survival);
         }
-        rule = rule.through_specular();
+        rule = rule.after(*sample, ray, hit->t);
         medium = medium_towards(hit->media, hit->at.n, sample->wi, segment.medium);
         ray = Ray{hit->at.towards(sample->wi), sample->wi};
     }
@@ -210,7 +230,6 @@ Rgb follow_and_shade(const Scene& scene, SpecularBranch from, Sampler& sampler, 
         const SpecularChain chain =
             follow_specular(scene, ray, medium, rule, left, sampler, source, splits, branch, parts);
         splits = 0;  // a mirror image in varnish is faint as it is
-        rule = rule.through_specular();
         result += throughput * chain.emitted;
         if (!chain.hit) return result;
         throughput *= chain.throughput;
@@ -218,8 +237,10 @@ Rgb follow_and_shade(const Scene& scene, SpecularBranch from, Sampler& sampler, 
         const DirectLight shaded = shade(chain.vertex(bsdf), chain.left, chain.parts);
         result += throughput * shaded.radiance;
         if (!shaded.specular) return result;
-        throughput *= shaded.specular->weight;
-        parts = chain.parts.times(shaded.specular->weight).past_mirror();
+        const BsdfSample& sample = *shaded.specular;
+        throughput *= sample.weight;
+        parts = past(chain.parts.times(sample.weight), sample);
+        rule = chain.rule.after(sample, chain.ray, chain.hit->t);
         if (depth >= kRouletteFromSpecular) {
             // What glass made of the throughput in earlier chains is not taken out: a few more paths end.
             const float survival = survival_of(throughput, 1);
@@ -227,9 +248,9 @@ Rgb follow_and_shade(const Scene& scene, SpecularBranch from, Sampler& sampler, 
             throughput /= survival;
             parts = parts.times(1 / survival);
         }
-        left = chain.left - 1;
-        medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
-        ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
+        left = bounces_left(chain.left, sample);
+        medium = medium_towards(chain.hit->media, chain.hit->at.n, sample.wi, chain.medium);
+        ray = Ray{chain.hit->at.towards(sample.wi), sample.wi};
     }
 }
 

@@ -208,20 +208,23 @@ class ShadingPointFinder {
         };  // no medium scatters
         std::int32_t medium = scene_.media().camera;
         Rgb throughput(1);
+        EmissionRule rule = EmissionRule::all();
         int left = std::min(most_bounces(settings_.max_depth), kMostSpecular);
         for (;;) {
             const SpecularChain chain =
-                follow_specular(scene_, ray, medium, EmissionRule::all(), left, sampler, nothing);
+                follow_specular(scene_, ray, medium, rule, left, sampler, nothing);
             seen.shown.back() += luminance(throughput * chain.emitted);
             if (!chain.hit) return;
             throughput *= chain.throughput;
             const Bsdf bsdf = scene_.bsdf(*chain.hit);
             const DirectLight shaded = shade(chain.vertex(bsdf), throughput, number, sampler, seen);
             if (!shaded.specular) return;
-            left = chain.left - 1;
-            throughput *= shaded.specular->weight;
-            medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
-            ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
+            const BsdfSample& sample = *shaded.specular;
+            left = bounces_left(chain.left, sample);
+            throughput *= sample.weight;
+            rule = chain.rule.after(sample, chain.ray, chain.hit->t);
+            medium = medium_towards(chain.hit->media, chain.hit->at.n, sample.wi, chain.medium);
+            ray = Ray{chain.hit->at.towards(sample.wi), sample.wi};
         }
     }
 

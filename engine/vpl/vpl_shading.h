@@ -82,8 +82,7 @@ class VplShading {
 
         const Rgb value = throughput * place.value(w) * light.contribution * (clamped * sent / d2 / paths_);
         if (is_black(value)) return value;
-        if (!scene_.unoccluded(x, light.at)) return Rgb(0);
-        return value * transmittance(scene_, x, w, d, place.medium_towards(w), sampler);
+        return value * passing(scene_, way_between(x, light.at), place.medium_towards(w), sampler);
     }
 
   private:

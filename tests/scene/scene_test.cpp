@@ -95,10 +95,10 @@ TEST(Scene, BetweenPoints_OnlyWhatStandsBetweenHides) {
     const auto near = scene.intersect({eye, {0, 0, 1}});
     const auto far = scene.intersect({{0.1F, 0.2F, 9}, {0, 0, -1}});
     ASSERT_TRUE(near && far);
-    EXPECT_TRUE(scene.unoccluded(near->at, far->at));
-    EXPECT_TRUE(scene.unoccluded(far->at, near->at));
-    EXPECT_TRUE(scene.unoccluded(near->at, SurfacePoint{eye}));
-    EXPECT_FALSE(scene.unoccluded(far->at, SurfacePoint{eye}));
+    EXPECT_FALSE(scene.blocked(way_between(near->at, far->at), true));
+    EXPECT_FALSE(scene.blocked(way_between(far->at, near->at), true));
+    EXPECT_FALSE(scene.blocked(way_between(near->at, SurfacePoint{eye}), true));
+    EXPECT_TRUE(scene.blocked(way_between(far->at, SurfacePoint{eye}), true));
 }
 
 TEST(Scene, NearestOfMeshAndQuadric_IsMetAndHides) {
