@@ -38,7 +38,7 @@ TEST(Passage, BallsInABox_WeakenAsTheirLengthsSay) {
     EXPECT_NEAR(through.y, std::exp(-0.2 * 2 - 0.3 * 3), 1e-6);
     EXPECT_NEAR(through.z, std::exp(-0.5 * 2 - 0.3 * 3), 1e-6);
     // From the middle to a point of the shell.
-    const Rgb half = transmittance(scene, SurfacePoint{V3f(0.0F)}, {0, 1, 0}, 1.5F, 1, sampler);
+    const Rgb half = transmittance(scene, Ray{V3f(0.0F), {0, 1, 0}, 1.5F}, 1, sampler);
     EXPECT_NEAR(half.x, std::exp(-1 - 0.05 - 0.3 * 1.5), 1e-6);
 }
 
