@@ -29,9 +29,11 @@ struct PathClass {
     // was, and no medium has scattered it.
     bool left_caustic_chain = false;
     bool strayed = false;  // some bounce was not perfectly specular, whatever counts as specular
+    bool began_specular = false;  // the first bounce was perfectly specular: LS...
 
     std::uint32_t bounces() const { return specular + non_specular; }
     void bounce(bool is_specular, bool is_delta) {
+        if (bounces() == 0) began_specular = is_delta;
         ++(is_specular ? specular : non_specular);
         left_caustic_chain = left_caustic_chain || (!is_specular && !specular_last);
         specular_last = is_specular;
@@ -51,6 +53,7 @@ enum class PathUse : std::uint8_t {
     first_hits,      // L
     caustics,        // LS*
     caustic_chains,  // L(S+D)*S*
+    began_specular,  // L, and LS and what comes after it
 };
 inline bool is_of_use(const PathClass& path, PathUse use) {
     switch (use) {
@@ -62,6 +65,8 @@ inline bool is_of_use(const PathClass& path, PathUse use) {
             return path.non_specular == 0;
         case PathUse::caustic_chains:
             return !path.left_caustic_chain;
+        case PathUse::began_specular:
+            return path.bounces() == 0 || path.began_specular;
     }
     return true;
 }

@@ -16,6 +16,7 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/monitor.h"
+#include "engine/base/path_limits.h"
 #include "engine/cli/checkpointing.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
@@ -27,6 +28,7 @@
 #include "engine/cli/scene_copy.h"
 #include "engine/cli/tev_display.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/render/chance_light.h"
 #include "engine/render/image_part.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
@@ -324,6 +326,31 @@ class Pictures {
     std::map<std::string, std::string> attributes_;
 };
 
+// What the path tracer's image is checked against, and the film told to note what it needs for that. None
+// where no light goes over specular surfaces, or only a part of the image is rendered here.
+std::optional<ChanceLight> light_that_paths_hardly_find(Job& job, const RenderOptions& options,
+                                                        Monitor& monitor) {
+    const auto* path = std::get_if<PathSettings>(&job.integrator);
+    if (!path || options.workers.ranks || job.film.is_part() || !has_chance_light(job.scene))
+        return std::nullopt;
+    job.film.chance = true;
+    return chance_light_in_view(
+        job, {job.scene, options.seed, most_bounces(path->max_depth), options.workers, monitor});
+}
+
+// No error is stated of an image that lacks light which its samples have not met.
+void warn_of_missing_light(const Job& job, const ChanceLight& there, RenderResult& result, Monitor& monitor) {
+    const MissingInImage missing = missing_in(job, result, there);
+    if (!(missing.missing > 0)) return;
+    monitor.warn(fmt::format(
+        "about {} of the image's light is missing, by a cross-check with light paths: it comes over mirrors, "
+        "lenses or solid glass from lamps that are too small for path tracing to meet; the image's error is "
+        "not known; use photonmap, progressive or igi",
+        percent_text(missing.share())));
+    result.report.relative_error.reset();
+    result.report.denoised_error.reset();
+}
+
 std::string stopped_text(const RenderReport& report, int asked) {
     return asked == kNoEndOfSamples
                ? fmt::format("stopped: {} samples per pixel were done", report.samples_done)
@@ -437,6 +464,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
         if (frames.ranks) share_settings(*frames.ranks, job.integrator);
         facts.choose_seconds = choosing.seconds();
     }
+    const std::optional<ChanceLight> hidden = light_that_paths_hardly_find(job, options, monitor);
     options.limits.seconds = whole - clock.seconds();
     const Stopwatch rendering;
     checkpointing.attach(job, options);
@@ -464,6 +492,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
         options.watch = [&display](const RenderResult& result) { display->show(result.image); };
     }
     RenderResult result = render(job, options, monitor);
+    if (hidden) warn_of_missing_light(job, *hidden, result, monitor);
     note();
 
     // Write.

@@ -299,7 +299,7 @@ void MediaPathEstimator::add_impostors(Path& path, const std::optional<Hit>& hit
                           const MediaAlong along(media_, path.medium, path.ray, static_cast<double>(distance));
                           const Rgb arriving = path.throughput * transmittance(along, more) * radiance;
                           path.result += arriving;
-                          path.parts.met(arriving, light);
+                          path.parts.met(arriving, light, path.rule.kind == EmissionRule::Kind::all);
                       });
 }
 

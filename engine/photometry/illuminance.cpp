@@ -9,7 +9,10 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/path_limits.h"
+#include "engine/base/plain_text.h"
 #include "engine/photometry/path_rounds.h"
+#include "engine/render/chance_light.h"
 #include "engine/scene/quantity.h"
 
 namespace lucerna {
@@ -47,6 +50,7 @@ class LightOf {
 // Of a surface whose points are done.
 void sum_up(SurfaceIlluminance& done) {
     double mean = 0, variance = 0;
+    done.direct = 0;
     const auto n = static_cast<double>(done.points.size());
     done.groups.assign(done.points.front().groups.size(), 0.0);
     for (const PointParts& point : done.points) {
@@ -89,10 +93,23 @@ class PointImage {
         film.width = kWidth;
         film.height = static_cast<int>((points * heads_ + kWidth - 1) / kWidth);
         film.parts = true;
+        film.chance = has_chance_light(job.scene);
         job.film = film;
     }
 
     int heads() const { return heads_; }
+    // Of each point, what its paths met by chance.
+    std::vector<ChanceLight> met_by_chance(const Image& chance) const {
+        const LightOf met(chance, "");
+        std::vector<ChanceLight> points;
+        const std::size_t pixels = chance.data.size() / chance.channels.size();
+        for (std::size_t pixel = 0; pixel < pixels;) {
+            RunningStats heads;
+            for (int h = 0; h < heads_ && pixel < pixels; ++h, ++pixel) heads.add(met(pixel));
+            points.push_back({heads.mean(), heads.standard_error()});
+        }
+        return points;
+    }
     std::vector<SurfaceIlluminance> read(const RenderResult& result,
                                          const std::vector<std::string>& groups) const {
         const Image& parts = result.parts.value();
@@ -140,6 +157,61 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
         }
     }
     return worst;
+}
+
+// Half of the distance of a surface's points, over which light paths are blurred; a share of the scene's
+// diagonal where that is no distance to find any in.
+float blur_of(const CalculationSurface& surface, const Scene& scene) {
+    constexpr double kLeast = 0.005, kAlone = 0.01;
+    const double spacing = std::min(surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
+    const auto size = static_cast<double>(diagonal(scene));
+    return static_cast<float>(spacing / 2 > kLeast * size ? spacing / 2 : kAlone * size);
+}
+
+// Widens the intervals of points that light reaches over specular surfaces without any of their paths having
+// met it, and says so.
+void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& points, const Image& chance,
+                 const Job& job, const std::string& unit, const IlluminanceOptions& options,
+                 Monitor& monitor) {
+    constexpr double kStandardErrors = 4;  // there are many points
+    constexpr double kLeastWarned = 0.001;  // of the mean
+    std::vector<float> radii;
+    for (const SurfaceIlluminance& surface : surfaces)
+        radii.insert(radii.end(), surface.points.size(), blur_of(surface.surface, job.scene));
+    const auto* path = std::get_if<PathSettings>(&job.integrator);
+    const ChanceLightWork work{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
+                               options.workers, monitor};
+    const std::vector<ChanceLight> there = chance_light_at(job.receivers.points, radii, work);
+    const std::vector<ChanceLight> met = points.met_by_chance(chance);
+    std::size_t point = 0;
+    for (SurfaceIlluminance& surface : surfaces) {
+        const auto n = static_cast<double>(surface.points.size());
+        std::vector<double> missing(surface.points.size());
+        ChanceLight all_there, all_met;
+        for (double& of_point : missing) {
+            of_point = missing_light(there[point], met[point], kStandardErrors);
+            all_there.value += there[point].value / n;
+            all_there.standard_error += there[point].standard_error / n;  // paths pass several points
+            all_met.value += met[point].value / n;
+            all_met.standard_error = std::hypot(all_met.standard_error, met[point].standard_error / n);
+            ++point;
+        }
+        surface.missing = missing_light(all_there, all_met, kStandardErrors);
+        for (std::size_t i = 0; i < missing.size(); ++i) {
+            Reading95& all = surface.points[i].all;
+            all.half_width += missing[i];
+            surface.points[i].indirect.half_width += missing[i];
+        }
+        const double mean = surface.mean.value, half_width = surface.mean.half_width;
+        sum_up(surface);
+        surface.mean = {mean, half_width + surface.missing};
+        if (!(surface.missing > kLeastWarned * mean)) continue;
+        monitor.warn(fmt::format(
+            "surface \"{}\": about {:.3g} {} are missing in the mean, beside the {:.4g} {} that were found: light "
+            "that comes over mirrors, lenses or solid glass from lamps that are too small for path tracing to "
+            "meet. A cross-check by light paths found it; the intervals are wide enough to hold it",
+            plain_text(surface.surface.name), surface.missing, unit, mean, unit));
+    }
 }
 
 }  // namespace
@@ -195,8 +267,9 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     PathRounds rounds(job, Quantity::illuminance,
                       counts ? options.most_samples : std::max(kFirstOfHead, kFirstOfPoint / report.heads),
                       options.seed, options.workers, options.seconds);
+    RenderResult result;
     for (;;) {
-        const RenderResult result = rounds.render(monitor);
+        result = rounds.render(monitor);
         if (result.report.samples_done == 0) throw Stopped("ended before every point had a sample");
         report.surfaces = points.read(result, report.groups);
         report.precision = worst_of(report.surfaces);
@@ -207,8 +280,17 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
                           : counts                                ? "samples"
                           : report.precision <= options.precision ? "precision"
                                                                   : "";
+        if (report.ended_by.empty() &&
+            !rounds.is_worth_going_on(report.precision, options.precision, monitor))
+            report.ended_by = "forecast";
         if (!report.ended_by.empty()) break;
         rounds.grow(report.precision / (kAim * options.precision), kNoEndOfSamples);
+    }
+    if (result.chance && report.ended_by != "user") {
+        cross_check(report.surfaces, points, *result.chance, job, report.unit, options, monitor);
+        report.precision = worst_of(report.surfaces);
+        if (report.ended_by == "precision" && report.precision > options.precision)
+            report.ended_by = "missing light";
     }
     report.seconds = clock.seconds();
     return report;

@@ -45,6 +45,9 @@ struct SurfaceIlluminance {
     std::vector<double> groups;  // of the mean
     Reading95 least, greatest;   // of the points' estimates, with those points' intervals
     Reading95 uniformity;        // U_0 = least over mean
+    // Of the mean: light over specular surfaces that light paths bring, and that no path from the points met
+    // (engine/render/chance_light.h). All intervals are wide enough to hold it.
+    double missing = 0;
     std::size_t index(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
                static_cast<std::size_t>(x);
@@ -79,7 +82,7 @@ struct IlluminanceReport {
     std::string unit;                 // "lx", "W/m^2"
     std::string flux_unit;            // "lm", "W"
     double precision = 0;             // reached: the largest such share
-    std::string ended_by;             // "precision", "time", "samples", "user"
+    std::string ended_by;             // "precision", "time", "samples", "user", "forecast"
     int heads = 0;                    // of each point
     int samples = 0;                  // of each head
     std::uint64_t rays = 0;

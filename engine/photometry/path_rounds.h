@@ -24,11 +24,17 @@ class PathRounds {
     // The next round has enough samples for intervals that were `too_wide` times as wide as wanted, within
     // bounds that keep rounds few and their forecast sound; at most `most`.
     void grow(double too_wide, int most);
+    // Whether more rounds are worth their time, where none is set: at the rate so far, intervals that are
+    // `too_wide` times as wide as wanted are narrow enough within an hour. Tells how long it takes where that
+    // is more than a minute; `reached` and `wanted` are shares. Where it is hours, it warns and says why the
+    // computation ends.
+    bool is_worth_going_on(double reached, double wanted, Monitor& monitor) const;
 
   private:
     Job& job_;
     RenderOptions options_;
     Checkpoint kept_;
+    Stopwatch clock_;
 };
 
 }  // namespace lucerna

@@ -45,6 +45,8 @@ struct FilmSettings {
     bool adaptive = false;
     // Beside the image its parts and the scene's light groups are made (engine/scene/light_parts.h).
     bool parts = false;
+    // Beside the image its light that only chance finds is told (LightParts::by_chance).
+    bool chance = false;
 
     // Whether more of the picture is rendered elsewhere.
     bool is_part() const { return view_end != V2i(0, 0); }

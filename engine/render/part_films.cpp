@@ -5,11 +5,15 @@
 
 namespace lucerna {
 
-PartFilms::PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups) {
-    for (std::size_t part = 0; part < kLightParts; ++part)
-        names_.emplace_back(light_part_name(static_cast<LightPart>(part)));
-    for (const std::string& name : groups.names) names_.push_back(kLightGroupPrefix + name);
-    films_.assign(names_.size(), Film(width, height, alone(kind)));
+PartFilms::PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups,
+                     Wanted wanted) {
+    assert(wanted.any());
+    if (wanted.parts) {
+        for (std::size_t part = 0; part < kLightParts; ++part)
+            names_.emplace_back(light_part_name(static_cast<LightPart>(part)));
+        for (const std::string& name : groups.names) names_.push_back(kLightGroupPrefix + name);
+    }
+    films_.assign(names_.size() + (wanted.chance ? 1 : 0), Film(width, height, alone(kind)));
 }
 
 void PartFilms::add(int x, int y, const LightParts& sample, float weight, int half) {
@@ -33,7 +37,7 @@ Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
     }
     Image all(films_.front().width(), films_.front().height(), channels);
     if (!colours.is_srgb()) all.space = &colours.space();
-    for (std::size_t i = 0; i < films_.size(); ++i) {
+    for (std::size_t i = 0; i < names_.size(); ++i) {
         const Image one = films_[i].develop(scale, colours);
         const std::size_t width = one.channels.size(), pixels = one.data.size() / width;
         for (std::size_t p = 0; p < pixels; ++p) {
@@ -41,6 +45,11 @@ Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
         }
     }
     return all;
+}
+
+std::optional<Image> PartFilms::develop_chance(float scale, const WorkingSpace& colours) const {
+    if (films_.size() == names_.size()) return std::nullopt;
+    return films_.back().develop(scale, colours);
 }
 
 std::size_t PartFilms::bytes_of_sums() const {
@@ -65,10 +74,12 @@ void PartFilms::restore(std::span<const std::byte> sums) {
     }
 }
 
-std::size_t PartFilms::bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups) {
+std::size_t PartFilms::bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups, Wanted wanted) {
     // Channels: of the developed image, and as they are added to the one that is written.
     constexpr std::size_t kChannels = 2 * 6 * sizeof(float);
-    return (kLightParts + groups.names.size()) * (Film::bytes_per_pixel(alone(kind)) + kChannels);
+    const std::size_t films =
+        (wanted.parts ? kLightParts + groups.names.size() : 0) + (wanted.chance ? 1 : 0);
+    return films * (Film::bytes_per_pixel(alone(kind)) + kChannels);
 }
 
 }  // namespace lucerna

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,8 +17,13 @@ namespace lucerna {
 
 class PartFilms {
   public:
-    // `kind`: the image's own film's. `groups` outlive the films.
-    PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups);
+    // Which are wanted: parts and groups, what chance finds, or both.
+    struct Wanted {
+        bool parts = false, chance = false;
+        bool any() const { return parts || chance; }
+    };
+    // `kind`: the image's own film's. `groups` outlive the films. At least one is wanted.
+    PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups, Wanted wanted);
 
     // A sample, as Film::add() has it. `half`: 0, unless kind.allocated.
     void add(int x, int y, const LightParts& sample, float weight, int half = 0);
@@ -27,6 +33,8 @@ class PartFilms {
     // Channels NAME.R .G .B and NAME.variance.R .G .B of each, as Film::develop() makes them: the parts by
     // light_part_name(), the groups as lightgroup.NAME.
     Image develop(float scale, const WorkingSpace& colours) const;
+    // LightParts::by_chance, if wanted, as Film::develop() makes it.
+    std::optional<Image> develop_chance(float scale, const WorkingSpace& colours) const;
 
     // As Film's, of all of them.
     std::vector<std::byte> sums() const;
@@ -38,7 +46,7 @@ class PartFilms {
     }
 
     // With their share of what develop() makes.
-    static std::size_t bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups);
+    static std::size_t bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups, Wanted wanted);
 
   private:
     // Halves are the image's own concern, unless it is their mean.
@@ -46,12 +54,13 @@ class PartFilms {
         kind.two_halves = kind.allocated;
         return kind;
     }
-    static const Rgb& value(const LightParts& sample, std::size_t film) {
+    const Rgb& value(const LightParts& sample, std::size_t film) const {
+        if (film >= names_.size()) return sample.by_chance;
         return film < kLightParts ? sample.parts[film] : sample.groups[film - kLightParts];
     }
 
-    std::vector<std::string> names_;
-    std::vector<Film> films_;  // of parts, then of groups
+    std::vector<std::string> names_;  // of parts, then of groups
+    std::vector<Film> films_;         // the same; then that of chance
 };
 
 }  // namespace lucerna

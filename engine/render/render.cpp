@@ -174,13 +174,14 @@ class Run {
     bool is_adaptive() const { return job_.film.two_halves && job_.film.adaptive && !in_passes_; }
 
     std::optional<PartFilms> make_part_films() const {
-        if (!job_.film.parts) return std::nullopt;
+        const PartFilms::Wanted wanted{job_.film.parts, job_.film.chance};
+        if (!wanted.any()) return std::nullopt;
         const std::string why = integrator_->why_no_light_groups();
-        if (!job_.scene.light_groups().empty() && !why.empty())
+        if (wanted.parts && !job_.scene.light_groups().empty() && !why.empty())
             throw InputError("the scene has light groups, and " + why);
         const Film::Kind kind{FilterSampler(job_.film.filter).weight(), integrator_->samples_per_pass() > 1,
                               is_adaptive(), is_adaptive()};
-        return PartFilms(film_.width(), film_.height(), kind, job_.scene.light_groups());
+        return PartFilms(film_.width(), film_.height(), kind, job_.scene.light_groups(), wanted);
     }
 
     enum class Swept : std::uint8_t { whole, out_of_time, stopped };
@@ -611,10 +612,11 @@ class Run {
             result.image.corner = job_.film.crop_begin;
             result.image.picture = {job_.film.width, job_.film.height};
         }
-        if (denoised && parts_) {
+        if (denoised && job_.film.parts) {
             result.parts = parts_->develop(job_.film.scale, job_.film.colours);
             if (job_.receivers.empty()) add_channels(*result.parts, features_.more, "");
         }
+        if (denoised && parts_) result.chance = parts_->develop_chance(job_.film.scale, job_.film.colours);
         if (!denoised || !film_.has_two_halves()) return result;
         result.layers = layers();
         // What filters look at around a part's edges is in other parts.

@@ -51,6 +51,8 @@ struct RenderResult {
     std::optional<Image> denoised = {};
     // PartFilms::develop()'s, and Features::variance and ::ids, if the job's film asks for parts.
     std::optional<Image> parts = {};
+    // PartFilms::develop_chance()'s, if the job's film asks for it.
+    std::optional<Image> chance = {};
 };
 
 // Throws InputError for settings that cannot be met, or a checkpoint that does not fit. Stops early, with

@@ -19,7 +19,7 @@ std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
                           job.film.adaptive};
     const std::uint64_t sums =
         Film::bytes_per_pixel(kind) +
-        (job.film.parts ? PartFilms::bytes_per_pixel(kind, job.scene.light_groups()) : 0);
+        PartFilms::bytes_per_pixel(kind, job.scene.light_groups(), {job.film.parts, job.film.chance});
     const std::uint64_t kept = (options.keep ? sums : 0) + (options.resume ? sums : 0);
     const std::uint64_t denoiser = job.film.two_halves ? kDenoiserBytesPerPixel : 0;
     return pixels * (sums + kImage + kept + denoiser);

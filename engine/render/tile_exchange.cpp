@@ -35,6 +35,8 @@ void TileExchange::fields_of(std::int64_t tile, Archive& archive) {
     if (parts_) parts_->fields_of(box.begin, box.end, archive);
     if (allocation_) for_each_block(tile, [&](int block) { allocation_->fields_of(block, archive); });
 }
+template void TileExchange::fields_of(std::int64_t tile, Packer& archive);
+template void TileExchange::fields_of(std::int64_t tile, Unpacker& archive);
 
 std::vector<std::int64_t> TileExchange::finish_round(const std::vector<std::int64_t>& own) {
     Packer packer;

@@ -53,7 +53,10 @@ struct LightGroups {
 struct LightParts {
     std::array<Rgb, kLightParts> parts;
     std::vector<Rgb> groups;  // as many as `of` has names
-    const LightGroups* of;    // outlives this
+    // Of their sum, the light that no sampling of lights can find: what a path that was scattered met at the
+    // end of a specular chain, by chance.
+    Rgb by_chance;
+    const LightGroups* of;  // outlives this
 
     explicit LightParts(const LightGroups& light_groups)
         : groups(light_groups.names.size()), of(&light_groups) {
@@ -62,6 +65,7 @@ struct LightParts {
     void clear() {
         parts.fill(Rgb(0));
         groups.assign(groups.size(), Rgb(0));
+        by_chance = Rgb(0);
     }
 };
 
@@ -93,14 +97,16 @@ class PartsSink {
     PartsSink in_medium() const { return on(way_ == Way::eye ? Way::in_medium : beyond()); }
     PartsSink past(bool mirror) const { return mirror ? past_mirror() : past_surface(); }
 
-    // A light that the path's last ray meets; kNoLight is whatever no light sends.
-    void met(const Rgb& radiance, std::int32_t light) const {
+    // A light that the path's last ray meets; kNoLight is whatever no light sends. `by_chance`: no light was
+    // sampled for it at the vertex before.
+    void met(const Rgb& radiance, std::int32_t light, bool by_chance = false) const {
         constexpr LightPart parts[] = {LightPart::emission, LightPart::direct, LightPart::caustic,
                                        LightPart::indirect, LightPart::media};
         if (to_) add(parts[static_cast<std::size_t>(way_)], radiance, light);
+        if (to_ && by_chance && way_ != Way::eye) to_->by_chance += weight_ * radiance;
     }
-    void met(const Rgb& radiance, std::uint32_t light) const {
-        met(radiance, static_cast<std::int32_t>(light));
+    void met(const Rgb& radiance, std::uint32_t light, bool by_chance = false) const {
+        met(radiance, static_cast<std::int32_t>(light), by_chance);
     }
     // What is found at the place where the path has arrived, by asking a light in a straight line; and what
     // came there over mirrors and clear glass alone; in any other way.

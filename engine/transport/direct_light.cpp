@@ -130,7 +130,7 @@ Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit
     const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(rule.whole(ray), rule.passed + hit->t,
                                                                       hit->at.n, hit->primitive);
     const Rgb radiance = seen.radiance * rule.share(scene, light, seen);
-    parts.met(radiance, light);
+    parts.met(radiance, light, rule.kind == EmissionRule::Kind::all);
     return radiance;
 }
 
@@ -140,7 +140,7 @@ Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, 
     Rgb result = surface_emission(scene, ray, hit, rule, parts);
     for_each_impostor(scene, ray, hit, rule, [&](const Rgb& radiance, float, std::uint32_t light) {
         result += radiance;
-        parts.met(radiance, light);
+        parts.met(radiance, light, rule.kind == EmissionRule::Kind::all);
     });
     return result;
 }
@@ -155,7 +155,7 @@ Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, 
         if (!is_black(radiance)) {
             const Rgb arriving = radiance * transmittance(scene, Ray{ray.o, ray.d, distance}, medium, more);
             result += arriving;
-            parts.met(arriving, light);
+            parts.met(arriving, light, rule.kind == EmissionRule::Kind::all);
         }
     };
     if (hit) add(surface_emission(scene, ray, hit, rule), hit->t, static_cast<std::uint32_t>(hit->light));

@@ -1,0 +1,64 @@
+// A cross-check of path tracing by light paths.
+//
+// Light that leaves a lamp and goes over mirrors, lenses or solid glass before it reaches a surface is found by
+// no sampling of lights. A path from the eye meets the lamp over such a chain by chance alone: seldom where the
+// lamp is small, and never where it is a point or a sun. Such a path tracer's samples agree with each other,
+// and their interval says nothing of what none of them met. Paths from the lamps find that light easily. Here
+// they estimate how much of it arrives, blurred over a neighbourhood of the places that are looked at; beside
+// it stands what the path tracer met by chance (LightParts::by_chance).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/render/job.h"
+#include "engine/render/render.h"
+#include "engine/scene/receiver.h"
+
+namespace lucerna {
+
+// Luminance, or illuminance, in the scene's units, and the standard error of its estimate.
+struct ChanceLight {
+    double value = 0, standard_error = 0;
+};
+
+// Of what light paths bring, the part that others did not meet: 0 unless it is more than so many standard
+// errors of both.
+double missing_light(const ChanceLight& by_light_paths, const ChanceLight& met, double standard_errors);
+
+struct ChanceLightWork {
+    const Scene& scene;
+    std::uint64_t seed;
+    int longest;  // bounces of a whole path at the most
+    const Workers& workers;
+    Monitor& monitor;
+};
+
+// Whether a path tracer could miss light there: some light goes over a surface that is specular.
+bool has_chance_light(const Scene& scene);
+
+// The illuminance at receivers by paths whose first bounce was specular, each blurred over a ball around the
+// receiver, of its radius (scene units, > 0). All zero where the monitor stopped it.
+std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
+                                         const ChanceLightWork& work);
+
+// The mean over a view of what surfaces send to the eye of such light, by density estimation at the first
+// diffuse surface that a camera ray meets. Of a job whose integrator is a path tracer.
+ChanceLight chance_light_in_view(const Job& job, const ChanceLightWork& work);
+// The mean of an image of one value for each pixel, as RenderResult::chance is.
+ChanceLight mean_of(const Image& image);
+
+// What a rendered image lacks of light that its path tracer hardly finds.
+struct MissingInImage {
+    double missing = 0;  // in the image's mean; 0: nothing that could be told
+    double mean = 0;     // of the image
+    double share() const { return missing / (mean + missing); }  // missing > 0
+};
+// `there`: chance_light_in_view()'s. The result is of a film that tells what chance finds.
+MissingInImage missing_in(const Job& job, const RenderResult& result, const ChanceLight& there);
+
+}  // namespace lucerna
