@@ -28,7 +28,7 @@ struct PathClass {
     // False as long as the path is L(S+D)*S*: every bounce that was not specular came directly after one that
     // was, and no medium has scattered it.
     bool left_caustic_chain = false;
-    bool strayed = false;  // some bounce was not perfectly specular, whatever counts as specular
+    bool strayed = false;         // some bounce was not perfectly specular, whatever counts as specular
     bool began_specular = false;  // the first bounce was perfectly specular: LS...
 
     std::uint32_t bounces() const { return specular + non_specular; }

@@ -48,8 +48,11 @@ according to EN 12464-1.
 
 Results for each surface: mean, minimum and maximum illuminance, the uniformity U_0 = minimum / mean, and the share of direct
 light. Each number has a 95 % confidence interval; with --precision 2% (the default) the computation continues until no
-point's interval is wider than ± 2 % of its illuminance, or of the surface's mean if that is more. --time stops it earlier.
-Everything is computed by path tracing, unbiased.
+point's interval is wider than ± 2 % of its illuminance, or of the surface's mean if that is more. --time stops it earlier;
+without it the computation ends with a warning where that precision would take more than an hour.
+Everything is computed by path tracing, unbiased. Light passes panes (thindielectric) in a straight line and is sampled
+through them. Where a scene has mirrors, lenses or solid glass, light paths from the lamps check the result: light of lamps
+that are too small to be met over them is missing, is named by a warning, and widens the intervals.
 
 Kinds: planar (as read by a photometer on the surface), cylindrical, semicylindrical, hemispherical and spherical (EN 12665;
 scalar illuminance is four times the spherical). --facing turns planar sensors to another direction: for example,
@@ -107,7 +110,9 @@ constexpr std::string_view kErrorMap = "error", kUncertaintyMap = "uncertainty";
 
 std::string end_text(const IlluminanceReport& report) {
     const std::string reached =
-        fmt::format("± {} at the least accurate point", percent_text(report.precision));
+        std::isfinite(report.precision)
+            ? fmt::format("± {} at the least accurate point", percent_text(report.precision))
+            : "light is missing at points where none was found";
     return fmt::format("{}; {} samples for each point, {}", reached,
                        static_cast<std::int64_t>(report.heads) * report.samples,
                        duration_text(report.seconds));

@@ -97,8 +97,8 @@ class PathEstimator final : public Estimator {
             const auto hit = bounce == 0 && receiver ? std::optional(*receiver) : scene_.intersect(ray);
             const bool metered = settings_.quantity == Quantity::illuminance && bounce == 0;
             if (settings_.max_depth > 0 && bounce >= settings_.max_depth) {
-                result += throughput * emission_ahead(scene_, ray, hit, rule, kNoMedium, sampler,
-                                                      parts.times(throughput));
+                result += throughput *
+                          emission_ahead(scene_, ray, hit, rule, kNoMedium, sampler, parts.times(throughput));
                 break;
             }
             if (!metered) result += throughput * emission(scene_, ray, hit, rule, parts.times(throughput));
@@ -143,8 +143,7 @@ class PathEstimator final : public Estimator {
             parts = past(parts, sample);
             eta_scale *= sample.eta_scale;
             density_ratio *= guided->ratio;
-            rule =
-                sample.delta ? rule.after(sample, ray, hit->t) : EmissionRule::mis(sample.pdf_w, choice);
+            rule = sample.delta ? rule.after(sample, ray, hit->t) : EmissionRule::mis(sample.pdf_w, choice);
             ray = Ray{hit->at.towards(sample.wi), sample.wi};
             if (sample.straight) continue;
 
@@ -277,8 +276,8 @@ MediaPathEstimator::Segment MediaPathEstimator::propagate(Path& path, Sampler& s
         }
         const bool border = hit && scene_.is_border(*hit);
         if (!border) {
-            path.result += path.throughput * surface_emission(scene_, rest, hit, path.rule,
-                                                              path.parts.times(path.throughput));
+            path.result += path.throughput *
+                           surface_emission(scene_, rest, hit, path.rule, path.parts.times(path.throughput));
             if (!hit) return {};
             return {hit, {}};
         }
@@ -294,13 +293,13 @@ MediaPathEstimator::Segment MediaPathEstimator::propagate(Path& path, Sampler& s
 void MediaPathEstimator::add_impostors(Path& path, const std::optional<Hit>& hit, Sampler& sampler) const {
     if (path.rule.kind == EmissionRule::Kind::none || scene_.impostors().empty()) return;
     Sampler more = sampler.split(kPathLampBranch);
-    for_each_impostor(scene_, path.ray, hit, path.rule,
-                      [&](const Rgb& radiance, float distance, std::uint32_t light) {
-                          const MediaAlong along(media_, path.medium, path.ray, static_cast<double>(distance));
-                          const Rgb arriving = path.throughput * transmittance(along, more) * radiance;
-                          path.result += arriving;
-                          path.parts.met(arriving, light, path.rule.kind == EmissionRule::Kind::all);
-                      });
+    for_each_impostor(
+        scene_, path.ray, hit, path.rule, [&](const Rgb& radiance, float distance, std::uint32_t light) {
+            const MediaAlong along(media_, path.medium, path.ray, static_cast<double>(distance));
+            const Rgb arriving = path.throughput * transmittance(along, more) * radiance;
+            path.result += arriving;
+            path.parts.met(arriving, light, path.rule.kind == EmissionRule::Kind::all);
+        });
 }
 
 // A path that may not bounce any more still sees what lies straight behind a pane, as shadow rays do. False:
@@ -345,8 +344,8 @@ MediaPathEstimator::Next MediaPathEstimator::scatter(Path& path, const Segment& 
     path.throughput *= sample->weight;
     path.parts = past(path.parts, *sample);
     path.eta_scale *= sample->eta_scale;
-    path.rule = sample->delta ? path.rule.after(*sample, path.ray, hit.t)
-                              : EmissionRule::mis(sample->pdf_w, choice);
+    path.rule =
+        sample->delta ? path.rule.after(*sample, path.ray, hit.t) : EmissionRule::mis(sample->pdf_w, choice);
     path.medium = medium_towards(hit.media, hit.at.n, sample->wi, path.medium);
     path.ray = Ray{hit.at.towards(sample->wi), sample->wi};
     return sample->straight ? Next::straight : Next::bounce;

@@ -163,7 +163,8 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
 // diagonal where that is no distance to find any in.
 float blur_of(const CalculationSurface& surface, const Scene& scene) {
     constexpr double kLeast = 0.005, kAlone = 0.01;
-    const double spacing = std::min(surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
+    const double spacing =
+        std::min(surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
     const auto size = static_cast<double>(diagonal(scene));
     return static_cast<float>(spacing / 2 > kLeast * size ? spacing / 2 : kAlone * size);
 }
@@ -173,7 +174,7 @@ float blur_of(const CalculationSurface& surface, const Scene& scene) {
 void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& points, const Image& chance,
                  const Job& job, const std::string& unit, const IlluminanceOptions& options,
                  Monitor& monitor) {
-    constexpr double kStandardErrors = 4;  // there are many points
+    constexpr double kStandardErrors = 4;   // there are many points
     constexpr double kLeastWarned = 0.001;  // of the mean
     std::vector<float> radii;
     for (const SurfaceIlluminance& surface : surfaces)
@@ -207,8 +208,10 @@ void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& po
         surface.mean = {mean, half_width + surface.missing};
         if (!(surface.missing > kLeastWarned * mean)) continue;
         monitor.warn(fmt::format(
-            "surface \"{}\": about {:.3g} {} are missing in the mean, beside the {:.4g} {} that were found: light "
-            "that comes over mirrors, lenses or solid glass from lamps that are too small for path tracing to "
+            "surface \"{}\": about {:.3g} {} are missing in the mean, beside the {:.4g} {} that were found: "
+            "light "
+            "that comes over mirrors, lenses or solid glass from lamps that are too small for path tracing "
+            "to "
             "meet. A cross-check by light paths found it; the intervals are wide enough to hold it",
             plain_text(surface.surface.name), surface.missing, unit, mean, unit));
     }

@@ -38,20 +38,28 @@ RenderResult PathRounds::render(Monitor& monitor) {
     return lucerna::render(job_, options_, monitor);
 }
 
+Forecast forecast(double so_far, double reached, double wanted) {
+    using enum Forecast::Verdict;
+    const double left = so_far * (sqr(reached / wanted) - 1);  // wanted > 0
+    if (so_far < kLeastForForecast || !(left > kShort)) return {go_on, left};
+    return {left > kTooLong ? give_up : tell, left};
+}
+
 bool PathRounds::is_worth_going_on(double reached, double wanted, Monitor& monitor) const {
+    using enum Forecast::Verdict;
     if (std::isfinite(options_.limits.seconds)) return true;
     const double so_far = clock_.seconds();
-    const double left = so_far * (sqr(reached / wanted) - 1);  // wanted > 0
-    if (so_far < kLeastForForecast || !(left > kShort)) return true;
-    const std::string forecast =
-        fmt::format("± {:.2g} % after {}; at this rate ± {:.2g} % takes about {} more", 100 * reached,
-                    duration_text(so_far), 100 * wanted, duration_text(left));
-    if (left > kTooLong) {
-        monitor.warn(forecast + ", so the computation ends here; state --time to go on for that long");
-        return false;
+    const Forecast expected = forecast(so_far, reached, wanted);
+    if (expected.verdict == go_on) return true;
+    const std::string text =
+        fmt::format("± {:.2g} % after {}; at this rate ± {:.2g} % takes {} more", 100 * reached,
+                    duration_text(so_far), 100 * wanted, duration_text(expected.left));
+    if (expected.verdict == tell) {
+        monitor.info(text);
+        return true;
     }
-    monitor.info(forecast);
-    return true;
+    monitor.warn(text + ", so the computation ends here; --time sets how long it may go on");
+    return false;
 }
 
 void PathRounds::grow(double too_wide, int most) {

@@ -10,6 +10,14 @@
 
 namespace lucerna {
 
+// How long it takes until an interval is as narrow as wanted, at the rate of the seconds so far.
+struct Forecast {
+    enum class Verdict : std::uint8_t { go_on, tell, give_up };
+    Verdict verdict;
+    double left;  // seconds
+};
+Forecast forecast(double so_far, double reached, double wanted);
+
 class PathRounds {
   public:
     // Of `job`, which must outlive this, by its path tracer or a default one, that measures `quantity`; its
@@ -24,10 +32,9 @@ class PathRounds {
     // The next round has enough samples for intervals that were `too_wide` times as wide as wanted, within
     // bounds that keep rounds few and their forecast sound; at most `most`.
     void grow(double too_wide, int most);
-    // Whether more rounds are worth their time, where none is set: at the rate so far, intervals that are
-    // `too_wide` times as wide as wanted are narrow enough within an hour. Tells how long it takes where that
-    // is more than a minute; `reached` and `wanted` are shares. Where it is hours, it warns and says why the
-    // computation ends.
+    // Whether more rounds are worth their time, where none is set (forecast()). Tells how long they take
+    // where that is long; where it is hours, warns that the computation ends for that reason. `reached` and
+    // `wanted` are shares.
     bool is_worth_going_on(double reached, double wanted, Monitor& monitor) const;
 
   private:

@@ -55,8 +55,8 @@ struct Ball {
     float radius;
 };
 
-// Adds up what the segments of a chunk of paths bring to balls around receivers: a segment that comes nearer to
-// the centre than the radius brings its power over the ball's cross-section.
+// Adds up what the segments of a chunk of paths bring to balls around receivers: a segment that comes nearer
+// to the centre than the radius brings its power over the ball's cross-section.
 struct BallVisitor : LightPathVisitor {
     std::span<const Receiver> receivers;
     std::span<const Ball> balls;
@@ -72,15 +72,14 @@ struct BallVisitor : LightPathVisitor {
         return true;
     }
     void hit(const LightPathHit& at) {
-        // Beyond a surface that lets it pass straight on comes the next segment; before any other the last part
-        // of the ball lies behind the surface, and counts.
+        // Beyond a surface that lets it pass straight on comes the next segment; before any other the last
+        // part of the ball lies behind the surface, and counts.
         const bool passes = !is_black(at.bsdf.straight_share(-at.d));
         if (at.path.began_specular) add(at.d, double{luminance(at.power)}, at.hit.t, !passes);
         from = at.hit.at;
     }
     void scatter(const LightPathScatter& at) {
-        if (at.path.began_specular)
-            add(at.d, double{luminance(at.power)}, (at.p - from.p).length(), false);
+        if (at.path.began_specular) add(at.d, double{luminance(at.power)}, (at.p - from.p).length(), false);
         from = SurfacePoint{at.p};
     }
     void escape(const LightPathEscape& at) {
@@ -204,14 +203,18 @@ ChanceLight chance_light_in_view(const Job& job, const ChanceLightWork& work) {
 }
 
 ChanceLight mean_of(const Image& image) {
-    const std::size_t channels = image.channels.size(), pixels = image.data.size() / channels;
-    RunningStats values;
-    for (std::size_t p = 0; p < pixels; ++p) {
-        const float* rgb = &image.data[p * channels];
-        values.add(double{luminance(Rgb(rgb[0], rgb[1], rgb[2]))});
+    const std::size_t channels = image.channels.size();
+    std::vector<double> values;
+    for (std::size_t at = 0; at + 2 < image.data.size(); at += channels) {
+        const float* rgb = &image.data[at];
+        values.push_back(std::max(0.0, double{luminance(Rgb(rgb[0], rgb[1], rgb[2]))}));
     }
-    // By the pixels' scatter: wide, as it holds what they show, and never too narrow.
-    return {values.mean(), values.standard_error()};
+    const double limit = limit_of_most(values);
+    RunningStats of_most;
+    for (const double value : values) {
+        if (value <= limit) of_most.add(value);
+    }
+    return {of_most.mean(), of_most.standard_error()};
 }
 
 MissingInImage missing_in(const Job& job, const RenderResult& result, const ChanceLight& there) {

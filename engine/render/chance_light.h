@@ -1,11 +1,11 @@
 // A cross-check of path tracing by light paths.
 //
-// Light that leaves a lamp and goes over mirrors, lenses or solid glass before it reaches a surface is found by
-// no sampling of lights. A path from the eye meets the lamp over such a chain by chance alone: seldom where the
-// lamp is small, and never where it is a point or a sun. Such a path tracer's samples agree with each other,
-// and their interval says nothing of what none of them met. Paths from the lamps find that light easily. Here
-// they estimate how much of it arrives, blurred over a neighbourhood of the places that are looked at; beside
-// it stands what the path tracer met by chance (LightParts::by_chance).
+// Light that leaves a lamp and goes over mirrors, lenses or solid glass before it reaches a surface is found
+// by no sampling of lights. A path from the eye meets the lamp over such a chain by chance alone: seldom
+// where the lamp is small, and never where it is a point or a sun. Such a path tracer's samples agree with
+// each other, and their interval says nothing of what none of them met. Paths from the lamps find that light
+// easily. Here they estimate how much of it arrives, blurred over a neighbourhood of the places that are
+// looked at; beside it stands what the path tracer met by chance (LightParts::by_chance).
 #pragma once
 
 #include <cstdint>
@@ -49,7 +49,8 @@ std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, st
 // The mean over a view of what surfaces send to the eye of such light, by density estimation at the first
 // diffuse surface that a camera ray meets. Of a job whose integrator is a path tracer.
 ChanceLight chance_light_in_view(const Job& job, const ChanceLightWork& work);
-// The mean of an image of one value for each pixel, as RenderResult::chance is.
+// The mean luminance of an image's pixels, but for few that stand apart from all others (a lamp in view), and
+// the standard error by which they scatter: wide, as it holds what they show.
 ChanceLight mean_of(const Image& image);
 
 // What a rendered image lacks of light that its path tracer hardly finds.

@@ -12,7 +12,8 @@ constexpr std::uint32_t kAheadBranch = 0xa000;  // and one more for each pane
 
 // The share of a light's sample that arrives.
 template <typename Place>
-Rgb arriving_share(const Scene& scene, const Place& place, const LightSample& light_sample, Sampler& sampler) {
+Rgb arriving_share(const Scene& scene, const Place& place, const LightSample& light_sample,
+                   Sampler& sampler) {
     const Ray way = way_from(place.from(), light_sample.w, light_sample.distance);
     const std::int32_t medium = place.medium_towards(light_sample.w);
     if (scene.media().empty()) return passing(scene, way, medium, sampler);  // draws nothing
@@ -196,10 +197,9 @@ DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& samp
     if (!sample) return {asked, {}};
     if (sample->delta) return {asked, sample};
     const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-    const Rgb found =
-        emission_ahead(scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
-                       vertex.medium_towards(sample->wi), sampler,
-                       parts.times(sample->weight / chance).past_surface());
+    const Rgb found = emission_ahead(
+        scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
+        vertex.medium_towards(sample->wi), sampler, parts.times(sample->weight / chance).past_surface());
     return {asked + sample->weight * found / chance, {}};  // chance >= kLeast
 }
 

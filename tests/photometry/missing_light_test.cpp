@@ -1,0 +1,181 @@
+// What paths from a receiver or the eye cannot find is told by light paths: lamps too small to be met over
+// mirrors and solid glass. What they do find is never called missing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "engine/base/path_limits.h"
+#include "engine/pbrt/read_scene.h"
+#include "engine/photometry/illuminance.h"
+#include "engine/photometry/path_rounds.h"
+#include "engine/render/chance_light.h"
+
+namespace lucerna {
+namespace missing_light_test {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+struct Listener : Monitor {
+    std::vector<std::string> warnings;
+    void warn(std::string_view line) override { warnings.emplace_back(line); }
+};
+
+Job job_of(const std::string& world) {
+    Monitor silent;
+    return read_scene_text(
+        "LookAt 0 -0.5 0.4  0 0.5 2  0 0 1 Camera \"perspective\" Film \"rgb\" \"integer xresolution\" 64 "
+        "\"integer yresolution\" 64 WorldBegin\n" +
+            world,
+        "scene.pbrt", {}, Workers{2}, silent);
+}
+
+// A plane of `size` at z = 2 that looks down to z = 0.
+CalculationSurface ceiling(double size, int points) {
+    CalculationSurface surface;
+    surface.name = "plane";
+    surface.corner = {-size / 2, -size / 2, 2};
+    surface.u = {size, 0, 0};
+    surface.v = {0, size, 0};
+    surface.normal = surface.up = {0, 0, -1};
+    surface.points = V2i(points);
+    return surface;
+}
+
+SurfaceIlluminance measure(const std::string& world, const CalculationSurface& surface, Listener& listener,
+                           std::uint64_t seed = 1) {
+    IlluminanceOptions options;
+    options.workers = {2};
+    options.seed = seed;
+    return illuminance_on(std::vector{surface}, job_of(world), options, listener).surfaces.front();
+}
+
+constexpr double kRadius = 0.002, kL = 1e5, kHeight = 2;
+const std::string kLamp =
+    "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb L\" "
+    "[1e5 "
+    "1e5 1e5] Shape \"disk\" \"float radius\" 0.002 AttributeEnd\n";
+const std::string kGround =
+    "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] Translate 0 0 2.5 Shape \"disk\" "
+    "\"float "
+    "radius\" 4 AttributeEnd\n";
+// A sheet of solid glass, its outside up and down.
+const std::string kSlab =
+    "AttributeBegin Material \"dielectric\" \"float eta\" 1.5 Translate 0 0 0.05 AttributeBegin "
+    "ReverseOrientation "
+    "Shape \"disk\" \"float radius\" 2 AttributeEnd Translate 0 0 0.006 Shape \"disk\" \"float radius\" 2 "
+    "AttributeEnd\n";
+
+double on_axis() {  // a disc of radius r, h below
+    return kPiD * kL * kRadius * kRadius / (kRadius * kRadius + kHeight * kHeight);
+}
+
+TEST(MissingLight, SmallLampBehindSolidGlass_IsToldAndTheIntervalHoldsIt) {
+    Listener listener;
+    const SurfaceIlluminance found = measure(kLamp + kGround + kSlab, ceiling(0.02, 1), listener);
+    // On the axis: straight on, less what both faces and all bounces between them reflect, and a little
+    // nearer by the glass, 6 mm (1 - 1/1.5).
+    const double f = 0.04, truth = on_axis() * (1 - 2 * f / (1 + f)) * std::pow(2 / (2 - 0.002), 2);
+    EXPECT_NEAR(found.missing, truth, 0.05 * truth);
+    EXPECT_GE(found.mean.value + found.mean.half_width, 0.95 * truth);
+    EXPECT_LT(found.mean.value, 0.1 * truth);
+    ASSERT_THAT(listener.warnings, SizeIs(1));
+    EXPECT_THAT(listener.warnings.front(), HasSubstr("missing"));
+}
+
+TEST(MissingLight, PointLightOverAMirror_IsThatOfItsImage) {
+    Listener listener;
+    const std::string mirror =
+        "AttributeBegin Material \"conductor\" \"rgb reflectance\" [1 1 1] Translate 0 0 -1 Shape \"disk\" "
+        "\"float radius\" 3 AttributeEnd\n";
+    const SurfaceIlluminance found = measure(
+        "LightSource \"point\" \"rgb I\" [100 100 100]\n" + kGround + mirror, ceiling(0.02, 1), listener);
+    EXPECT_NEAR(found.mean.value, 100.0 / 4, 0.01);
+    EXPECT_NEAR(found.missing, 100.0 / 16, 0.05 * 100 / 16);
+    EXPECT_GE(found.mean.half_width, 0.95 * 100 / 16);
+    EXPECT_THAT(listener.warnings, SizeIs(1));
+}
+
+TEST(MissingLight, BehindAPane_NothingIsMissing) {
+    Listener listener;
+    const std::string pane =
+        "AttributeBegin Material \"thindielectric\" Translate 0 0 0.05 Shape \"disk\" \"float radius\" 2 "
+        "AttributeEnd\n";
+    const SurfaceIlluminance found = measure(kLamp + kGround + pane, ceiling(0.02, 1), listener);
+    const double truth = on_axis() * (1 - 2 * 0.04 / 1.04);
+    EXPECT_NEAR(found.mean.value, truth, std::max(2 * found.mean.half_width, 1e-3 * truth));
+    EXPECT_EQ(found.missing, 0);
+    EXPECT_THAT(listener.warnings, IsEmpty());
+}
+
+// A lamp that is large enough to be met, over a mirror and behind glass.
+TEST(MissingLight, LampThatPathsMeet_IsNotCalledMissing) {
+    const std::string world =
+        "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb "
+        "L\" [10 "
+        "10 10] Shape \"disk\" \"float radius\" 0.5 AttributeEnd\n"
+        "AttributeBegin Material \"conductor\" \"rgb reflectance\" [1 1 1] Translate 1.5 0 0 Rotate -90 0 1 "
+        "0 "
+        "Shape \"disk\" \"float radius\" 3 AttributeEnd\n" +
+        kGround + kSlab;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        Listener listener;
+        const SurfaceIlluminance found = measure(world, ceiling(1, 2), listener, seed);
+        EXPECT_GT(found.mean.value, 0);
+        EXPECT_LT(found.missing, 0.001 * found.mean.value) << seed;
+        EXPECT_THAT(listener.warnings, IsEmpty()) << seed;
+    }
+}
+
+// The same of images, by the path tracer.
+double missing_share(const std::string& world) {
+    Job job = job_of(world);
+    job.integrator = PathSettings();
+    job.spp = 16;
+    job.film.chance = true;
+    Monitor silent;
+    RenderOptions options;
+    options.workers = {2};
+    const ChanceLight there =
+        chance_light_in_view(job, {job.scene, 1, most_bounces(0), options.workers, silent});
+    const MissingInImage missing = missing_in(job, render(job, options, silent), there);
+    return missing.missing > 0 ? missing.share() : 0;
+}
+
+TEST(MissingLight, InAnImage_IsItsShare) {
+    const std::string wall =
+        "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5] Translate 0 0 2 Shape "
+        "\"disk\" "
+        "\"float radius\" 8 AttributeEnd\n";
+    EXPECT_GT(missing_share(kLamp + kSlab + wall), 0.9);
+    EXPECT_EQ(missing_share(kLamp + wall), 0);
+    const std::string large =
+        "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb "
+        "L\" [10 "
+        "10 10] Shape \"disk\" \"float radius\" 0.5 AttributeEnd\n";
+    EXPECT_EQ(missing_share(large + kSlab + wall), 0);
+}
+
+TEST(MissingLight, FewerThanTheStandardErrorsAsked_IsNothing) {
+    EXPECT_EQ(missing_light({10, 1}, {0, 0}, 4), 10);
+    EXPECT_EQ(missing_light({10, 1}, {5, 1}, 4), 0);
+    EXPECT_EQ(missing_light({1, 0}, {2, 0}, 4), 0);
+}
+
+TEST(Forecast, OfHours_EndsTheComputation) {
+    using enum Forecast::Verdict;
+    EXPECT_EQ(forecast(20, 0.04, 0.02).verdict, go_on);    // a minute more
+    EXPECT_EQ(forecast(20, 0.10, 0.02).verdict, tell);     // eight minutes
+    EXPECT_DOUBLE_EQ(forecast(20, 0.10, 0.02).left, 480);  // 20 (25 - 1)
+    EXPECT_EQ(forecast(20, 1, 0.02).verdict, give_up);     // fourteen hours
+    EXPECT_EQ(forecast(1, 1, 0.02).verdict, go_on);        // too early to tell
+    EXPECT_EQ(forecast(20, INFINITY, 0.02).verdict, give_up);
+}
+
+}  // namespace missing_light_test
+}  // namespace lucerna
