@@ -4,10 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "lights/ies_words.h"
 
 namespace lucerna {
 namespace {
@@ -15,74 +20,59 @@ namespace {
 constexpr int kMostAngles = 100'000;
 constexpr double kFoot = 0.3048;  // metres
 
-enum class Edition { e1986, e1991, e1995_on };
+enum class Edition { e1986, e1991, e1995, e2002_on };
 
 Edition edition_of(std::string_view line) {
     if (line == "IESNA91" || line == "IESNA:LM-63-1991") return Edition::e1991;
-    return line.starts_with("IESNA") || line.starts_with("IES:") ? Edition::e1995_on : Edition::e1986;
+    if (line == "IESNA:LM-63-1995") return Edition::e1995;
+    return line.starts_with("IESNA") || line.starts_with("IES:") ? Edition::e2002_on : Edition::e1986;
 }
 
 bool is_tilt(std::string_view line) {
     return trimmed(line).starts_with("TILT=");
 }
 
-// The numbers after the TILT line: separated by spaces, commas or line ends.
+// The numbers after the TILT line, one after the other.
 class Numbers {
   public:
-    Numbers(std::vector<TextLine> lines, std::size_t first, std::string file)
-        : lines_(std::move(lines)), line_(first), file_(std::move(file)) {}
+    Numbers(std::vector<IesWord> words, std::string file)
+        : words_(std::move(words)), file_(std::move(file)) {}
 
     double next(std::string_view what) {
-        const std::string_view word = next_word();
-        if (word.empty()) {
+        if (next_ == words_.size()) {
             throw InputError({file_},
-                             fmt::format("the file ends after {} numbers; expected {}", count_, what));
+                             fmt::format("the file ends after {} numbers; expected {}", next_, what));
         }
-        const auto value = number_of(word);
-        if (!value) input_error(place_, "{} is \"{}\"; expected a number", what, shown_value(word));
-        ++count_;
+        const IesWord& word = words_[next_++];
+        const auto value = number_of(word.text);
+        if (!value) input_error(place(), "{} is \"{}\"; expected a number", what, shown_value(word.text));
         return *value;
     }
     double next_within(std::string_view what, double least, double most) {
         const double value = next(what);
         if (!(value >= least && value <= most))
-            input_error(place_, "{} is {:g}; expected {:g} to {:g}", what, value, least, most);
+            input_error(place(), "{} is {:g}; expected {:g} to {:g}", what, value, least, most);
         return value;
     }
     int next_whole(std::string_view what, int least, int most) {
         const double value = next_within(what, least, most);
         if (value != std::floor(value))
-            input_error(place_, "{} is {:g}; expected a whole number", what, value);
+            input_error(place(), "{} is {:g}; expected a whole number", what, value);
         return static_cast<int>(value);
     }
     // Of the number that came last.
-    const Location& place() const { return place_; }
+    Location place() const { return next_ > 0 ? place_of(words_[next_ - 1]) : Location{file_}; }
     // Of a word after the last number, if there is one.
-    std::optional<Location> rest() {
-        return next_word().empty() ? std::nullopt : std::optional<Location>(place_);
+    std::optional<Location> rest() const {
+        return next_ < words_.size() ? std::optional(place_of(words_[next_])) : std::nullopt;
     }
 
   private:
-    std::string_view next_word() {
-        // Old files end in Ctrl-Z.
-        constexpr std::string_view kBetween{" \t\v\f,\x1a\0", 7};
-        for (; line_ < lines_.size(); ++line_, column_ = 0) {
-            const std::string_view text = lines_[line_].text;
-            const std::size_t begin = text.find_first_not_of(kBetween, column_);
-            if (begin == std::string_view::npos) continue;
-            const std::size_t end = std::min(text.find_first_of(kBetween, begin), text.size());
-            place_ = {file_, lines_[line_].number, static_cast<int>(begin) + 1};
-            column_ = end;
-            return text.substr(begin, end - begin);
-        }
-        return {};
-    }
+    Location place_of(const IesWord& word) const { return {file_, word.line, word.column}; }
 
-    std::vector<TextLine> lines_;
-    std::size_t line_, column_ = 0;
+    std::vector<IesWord> words_;
     std::string file_;
-    Location place_{file_};
-    std::size_t count_ = 0;
+    std::size_t next_ = 0;
 };
 
 // "[KEY] value"; [MORE] goes on with the keyword before it. Lines without brackets are the labels of 1986.
@@ -111,6 +101,39 @@ void read_included_tilt(Numbers& numbers) {
     for (int i = 0; i < pairs; ++i) numbers.next("a tilt factor");
 }
 
+// The body that the signs of width, length and height name; none: they name none in any edition. A negative
+// size is one of a round cross-section. What an edition does not define is read as in another one.
+//
+//                    1986, 1991        1995               2002, 2019
+//     disc, ellipse  -d 0 0, -w l 0    -d 0 0, -w l 0     -d -d 0, -w -l 0
+//     upright        -d 0 h            -d 0 h, -w l h     -d -d h, -w -l h      (cylinders)
+//     along C0                         0 l -d             -d l -d, -w l -h
+//     along C90                        w 0 -d             w -d -d, w -l -h
+//     facing C0                                           -d 0 -d, -w 0 -h      (vertical disc, ellipse)
+//     ellipsoid      -w l h            -d 0 -d, -w l -h   -d -d -d, -w -l -h
+//
+// Up to 1995 width and length may change places.
+std::optional<LuminousOpening> opening_of(Edition edition, double w, double l, double h) {
+    using Shape = LuminousOpening::Shape;
+    const double width = std::fabs(w), length = std::fabs(l), height = std::fabs(h);
+    const auto body = [&](Shape shape) { return LuminousOpening(shape, V3d(length, width, height)); };
+    const bool late = edition == Edition::e2002_on;
+    if (w >= 0 && l >= 0 && h >= 0) return body(Shape::box);
+    if (w < 0 && l < 0) return body(h < 0 ? Shape::ellipsoid : Shape::cylinder_upright);
+    if (w >= 0 && l >= 0) {  // the height alone is negative
+        if (w == 0 && l > 0) return LuminousOpening(Shape::cylinder_along_c0, V3d(length, height, height));
+        if (l == 0 && w > 0) return LuminousOpening(Shape::cylinder_along_c90, V3d(height, width, height));
+        return std::nullopt;
+    }
+    // Either the width or the length is negative.
+    if (h < 0 && late) return body(w < 0 ? Shape::cylinder_along_c0 : Shape::cylinder_along_c90);
+    const bool oval = w != 0 && l != 0, early = edition < Edition::e1995;
+    const double d = width + length;  // of a circle, whose other size is 0
+    const V3d sizes = oval ? V3d(length, width, height) : V3d(d, d, height);
+    return LuminousOpening(h < 0 || (oval && early && h > 0) ? Shape::ellipsoid : Shape::cylinder_upright,
+                           sizes);
+}
+
 struct Luminaire {
     double multiplier;
     int vertical, horizontal;
@@ -118,7 +141,7 @@ struct Luminaire {
 };
 
 // The ten numbers.
-Luminaire read_luminaire(Numbers& numbers, PhotometricInfo& info) {
+Luminaire read_luminaire(Numbers& numbers, Edition edition, PhotometricInfo& info, Monitor& monitor) {
     Luminaire luminaire{};
     const double lamps = numbers.next_within("the number of lamps", 0, 1e6);
     const double lumens = numbers.next_within("lumens per lamp", -1e9, 1e9);
@@ -129,14 +152,17 @@ Luminaire read_luminaire(Numbers& numbers, PhotometricInfo& info) {
     constexpr PhotometricPlanes kTypes[] = {PhotometricPlanes::c, PhotometricPlanes::b, PhotometricPlanes::a};
     luminaire.planes = kTypes[numbers.next_whole("the photometric type (1 C, 2 B, 3 A)", 1, 3) - 1];
     const double unit = numbers.next_whole("the unit (1 feet, 2 metres)", 1, 2) == 1 ? kFoot : 1;
-    // Negative sizes: round.
     double size[3];
     constexpr const char* kNames[] = {"the opening's width", "the opening's length", "the opening's height"};
-    for (int i = 0; i < 3; ++i) {
-        size[i] = numbers.next_within(kNames[i], -1e4, 1e4) * unit;
-        info.round_opening = info.round_opening || size[i] < 0;
+    for (int i = 0; i < 3; ++i) size[i] = numbers.next_within(kNames[i], -1e4, 1e4) * unit;
+    const auto opening = opening_of(edition, size[0], size[1], size[2]);
+    if (!opening) {
+        monitor.warn(
+            fmt::format("{}: width {:g}, length {:g} and height {:g} m are no luminous opening of "
+                        "LM-63; the luminaire has none, and no luminance",
+                        to_string(numbers.place()), size[0], size[1], size[2]));
     }
-    info.opening = V3d(std::fabs(size[1]), std::fabs(size[0]), std::fabs(size[2]));
+    info.opening = opening.value_or(LuminousOpening());
     return luminaire;
 }
 
@@ -216,7 +242,7 @@ PhotometricGrid read_grid(Numbers& numbers, const Luminaire& luminaire, double f
     PhotometricGrid grid;
     if (c) {
         grid = {luminaire.planes, std::move(v), std::move(h), std::move(candela)};
-        complete_c_planes(grid, horizontal);
+        complete_ies_planes(grid, horizontal);
     } else {
         grid = grid_of_a_or_b(luminaire.planes, std::move(h), v, std::move(candela));
     }
@@ -250,19 +276,21 @@ PhotometricWeb parse_ies(std::string_view text, const std::string& file, Monitor
         throw InputError({file}, "no line begins with TILT=, as required in an IES LM-63 photometric file");
     }
     const std::string_view tilt = trimmed(trimmed(lines[at].text).substr(5));
-    Numbers numbers(lines, at + 1, file);
-    if (tilt == "INCLUDE") read_included_tilt(numbers);
+    const bool tilt_included = tilt == "INCLUDE";
+    Numbers numbers(ies_words(lines, at + 1, tilt_included, file, monitor), file);
+    if (tilt_included) read_included_tilt(numbers);
 
     // Numbers.
-    const Luminaire luminaire = read_luminaire(numbers, info);
+    const Luminaire luminaire = read_luminaire(numbers, edition, info, monitor);
     const double ballast = numbers.next_within("the ballast factor", 0, 1e3);
     const double third = numbers.next("the ballast-lamp factor");
-    if (edition != Edition::e1995_on && !(third >= 0 && third <= 1e3)) {
+    const bool early = edition < Edition::e1995;
+    if (early && !(third >= 0 && third <= 1e3)) {
         input_error(numbers.place(), "the ballast-lamp photometric factor is {:g}; expected 0 to 1000",
                     third);
     }
     info.watts = std::max(0.0, numbers.next("input watts"));
-    const double factor = luminaire.multiplier * ballast * (edition == Edition::e1995_on ? 1 : third);
+    const double factor = luminaire.multiplier * ballast * (early ? third : 1);
     PhotometricGrid grid = read_grid(numbers, luminaire, factor);
     if (const auto rest = numbers.rest())
         monitor.warn(fmt::format("{}: the text after the candela values is ignored", to_string(*rest)));
@@ -272,66 +300,6 @@ PhotometricWeb parse_ies(std::string_view text, const std::string& file, Monitor
 
 PhotometricWeb read_ies(const std::filesystem::path& file, Monitor& monitor) {
     return parse_ies(read_text(file), file.string(), monitor);
-}
-
-namespace {
-
-// The file's lines are at most 132 characters long.
-template <typename Values>
-void append_numbers(std::string& text, const Values& values) {
-    constexpr std::size_t kPerLine = 10;
-    std::size_t i = 0;
-    for (const auto value : values) {
-        text += fmt::format("{:.7g}", static_cast<double>(value));
-        text += ++i % kPerLine == 0 || i == values.size() ? "\n" : " ";
-    }
-}
-
-// Every plane from 0 to 360 once; the planes at the ends are the same one.
-std::vector<double> planes_from_zero(const PhotometricGrid& grid) {
-    std::vector<double> planes{0, 360};
-    for (const double azimuth : grid.azimuth) planes.push_back(azimuth - 360 * std::floor(azimuth / 360));
-    std::sort(planes.begin(), planes.end());
-    planes.erase(std::unique(planes.begin(), planes.end(), [](double a, double b) { return b - a < 1e-6; }),
-                 planes.end());
-    return planes;
-}
-
-}  // namespace
-
-std::string ies_text(const PhotometricWeb& given, std::string_view title) {
-    const bool is_c = given.grid().planes == PhotometricPlanes::c;
-    const PhotometricWeb web = is_c ? given : resampled(given, 2.5, 5);
-    const PhotometricGrid& grid = web.grid();
-    const PhotometricInfo& info = web.info();
-    // One plane is enough for a lamp that is alike all around.
-    const bool round = std::equal(grid.candela.begin() + static_cast<std::ptrdiff_t>(grid.polar.size()),
-                                  grid.candela.end(), grid.candela.begin());
-    const std::vector<double> planes = round ? std::vector<double>{0} : planes_from_zero(grid);
-    const std::string name = shown_value(one_line(title));
-    const double sign = info.round_opening ? -1 : 1;
-
-    std::string text = "IESNA:LM-63-2002\n";
-    text += fmt::format(
-        "[TEST] {0}\n[TESTLAB] not stated\n[ISSUEDATE] not stated\n[MANUFAC] not stated\n"
-        "[LUMINAIRE] {0}\n[OTHER] absolute photometry, written by lucerna\nTILT=NONE\n",
-        name);
-    text += fmt::format("1 -1 1 {} {} 1 2 {:.6g} {:.6g} {:.6g}\n1 1 {:g}\n", grid.polar.size(), planes.size(),
-                        sign * info.opening.y, sign * info.opening.x, info.opening.z, info.watts);
-    append_numbers(text, grid.polar);
-    append_numbers(text, planes);
-    for (const double c : planes) {
-        std::vector<double> row;
-        for (const double gamma : grid.polar) row.push_back(web.intensity(web.direction(gamma, c)));
-        append_numbers(text, row);
-    }
-    return text;
-}
-
-void write_ies(const std::filesystem::path& file, const PhotometricWeb& web, std::string_view title) {
-    const std::string text = ies_text(web, title);
-    const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
-    replace_file(file, std::span(&bytes, 1));
 }
 
 }  // namespace lucerna

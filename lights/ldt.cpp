@@ -16,10 +16,18 @@ constexpr int kMostLampSets = 1000;
 constexpr int kDirectRatios = 10;
 constexpr double kMillimetre = 1e-3;
 
-// The values, one per line, in order.
+constexpr std::size_t kTextLines = 12;  // the lines at the head, most of them text
+
+// The values, one per line, in order. A comma is a decimal comma, as in the countries of the format. Where
+// other numbers of the file have decimal points, a comma before three digits may also separate thousands.
 class Values {
   public:
-    Values(std::string_view text, std::string file) : lines_(lines_of(text)), file_(std::move(file)) {}
+    Values(std::string_view text, std::string file) : lines_(lines_of(text)), file_(std::move(file)) {
+        for (std::size_t i = kTextLines; i < lines_.size() && !points_; ++i) {
+            const std::string_view word = trimmed(lines_[i].text);
+            points_ = word.find('.') != std::string_view::npos && number_of(word);
+        }
+    }
 
     std::string_view text(std::string_view what) {
         if (next_ == lines_.size()) {
@@ -29,10 +37,15 @@ class Values {
     }
     // An empty line is `empty`, if that is given.
     double number(std::string_view what, double least, double most, std::optional<double> empty = {}) {
-        std::string word(text(what));
+        const std::string_view word = text(what);
         if (word.empty() && empty) return *empty;
-        std::replace(word.begin(), word.end(), ',', '.');  // of countries where that is the decimal sign
-        const auto value = number_of(word);
+        if (points_ && may_separate_thousands(word)) {
+            input_error(place(),
+                        "{} is \"{}\", whose comma may separate thousands or decimals, as other numbers of "
+                        "the file have decimal points; expected a decimal point, or none",
+                        what, shown_value(word));
+        }
+        const auto value = number_of(with_decimal_point(word));
         if (!value) input_error(place(), "{} is \"{}\"; expected a number", what, shown_value(word));
         if (!(*value >= least && *value <= most))
             input_error(place(), "{} is {:g}; expected {:g} to {:g}", what, *value, least, most);
@@ -55,6 +68,7 @@ class Values {
     std::vector<TextLine> lines_;
     std::string file_;
     std::size_t next_ = 0;
+    bool points_ = false;  // numbers of the file have decimal points
 };
 
 struct LdtHeader {
@@ -84,8 +98,10 @@ void read_lamps(Values& values, LdtHeader& header, PhotometricInfo& info, Monito
     // Lengths lie along C90-C270; a width of 0 is a circle. The luminous sizes, where they are stated.
     const bool luminous = size[3] > 0;
     const double length = luminous ? size[3] : size[0], width = luminous ? size[4] : size[1];
-    info.round_opening = length > 0 && width == 0;
-    info.opening = V3d(info.round_opening ? length : width, length, *std::max_element(size + 5, size + 9));
+    const bool round = length > 0 && width == 0;
+    info.opening =
+        LuminousOpening(round ? LuminousOpening::Shape::cylinder_upright : LuminousOpening::Shape::box,
+                        round ? length : width, length, {size[5], size[6], size[7], size[8]});
     values.number("line 22, the downward flux fraction", 0, 1000, 0);
     info.output_ratio = values.number("line 23, the light output ratio", 0, 1000, 0) / 100;
     const double conversion = values.number("line 24, the conversion factor", 0, 1e6, 1);
@@ -109,35 +125,6 @@ void read_lamps(Values& values, LdtHeader& header, PhotometricInfo& info, Monito
     for (int i = 0; i < kDirectRatios; ++i) values.number("a direct ratio", -1e6, 1e6, 0);
 }
 
-// Which of the listed planes are stored.
-struct Stored {
-    std::size_t first, count;
-};
-
-Stored stored_planes(const LdtHeader& header, const Location& place) {
-    const auto planes = static_cast<std::size_t>(header.planes);
-    const auto divides = [&](std::size_t by) {
-        if (planes % by == 0) return;
-        input_error(place, "{} C planes with symmetry {}; expected a multiple of {}", planes, header.symmetry,
-                    by);
-    };
-    switch (header.symmetry) {
-        case 1:
-            return {0, 1};
-        case 2:
-            divides(2);
-            return {0, planes / 2 + 1};
-        case 3:
-            divides(4);
-            return {planes / 4, planes / 2 + 1};
-        case 4:
-            divides(4);
-            return {0, planes / 4 + 1};
-        default:
-            return {0, planes};
-    }
-}
-
 std::vector<double> read_angles(Values& values, int count, std::string_view what) {
     std::vector<double> angles;
     for (int i = 0; i < count; ++i) {
@@ -151,6 +138,47 @@ std::vector<double> read_angles(Values& values, int count, std::string_view what
     return angles;
 }
 
+// Which of the listed planes are stored, and about which planes they are mirrored.
+struct Stored {
+    std::size_t first, count;
+    std::vector<double> mirrors;
+};
+
+Stored stored_planes(int symmetry, const std::vector<double>& planes, const Location& place) {
+    const std::size_t count = planes.size();
+    switch (symmetry) {
+        case 1:
+            return {0, 1, {}};
+        case 2:
+            return {0, count / 2 + 1, {0}};
+        case 3: {
+            const auto c90 = std::find(planes.begin(), planes.end(), 90.0);
+            if (c90 == planes.end())
+                input_error(place, "symmetry 3 without a plane C90; expected it among the C angles");
+            return {static_cast<std::size_t>(c90 - planes.begin()), count / 2 + 1, {90}};
+        }
+        case 4:
+            return {0, count / 4 + 1, {0, 90}};
+        default:
+            return {0, count, {}};
+    }
+}
+
+// The planes that a symmetry leaves out are listed all the same: a listed plane that completion did not make
+// shows that the list does not have the symmetry.
+void require_symmetry(const std::vector<double>& planes, const PhotometricGrid& grid, int symmetry,
+                      const Location& place) {
+    for (const double listed : planes) {
+        constexpr double kSame = 1e-6;  // degrees
+        const auto made = std::lower_bound(grid.azimuth.begin(), grid.azimuth.end(), listed - kSame);
+        if (made != grid.azimuth.end() && *made <= listed + kSame) continue;
+        input_error(place,
+                    "symmetry {} does not fit the {} C planes: C{:g} is not a mirror image of one of the "
+                    "first planes",
+                    symmetry, planes.size(), listed);
+    }
+}
+
 }  // namespace
 
 PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor& monitor) {
@@ -159,28 +187,25 @@ PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor
     PhotometricInfo info;
     LdtHeader header = read_head(values, info);
     const Location symmetry{file, 3, 1};
-    const Stored stored = stored_planes(header, symmetry);
     read_lamps(values, header, info, monitor);
 
     // Angles and intensities.
     const std::vector<double> planes = read_angles(values, header.planes, "a C angle");
+    const Stored stored = stored_planes(header.symmetry, planes, symmetry);
     PhotometricGrid grid;
     grid.polar = read_angles(values, header.angles, "an angle gamma");
     for (std::size_t i = 0; i < stored.count; ++i) {
-        // A mirror's plane at 360 is not listed: the list begins anew.
-        grid.azimuth.push_back(planes[(stored.first + i) % planes.size()]);
+        // The list begins anew after its last plane, which is short of 360.
+        const std::size_t at = stored.first + i;
+        grid.azimuth.push_back(planes[at % planes.size()] + (at < planes.size() ? 0 : 360));
         for (int j = 0; j < header.angles; ++j) {
             const double value = values.number("an intensity", 0, 1e12) * header.factor;
             grid.candela.push_back(static_cast<float>(value));
         }
     }
-    for (std::size_t i = 1; i < grid.azimuth.size(); ++i) {
-        if (!(grid.azimuth[i] > grid.azimuth[i - 1])) {
-            input_error(symmetry, "symmetry {} does not fit {} C planes up to {:g} degrees", header.symmetry,
-                        header.planes, planes.back());
-        }
-    }
-    complete_c_planes(grid, symmetry);
+    if (header.symmetry == 1) grid.azimuth.front() = 0;
+    complete_c_planes(grid, stored.mirrors);
+    if (header.symmetry > 1) require_symmetry(planes, grid, header.symmetry, symmetry);
     if (const std::string why = grid.fault(); !why.empty()) throw InputError({file}, why);
     if (values.any_left())
         monitor.warn(fmt::format("{}: the text after the intensities is ignored", to_string(values.place())));

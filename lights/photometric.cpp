@@ -45,14 +45,20 @@ PhotometricCell cell_of(const PhotometricGrid& grid, const std::vector<double>& 
 }  // namespace
 
 std::string PhotometricGrid::fault() const {
-    if (std::string why = fault_of_angles(polar, "vertical"); !why.empty()) return why;
-    if (std::string why = fault_of_angles(azimuth, "horizontal"); !why.empty()) return why;
+    // The planes of type B are turned by the vertical angle.
+    const bool b = planes == PhotometricPlanes::b;
+    const std::string_view name_of_polar = b ? "horizontal" : "vertical";
+    const std::string_view name_of_azimuth = b ? "vertical" : "horizontal";
+    if (std::string why = fault_of_angles(polar, name_of_polar); !why.empty()) return why;
+    if (std::string why = fault_of_angles(azimuth, name_of_azimuth); !why.empty()) return why;
     if (!(polar.front() >= 0 && polar.back() <= 180)) {
-        return fmt::format("polar angles from {:g} to {:g}; expected 0 to 180", polar.front(), polar.back());
+        const double zero = planes == PhotometricPlanes::c ? 0 : 90;
+        return fmt::format("{} angles from {:g} to {:g}; expected {:g} to {:g}", name_of_polar,
+                           polar.front() - zero, polar.back() - zero, -zero, 180 - zero);
     }
     if (!(azimuth.back() - azimuth.front() <= 360)) {
-        return fmt::format("azimuths from {:g} to {:g}; expected a range of at most 360 degrees",
-                           azimuth.front(), azimuth.back());
+        return fmt::format("{} angles from {:g} to {:g}; expected a range of at most 360 degrees",
+                           name_of_azimuth, azimuth.front(), azimuth.back());
     }
     if (candela.size() != polar.size() * azimuth.size()) {
         return fmt::format("{} intensities for {} x {} angles", candela.size(), azimuth.size(), polar.size());
@@ -161,15 +167,11 @@ std::vector<double> even_angles(double step, double whole) {
 }  // namespace
 
 std::optional<double> PhotometricWeb::projected_opening(const V3d& w) const {
-    const V3d& size = info_.opening;  // along C0, along C90, height
-    const bool round = info_.round_opening;
-    const double face = (round ? kPiD / 4 : 1) * size.x * size.y;
-    const double side =
-        round ? size.x * std::hypot(w.x, w.y) : size.y * std::fabs(w.x) + size.x * std::fabs(w.y);
-    const double area = face * std::fabs(w.z) + size.z * side;
-    if (!(face > 0) && !(area > 0)) return std::nullopt;
-    // A flat opening has no area in its own plane, where files state a little light all the same.
-    return std::max(area, 0.01 * face);
+    const LuminousOpening& opening = info_.opening;
+    const auto [least, largest] = opening.faces();
+    if (!(largest > 0)) return std::nullopt;
+    const double area = opening.projected_area(w);
+    return least > 0 ? area : std::max(area, 0.01 * largest);
 }
 
 PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double azimuth_step) {

@@ -32,6 +32,7 @@
 #include "engine/base/vec.h"
 #include "lights/image_lights.h"
 #include "lights/light.h"
+#include "lights/luminous_opening.h"
 #include "lights/texel_cdf.h"
 
 namespace lucerna {
@@ -57,8 +58,7 @@ struct PhotometricInfo {
     double lamp_lumens = 0;   // of all lamps, as stated; 0: absolute photometry
     double output_ratio = 0;  // of the luminaire, as stated, share of 1; 0: not stated
     double watts = 0;         // input; 0: not stated
-    V3d opening{0, 0, 0};     // luminous opening, metres: along C0-C180, along C90-C270, height
-    bool round_opening = false;
+    LuminousOpening opening;  // without a size: none is stated
 };
 
 class PhotometricWeb {
@@ -68,6 +68,7 @@ class PhotometricWeb {
 
     const PhotometricGrid& grid() const { return grid_; }
     const PhotometricInfo& info() const { return info_; }
+    void set_opening(const LuminousOpening& opening) { info_.opening = opening; }
 
     // Towards w (unit, lamp's frame) [cd]. 0 in directions that the grid does not hold.
     double intensity(const V3d& w) const;
@@ -75,8 +76,9 @@ class PhotometricWeb {
     double flux() const { return cells_.total(); }
     double peak() const { return peak_; }  // [cd]
 
-    // The area of the luminous opening as it is seen along w (unit, lamp's frame) [m²]: of a box or a
-    // cylinder of the stated sizes. None: none is stated.
+    // The area of the luminous opening as it is seen along w (unit, lamp's frame) [m²]. A flat opening has no
+    // area in its own plane, where files state a little light all the same: at least 1 % of its face. None:
+    // no opening is stated.
     std::optional<double> projected_opening(const V3d& w) const;
 
     // How a shape of a point light is asked (shaped_point.h); values in cd, grey.

@@ -15,33 +15,10 @@ bool same(double a, double b) {
     return std::fabs(a - b) < kSame;
 }
 
-// Appends the planes of the grid in falling order, each at `about` - its angle, except those on the mirrors.
-void append_mirrored(PhotometricGrid& grid, double about) {
-    const std::size_t planes = grid.azimuth.size(), angles = grid.polar.size();
-    for (std::size_t i = planes; i-- > 0;) {
-        const double mirrored = about - grid.azimuth[i];
-        if (!(mirrored > grid.azimuth.back() + kSame)) continue;  // lies on the mirror itself
-        grid.azimuth.push_back(mirrored);
-        for (std::size_t j = 0; j < angles; ++j) grid.candela.push_back(grid.candela[i * angles + j]);
-    }
-}
-
-// 90 to 270, mirrored about that plane: the other half lies at -90 to 90.
-void prepend_front_half(PhotometricGrid& grid) {
-    PhotometricGrid front{grid.planes, grid.polar, {}, {}};
-    const std::size_t planes = grid.azimuth.size(), angles = grid.polar.size();
-    for (std::size_t i = planes; i-- > 1;) {
-        front.azimuth.push_back(180 - grid.azimuth[i]);
-        for (std::size_t j = 0; j < angles; ++j) front.candela.push_back(grid.candela[i * angles + j]);
-    }
-    front.azimuth.insert(front.azimuth.end(), grid.azimuth.begin(), grid.azimuth.end());
-    front.candela.insert(front.candela.end(), grid.candela.begin(), grid.candela.end());
-    grid = std::move(front);
-}
-
-void append_plane_again(PhotometricGrid& grid, double at) {
-    grid.azimuth.push_back(at);
-    for (std::size_t j = 0; j < grid.polar.size(); ++j) grid.candela.push_back(grid.candela[j]);
+// In [0, 360), the same for all turns of a plane.
+double within_a_turn(double angle) {
+    const double turned = angle - 360 * std::floor(angle / 360);
+    return same(turned, 360) ? 0 : turned;
 }
 
 }  // namespace
@@ -82,23 +59,75 @@ std::optional<double> number_of(std::string_view word) {
     return value;
 }
 
-void complete_c_planes(PhotometricGrid& grid, const Location& place) {
+std::string with_decimal_point(std::string_view word) {
+    std::string text(word);
+    std::replace(text.begin(), text.end(), ',', '.');
+    return text;
+}
+
+bool may_separate_thousands(std::string_view word) {
+    if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
+    const std::size_t comma = word.find(',');
+    if (comma == std::string_view::npos || comma < 1 || comma > 3 || word.size() != comma + 4) return false;
+    const auto digits = [](std::string_view part) {
+        return std::all_of(part.begin(), part.end(), [](char c) { return c >= '0' && c <= '9'; });
+    };
+    return word.front() != '0' && digits(word.substr(0, comma)) && digits(word.substr(comma + 1));
+}
+
+void complete_c_planes(PhotometricGrid& grid, std::span<const double> mirrors) {
+    // Listed planes come before their images, images about the first mirror before those about the second.
+    struct Plane {
+        double angle;
+        std::size_t order, listed;
+    };
+    std::vector<Plane> all_images;
+    const auto add = [&all_images](double angle, std::size_t listed) {
+        all_images.push_back({within_a_turn(angle), all_images.size(), listed});
+    };
+    for (std::size_t i = 0; i < grid.azimuth.size(); ++i) add(grid.azimuth[i], i);
+    for (const double mirror : mirrors) {
+        for (std::size_t i = 0, end = all_images.size(); i < end; ++i)
+            add(2 * mirror - all_images[i].angle, all_images[i].listed);
+    }
+    std::sort(all_images.begin(), all_images.end(),
+              [](const Plane& a, const Plane& b) { return a.angle < b.angle; });
+    std::vector<Plane> planes;
+    for (const Plane& plane : all_images) {
+        if (planes.empty() || !same(plane.angle, planes.back().angle))
+            planes.push_back(plane);
+        else if (plane.order < planes.back().order)
+            planes.back() = plane;
+    }
+    planes.push_back({planes.front().angle + 360, 0, planes.front().listed});
+
+    PhotometricGrid all{grid.planes, std::move(grid.polar), {}, {}};
+    for (const Plane& plane : planes) {
+        all.azimuth.push_back(plane.angle);
+        const auto row = grid.candela.begin() + static_cast<std::ptrdiff_t>(plane.listed * all.polar.size());
+        all.candela.insert(all.candela.end(), row, row + static_cast<std::ptrdiff_t>(all.polar.size()));
+    }
+    grid = std::move(all);
+}
+
+void complete_ies_planes(PhotometricGrid& grid, const Location& place) {
     const double first = grid.azimuth.front(), last = grid.azimuth.back();
     if (grid.azimuth.size() == 1) {
         grid.azimuth.front() = 0;
-        return append_plane_again(grid, 360);
+        return complete_c_planes(grid, {});
     }
-    if (same(first, 90) && same(last, 270)) return prepend_front_half(grid);
-    if (same(first, 0) && same(last, 90)) {
-        append_mirrored(grid, 180);
-        return append_mirrored(grid, 360);
-    }
-    if (same(first, 0) && same(last, 180)) return append_mirrored(grid, 360);
+    constexpr double kBoth[] = {0, 90};
+    const std::span<const double> both(kBoth), about_c0(kBoth, 1), about_c90(kBoth + 1, 1);
+    if (same(first, 90) && same(last, 270)) return complete_c_planes(grid, about_c90);
+    if (same(first, 0) && same(last, 90)) return complete_c_planes(grid, both);
+    if (same(first, 0) && same(last, 180)) return complete_c_planes(grid, about_c0);
     if (same(last - first, 360)) return;
     // All around, but for the plane that would come twice.
-    const double step = last - grid.azimuth[grid.azimuth.size() - 2];
-    if (last > 180 && last - first < 360 && same(last + step, first + 360))
-        return append_plane_again(grid, first + 360);
+    double widest = 0;
+    for (std::size_t i = 1; i < grid.azimuth.size(); ++i)
+        widest = std::max(widest, grid.azimuth[i] - grid.azimuth[i - 1]);
+    const double open = 360 - (last - first);
+    if (last - first > 180 && open > 0 && open <= widest + kSame) return complete_c_planes(grid, {});
     input_error(place,
                 "the planes go from {:g} to {:g} degrees; expected one plane, 0 to 90, 0 to 180, 90 to 270 "
                 "or 0 to 360",

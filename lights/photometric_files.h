@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,7 +22,9 @@ namespace lucerna {
 // how the lamp's flux falls when the luminaire is tilted out of the position it was measured in; it is read,
 // checked and not applied, as a scene's lamp is measured in the position it has.
 //
-// Source: ANSI/IESNA LM-63-2002.
+// What commas mean is in ies_words.h.
+//
+// Source: IESNA LM-63-1995, ANSI/IESNA LM-63-2002.
 
 // Throws InputError naming file, line and column.
 PhotometricWeb read_ies(const std::filesystem::path& file, Monitor& monitor);
@@ -35,7 +39,8 @@ void write_ies(const std::filesystem::path& file, const PhotometricWeb& web, std
 // EULUMDAT photometric files (.ldt): one value per line, intensities in candela per 1000 lm of the lamps.
 //
 // Candela are value × conversion factor × the lamps' lumens / 1000; the luminaire's light output ratio is
-// already in the values. Of several sets of lamps that a luminaire may be fitted with, the first counts.
+// already in the values. Of several sets of lamps that a luminaire may be fitted with, the first counts. All
+// C planes but C360 are listed, and those are stored that the symmetry does not give.
 //
 // Source: the EULUMDAT file format [Stockmar 1990], as light planning programs describe it.
 
@@ -63,12 +68,18 @@ std::string shown_value(std::string_view text);
 
 // The whole word as a finite number; none if it is not one.
 std::optional<double> number_of(std::string_view word);
+// The word with its commas as decimal points.
+std::string with_decimal_point(std::string_view word);
+// One comma between digits, one to three before it, of which the first is not 0, and three behind: 33,200.
+bool may_separate_thousands(std::string_view word);
 
-// Planes of type C as a file lists them, to all of them, from 0 to 360 or from -90 to 270: the planes that
-// the file leaves out because they are mirrored. `planes` ascend; the intensities are [plane][angle]. One
-// plane holds for all; 0 to 90 and 0 to 180 are mirrored, 90 to 270 is mirrored about the plane through them,
-// and planes all around are closed if the last step is missing. Throws InputError at `place` for other
-// planes.
-void complete_c_planes(PhotometricGrid& grid, const Location& place);
+// Completes planes of type C that ascend, with intensities [plane][angle], to planes all around: each plane
+// is mirrored about the planes of the angles `mirrors`, in their order, where the grid has none there yet,
+// and the first plane is repeated after 360 degrees. One plane holds for all.
+void complete_c_planes(PhotometricGrid& grid, std::span<const double> mirrors);
+// The same for an IES file, whose planes tell its symmetry: 0 to 90 and 0 to 180 are mirrored about C0-C180
+// (and C90-C270), 90 to 270 about C90-C270; planes all around may lack the last one, which is the first, if
+// the gap is no wider than the others. Throws InputError at `place` for other planes.
+void complete_ies_planes(PhotometricGrid& grid, const Location& place);
 
 }  // namespace lucerna

@@ -245,6 +245,17 @@ std::pair<double, double> brightest(const PhotometricGrid& grid) {
             grid.azimuth[static_cast<std::size_t>(most / angles)]};
 }
 
+std::string opening_text(const LuminousOpening& opening) {
+    const auto& sides = opening.side_heights;
+    const std::string across =
+        fmt::format("{} along C0, {} along C90", length_text(opening.size.x), length_text(opening.size.y));
+    if (std::all_of(sides.begin(), sides.end(), [&sides](double height) { return height == sides[0]; }))
+        return fmt::format("{}, {} high ({})", across, length_text(opening.size.z), opening.name());
+    return fmt::format("{}, {}, {}, {} and {} high towards C0, C90, C180 and C270 ({})", across,
+                       length_text(sides[0]), length_text(sides[1]), length_text(sides[2]),
+                       length_text(sides[3]), opening.name());
+}
+
 }  // namespace
 
 void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit unit) {
@@ -264,11 +275,8 @@ void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit un
                azimuth);
     fmt::print(out, "grid                 {}; {}\n", angles_text(grid.polar, kPolar[type]),
                angles_text(grid.azimuth, kAzimuth[type]));
-    if (info.opening != V3d(0, 0, 0)) {
-        fmt::print(out, "luminous opening     {}{} along C0, {} along C90, {} high\n",
-                   info.round_opening ? "round, " : "", length_text(info.opening.x),
-                   length_text(info.opening.y), length_text(info.opening.z));
-    }
+    if (info.opening.size != V3d(0, 0, 0))
+        fmt::print(out, "luminous opening     {}\n", opening_text(info.opening));
     if (info.watts > 0) {
         fmt::print(out, "input                {:g} W ({:.4g} lm/W)\n", info.watts, web.flux() / info.watts);
     }

@@ -185,8 +185,9 @@ std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, 
 constexpr const char* kLightFarfieldFooter =
     R"(The far field describes a lamp by direction alone, valid at distances of more than about five times its size (measured in
 docs/explanation/near-and-far.md). -o NAME.svg draws the polar diagram of the planes C0-C180 and C90-C270;
--o NAME.ies writes IES LM-63-2002, absolute; -o NAME.csv writes the colour over angle: for each direction the chromaticity,
-its distance from that of the axis and of all light (delta u'v'), the colour temperature and Duv. -o may be repeated.
+-o NAME.ies writes IES LM-63-2002, absolute, with the part of the lamp that shines as its luminous opening; -o NAME.csv
+writes the colour over angle: for each direction the chromaticity, its distance from that of the axis and of all light
+(delta u'v'), the colour temperature and Duv. -o may be repeated.
 A photometric file is in lm. A lamp in W is converted by the efficacy that its file states, or by --efficacy.
 
 Examples:

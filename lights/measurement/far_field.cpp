@@ -6,11 +6,14 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "lights/gauss.h"
 #include "lights/measurement/basis_shares.h"
+#include "lights/measurement/shining_opening.h"
 #include "lights/photometric_cell.h"
 
 namespace lucerna {
@@ -232,8 +235,12 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
     }
     PhotometricInfo info;
     info.provenance = field.info().provenance;
-    info.opening = V3d(-2 * rig.interval_edge(0, 0), -2 * rig.interval_edge(1, 0), 0);
-    return web_of(grid, nodes, flux, field.flux(), std::move(info));
+    PhotometricWeb web = web_of(grid, nodes, flux, field.flux(), std::move(info));
+    const SlabAxes straight;
+    const SlabView slab{straight, field};
+    const V3d plane(-2 * rig.interval_edge(0, 0), -2 * rig.interval_edge(1, 0), 0);
+    web.set_opening(shining_opening({&slab, 1}, plane, web, workers));
+    return web;
 }
 
 PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const Workers& workers,
@@ -251,8 +258,11 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const
     }
     PhotometricInfo info;
     info.provenance = lamp.provenance();
-    info.opening = lamp.box().size();
-    return web_of(grid, nodes, flux, lamp.flux(), std::move(info));
+    PhotometricWeb web = web_of(grid, nodes, flux, lamp.flux(), std::move(info));
+    std::vector<SlabView> slabs;
+    for (const Slab& slab : lamp.slabs()) slabs.push_back({slab.axes, slab.field});
+    web.set_opening(shining_opening(slabs, lamp.box().size(), web, workers));
+    return web;
 }
 
 PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {

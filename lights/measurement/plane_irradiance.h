@@ -111,7 +111,8 @@ double far_intensity(const LightField& field, const V2d& slope);
 
 // The web of the whole field; of its measured flux (scaled to it, after what is negative was cut off). Angles
 // γ from 0 to 90. In the field's unit per sr: candela if it is in lm. Throws InputError for steps that do not
-// divide, for a field without flux, and when the user stops it. Of a field of several colours that of Y.
+// divide, for a field without flux, and when the user stops it. Of a field of several colours that of Y. The
+// luminous opening is what of the lamp shines (shining_opening.h).
 PhotometricWeb far_field(const LightField& field, const FarFieldGrid& grid, const Workers& workers,
                          Monitor& monitor);
 

@@ -52,8 +52,23 @@ TEST_F(FarFieldCommand, PhotometricFile_BecomesADiagramAndIsDescribed) {
          {std::vector<std::string>{"light", "info", "lamp.ies"}, {"info", "lamp.ies"}}) {
         const Outcome info = lucerna_run(command);
         ASSERT_EQ(info.code, 0) << info.err;
-        EXPECT_THAT(info.out, HasSubstr("luminous opening     200 mm along C0, 100 mm along C90"));
+        EXPECT_THAT(info.out,
+                    HasSubstr("luminous opening     200 mm along C0, 100 mm along C90, 0 high (rectangle)"));
     }
+}
+
+TEST_F(FarFieldCommand, OpeningOfALamp_IsWhatOfItShines) {
+    const Outcome acquired = lucerna_run({"light", "acquire", "--radius", "3mm", "--flux", "1000", "--unit",
+                                          "lm", "--views", "45x57", "--pixels", "24x24", "-o", "disc.exr"});
+    ASSERT_EQ(acquired.code, 0) << acquired.err;
+    const Outcome done =
+        lucerna_run({"light", "farfield", "disc.exr", "-o", "disc.ies", "--step", "5", "--plane-step", "30"});
+    ASSERT_EQ(done.code, 0) << done.err;
+    Monitor silent;
+    const V3d size = read_ies("disc.ies", silent).info().opening.size;
+    // The basis blurs the edge.
+    EXPECT_NEAR(size.x * size.y / (M_PI * 9e-6), 1, 0.15);
+    EXPECT_EQ(size.z, 0);
 }
 
 TEST_F(FarFieldCommand, FieldInWatts_NeedsAnEfficacyForAPhotometricFile) {

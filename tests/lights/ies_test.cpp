@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
@@ -38,7 +39,7 @@ TEST(Ies, OnePlane_HoldsForAll) {
     EXPECT_NEAR(web.intensity(web.direction(45, 123)), 20, 1e-5);
     EXPECT_EQ(web.info().watts, 9);
     EXPECT_EQ(web.info().lamp_lumens, 0) << "absolute";
-    EXPECT_EQ(web.info().opening, V3d(0.2, 0.1, 0)) << "the length lies along C0";
+    EXPECT_EQ(web.info().opening.size, V3d(0.2, 0.1, 0)) << "the length lies along C0";
     EXPECT_EQ(web.intensity(web.direction(91, 0)), 0);
 }
 
@@ -127,6 +128,61 @@ TEST(Ies, TypeA_LooksAtTheHorizon) {
     EXPECT_NEAR(web.intensity({1, 0, 0}), 3.5, 1e-6) << "between H = -40 and 40";
     const double b = 40 * M_PI / 180;
     EXPECT_NEAR(web.intensity({std::cos(b), std::sin(b), 0}), 5, 1e-5) << "H = 40";
+}
+
+// Of unequal steps: the gap that is left is no wider than the others.
+TEST(Ies, UnevenFullCircle_MayLackItsLastPlane) {
+    const PhotometricWeb web =
+        parse(lamp("1 -1 1 2 5 1 2 0 0 0 1 1 9\n0 90\n0 5 90 200 340\n1 10\n1 20\n1 30\n1 40\n1 50"));
+    EXPECT_THAT(web.grid().azimuth, ElementsAre(0, 5, 90, 200, 340, 360));
+    EXPECT_NEAR(web.intensity(web.direction(90, 350)), 30, 1e-5) << "between 340 and 360";
+    EXPECT_THAT(refusal(lamp("1 -1 1 2 4 1 2 0 0 0 1 1 9\n0 90\n0 70 140 210\n1 10\n1 20\n1 30\n1 40")),
+                HasSubstr("the planes go from 0 to 210"));
+}
+
+const std::filesystem::path kFiles = std::filesystem::path(LUCERNA_SOURCE_DIR) / "tests/lights/photometric";
+
+TEST(Ies, TypesAAndB_OfOneAngle_NameIt) {
+    Monitor silent;
+    EXPECT_THAT(error_of([&] { read_ies(kFiles / "typeBone.ies", silent); }),
+                HasSubstr("typeBone.ies:8:1: 1 horizontal angle; at least 2 are needed"));
+    EXPECT_THAT(refusal(lamp("1 -1 1 2 1 3 2 0 0 0 1 1 9\n0 90\n0\n1 10")),
+                HasSubstr("lamp.ies:6:1: 1 horizontal angle; at least 2 are needed"));
+    EXPECT_THAT(refusal(lamp("1 -1 1 2 2 2 2 0 0 0 1 1 9\n0 90\n0 95\n1 10 1 10")),
+                HasSubstr("horizontal angles from -95 to 95; expected -90 to 90"));
+    EXPECT_THAT(refusal(lamp("1 -1 1 2 2 3 2 0 0 0 1 1 9\n0 95\n0 90\n1 10 1 10")),
+                HasSubstr("vertical angles from 0 to 95; expected -90 to 90"));
+}
+
+// Lambertian, of 1000 cd at its nadir: π · 1000 lm.
+TEST(Ies, DecimalCommas_AreReadWithAWarning) {
+    ListeningMonitor monitor;
+    const PhotometricWeb web = read_ies(kFiles / "decimalcomma.ies", monitor);
+    EXPECT_EQ(web.peak(), 1000);
+    EXPECT_NEAR(web.intensity(web.direction(5, 0)), 996.19, 1e-3);
+    EXPECT_NEAR(web.flux(), 1000 * M_PI, 0.002 * 1000 * M_PI);
+    EXPECT_THAT(monitor.warnings, ElementsAre(HasSubstr("decimalcomma.ies:9:1: the commas of \"1000,00\"")));
+    const PhotometricWeb point = parse(lamp("1 -1 1.5 3 1 1 2 0 0 0.25 1 1 9\n0 45 90\n0\n10.5 20 5"));
+    for (const char* text : {"1 -1 1,5 3 1 1 2 0 0 0,25 1 1 9\n0 45 90\n0\n10,5 20 5",
+                             "1 -1 1.5 3 1 1 2 0 0 0.25 1 1 9\n0, 45, 90\n0\n10,5, 20, 5",
+                             "1 -1 1,5 3 1 1 2 0 0 0,25 1 1 9\n0 45 90\n0\n10,5 20 5\nno more"}) {
+        const PhotometricWeb comma = parse(lamp(text));
+        EXPECT_EQ(comma.grid().candela, point.grid().candela) << text;
+        EXPECT_EQ(comma.info().opening.size, point.info().opening.size) << text;
+    }
+}
+
+TEST(Ies, CommasOfThousandsOrOfTooManyNumbers_AreRefused) {
+    EXPECT_THAT(refusal(lamp("1 12,500 1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n10 5")),
+                HasSubstr("lamp.ies:4:3: the comma of \"12,500\" may separate two numbers, decimals or "
+                          "thousands"));
+    EXPECT_THAT(refusal(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n10,1 5,2 77")),
+                HasSubstr("lamp.ies:7:1: the comma of \"10,1\""));
+    EXPECT_THAT(refusal(lamp("1,-1,1,2,1,1,2,0,0,0,1,1,9\n0,90\n0\n10,5,77")),
+                HasSubstr("lamp.ies:5:1: the comma of \"0,90\""));
+    // Too few numbers are that, commas or not.
+    EXPECT_THAT(refusal(lamp("1,-1,1,2,1,1,2,0,0,0,1,1,9\n0,90\n0\n10")),
+                HasSubstr("the file ends after 17 numbers"));
 }
 
 TEST(Ies, BadFiles_NameTheirPlace) {

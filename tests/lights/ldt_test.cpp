@@ -4,6 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
 
@@ -22,13 +28,19 @@ struct File {
     std::string lumens = "2000", conversion = "1", count = "1";
     int stored = 8;
 
+    std::vector<double> angles = {};  // of the planes; empty: even ones
+    std::string heights = "0\n0\n0\n0\n", luminous = "0\n0\n";
+
     std::string text() const {
         std::string t =
             fmt::format("Works\n1\n{}\n{}\n45\n2\n90\nreport\nLamp\nnr\nfile\ndate\n", symmetry, planes);
-        t += "300\n200\n50\n0\n0\n0\n0\n0\n0\n100\n80\n" + conversion + "\n0\n1\n";
+        t += "300\n200\n50\n" + luminous + heights + "100\n80\n" + conversion + "\n0\n1\n";
         t += count + "\nLED\n" + lumens + "\n3000\n80\n25\n";
         for (int i = 0; i < 10; ++i) t += "0.5\n";
-        for (int i = 0; i < planes; ++i) t += fmt::format("{}\n", 360.0 / planes * i);
+        for (int i = 0; i < planes; ++i) {
+            t += fmt::format("{}\n",
+                             angles.empty() ? 360.0 / planes * i : angles[static_cast<std::size_t>(i)]);
+        }
         t += "0\n90\n";
         for (int i = 0; i < stored; ++i) t += fmt::format("10\n{}\n", 100 * (i + 1));
         return t;
@@ -71,9 +83,91 @@ TEST(Ldt, Values_AreCandelaPerThousandLumens) {
     EXPECT_EQ(web.info().lamp_lumens, 2000);
     EXPECT_NEAR(web.info().output_ratio, 0.8, 1e-12);
     EXPECT_EQ(web.info().watts, 25);
-    EXPECT_EQ(web.info().opening, V3d(0.2, 0.3, 0)) << "the length lies along C90";
+    EXPECT_EQ(web.info().opening.size, V3d(0.2, 0.3, 0)) << "the length lies along C90";
     EXPECT_EQ(parse(File{.count = "-1"}.text()).info().lamp_lumens, 0) << "absolute";
     EXPECT_EQ(web.info().provenance, "EULUMDAT, Works, Lamp");
+}
+
+TEST(Ldt, UnevenPlanes_AreCompletedByTheirSymmetry) {
+    const auto planes = [](int symmetry, std::vector<double> angles, int stored) {
+        const int count = static_cast<int>(angles.size());
+        return parse(File{.symmetry = symmetry,
+                          .planes = count,
+                          .lumens = "1000",
+                          .stored = stored,
+                          .angles = std::move(angles)}
+                         .text());
+    };
+    // The list ends short of 360, by any gap.
+    const PhotometricWeb none = planes(0, {0, 5, 90, 200, 300}, 5);
+    EXPECT_NEAR(at_horizon(none, 300), 500, 1e-3);
+    EXPECT_NEAR(at_horizon(none, 330), 300, 1e-3) << "between 300 and 360";
+    // No symmetry is none, even if the planes end at 90 or 180.
+    EXPECT_NEAR(at_horizon(planes(0, {0, 30, 90}, 3), 180), 300 - 200 * 90.0 / 270, 1e-3);
+    EXPECT_NEAR(at_horizon(planes(0, {0, 90, 180}, 3), 270), 200, 1e-3);
+    EXPECT_NEAR(at_horizon(planes(0, {0, 90, 180, 270, 360}, 5), 315), 250, 1e-3) << "C360 is C0";
+    EXPECT_NEAR(at_horizon(planes(0, {15, 135, 255}, 3), 0), 100 + 200 * 15.0 / 120, 1e-3);
+    const PhotometricWeb about_c0 = planes(2, {0, 10, 60, 180, 300, 350}, 4);
+    EXPECT_NEAR(at_horizon(about_c0, 350), 200, 1e-3);
+    EXPECT_NEAR(at_horizon(about_c0, 300), 300, 1e-3);
+    EXPECT_NEAR(at_horizon(about_c0, 180), 400, 1e-3);
+    const PhotometricWeb without_c180 = planes(2, {0, 60, 120, 240, 300}, 3);
+    EXPECT_NEAR(at_horizon(without_c180, 180), 300, 1e-3) << "between C120 and its image";
+    // Finer in front than behind: C90 is not a quarter through the list.
+    const PhotometricWeb about_c90 = planes(3, {0, 30, 60, 90, 120, 150, 180, 225, 270, 315}, 6);
+    EXPECT_NEAR(at_horizon(about_c90, 90), 100, 1e-3);
+    EXPECT_NEAR(at_horizon(about_c90, 30), 300, 1e-3) << "as C150";
+    EXPECT_NEAR(at_horizon(about_c90, 315), 500, 1e-3) << "as C225";
+    EXPECT_NEAR(at_horizon(about_c90, 270), 600, 1e-3);
+    const PhotometricWeb quadrant = planes(4, {0, 20, 90, 160, 180, 200, 270, 340}, 3);
+    for (const double c : {20.0, 160.0, 200.0, 340.0}) EXPECT_NEAR(at_horizon(quadrant, c), 200, 1e-3);
+    EXPECT_NEAR(at_horizon(quadrant, 270), 300, 1e-3);
+    EXPECT_THAT(error_of([&] {
+                    planes(2, {0, 10, 60, 180, 290, 350}, 4);
+                }),
+                HasSubstr("symmetry 2 does not fit the 6 C planes: C290"));
+    EXPECT_THAT(error_of([&] { planes(3, {0, 45, 135, 180}, 3); }), HasSubstr("without a plane C90"));
+}
+
+// Lambertian, of 1000 cd at its nadir.
+TEST(Ldt, UnevenPlanesWithoutSymmetry_HaveTheirFlux) {
+    Monitor silent;
+    const PhotometricWeb web = read_ldt(
+        std::filesystem::path(LUCERNA_SOURCE_DIR) / "tests/lights/photometric/uneven_refinedC0.ldt", silent);
+    EXPECT_NEAR(web.flux(), 3139.6, 0.1);
+    EXPECT_EQ(web.grid().azimuth.back(), 360);
+}
+
+TEST(Ldt, Openings_AreRectanglesAndCirclesWithHeights) {
+    using Shape = LuminousOpening::Shape;
+    const auto opening = [](const char* luminous, const char* heights) {
+        return parse(File{.heights = heights, .luminous = luminous}.text()).info().opening;
+    };
+    const LuminousOpening rectangle = opening("600\n300\n", "100\n20\n30\n40\n");
+    EXPECT_EQ(rectangle.shape, Shape::box);
+    EXPECT_NEAR(rectangle.projected_area({0, 0, 1}), 0.18, 1e-12);
+    EXPECT_NEAR(rectangle.projected_area({1, 0, 0}), 0.6 * 0.1, 1e-12) << "C0 sees the length";
+    EXPECT_NEAR(rectangle.projected_area({0, -1, 0}), 0.3 * 0.02, 1e-12) << "C90 sees the width";
+    EXPECT_NEAR(rectangle.projected_area({-1, 0, 0}), 0.6 * 0.03, 1e-12);
+    EXPECT_NEAR(rectangle.projected_area({0, 1, 0}), 0.3 * 0.04, 1e-12);
+    const LuminousOpening circle = opening("400\n0\n", "50\n50\n50\n50\n");
+    EXPECT_EQ(circle.name(), "upright cylinder");
+    EXPECT_NEAR(circle.projected_area({0, 0.6, 0.8}), kPiD / 4 * 0.16 * 0.8 + 0.4 * 0.05 * 0.6, 1e-12);
+    EXPECT_EQ(opening("400\n0\n", "0\n0\n0\n0\n").name(), "disc");
+    EXPECT_EQ(opening("0\n0\n", "0\n0\n0\n0\n").size, V3d(0.2, 0.3, 0)) << "the luminaire's";
+}
+
+TEST(Ldt, CommasAreDecimal_OrRefusedBesidePoints) {
+    const auto refusal = [](std::string text) { return error_of([&] { parse(text); }); };
+    EXPECT_EQ(parse(File{.lumens = "33,25"}.text()).info().lamp_lumens, 33.25);
+    EXPECT_THAT(refusal(File{.lumens = "33,200"}.text()),
+                HasSubstr("the lamps' lumens is \"33,200\", whose comma may separate thousands"))
+        << "its direct ratios have points";
+    std::string commas = File{.lumens = "33,200"}.text();
+    std::replace(commas.begin(), commas.end(), '.', ',');
+    EXPECT_EQ(parse(commas).info().lamp_lumens, 33.2) << "no point: all commas are decimal";
+    EXPECT_THAT(refusal(File{.lumens = "1,000,000"}.text()),
+                HasSubstr("the lamps' lumens is \"1,000,000\"; expected a number"));
 }
 
 TEST(Ldt, BadFiles_NameTheirLine) {
@@ -84,7 +178,8 @@ TEST(Ldt, BadFiles_NameTheirLine) {
     EXPECT_THAT(refusal("Works\n1\n0\nmany\n"),
                 HasSubstr("lamp.ldt:4:1: line 4, the number of C planes is \"many\"; expected a number"));
     EXPECT_THAT(refusal(File{4, 7, "1000", "1", "1", 3}.text()),
-                HasSubstr("lamp.ldt:3:1: 7 C planes with symmetry 4; expected a multiple of 4"));
+                HasSubstr("lamp.ldt:3:1: symmetry 4 does not fit the 7 C planes: C102.857 is not a mirror "
+                          "image"));
     std::string cut = File{}.text();
     cut.resize(cut.size() - 4);
     EXPECT_THAT(refusal(cut), HasSubstr("lamp.ldt: the file ends"));

@@ -59,6 +59,25 @@ Rig disc_rig() {
     return rig;
 }
 
+// A small disc on a wide plane S: the opening has the disc's area, not that of S. The field's basis blurs the
+// disc's edge by a step of S, of 1/9 of the radius.
+TEST(FarField, Opening_IsThePartOfThePlaneThatShines) {
+    Monitor silent;
+    constexpr double kRadius = 0.009, kArea = M_PI * kRadius * kRadius;
+    Rig rig = disc_rig();
+    rig.views = {41, 31};
+    rig.spacing = {0.001, 0.001};
+    rig.pixels = {24, 24};
+    rig.pixel = {0.008, 0.008};
+    const LightField field = testing::lambertian_disc(rig, kRadius);
+    const LuminousOpening opening = far_field(field, {5, 30}, Workers{2}, silent).info().opening;
+    EXPECT_EQ(opening.name(), "rectangle");
+    EXPECT_NEAR(opening.size.x * opening.size.y / kArea, 1, 0.06);
+    EXPECT_NEAR(opening.size.x / opening.size.y, 1, 0.02);
+    const LuminousOpening again = far_field(field, {5, 30}, Workers{1}, silent).info().opening;
+    EXPECT_EQ(again.size, opening.size) << "on any number of threads";
+}
+
 // Of radiance 1: I = A cos θ.
 TEST(FarField, LambertianDisc_FallsWithTheCosine) {
     Monitor silent;

@@ -160,6 +160,57 @@ TEST(Glare, OfAPhotometricFile_IsByItsLuminousOpening) {
     EXPECT_TRUE(rating("0 0 0").sources.empty());
 }
 
+// A room of two planes of reflectance 0.5 and a lamp, seen from (0, 1.2, 0) along `view`.
+GlareReport rate_in_room(const std::string& lamp, double height, const V3f& view) {
+    const testing::TemporaryFolder folder;
+    const std::string text = fmt::format(
+        "Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n"
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] "
+        "\"point3 P\" [-4 0 -4 -4 0 4 8 0 4 8 0 -4]\n"
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] "
+        "\"point3 P\" [-4 3 -4 8 3 -4 8 3 4 -4 3 4]\n"
+        "AttributeBegin Translate 3 {} 0 Rotate 90 1 0 0\n{}\nAttributeEnd\n",
+        height, lamp);
+    Monitor silent;
+    GlareOptions options;
+    options.workers = {2};
+    options.precision = 0.01;
+    options.blur = 0;
+    const Observer observer{"eye", {0, 1.2, 0}, view, {0, 1, 0}};
+    return glare_at(std::vector{observer}, job_of(text), options, silent)[0];
+}
+
+// The openings of LM-63's editions: the solid angle is that of the body, and the rating that of the scene's
+// closed form or of an emissive body.
+TEST(Glare, OfRoundOpenings_IsByTheirShape) {
+    const auto file = [](const char* name) {
+        return fmt::format("LightSource \"ies\" \"string filename\" \"{}/tests/lights/photometric/{}\"",
+                           LUCERNA_SOURCE_DIR, name);
+    };
+    const V3f ahead(1, 0, 0);
+    const double d2 = 9 + 1.7 * 1.7, cosine = 1.7 / std::sqrt(d2), sine = 3 / std::sqrt(d2);
+    const double face = kPiD / 4 * 0.09;
+    const GlareReport disc = rate_in_room(file("disc95.ies"), 2.9, ahead);
+    ASSERT_EQ(disc.sources.size(), 1U);
+    EXPECT_NEAR(disc.sources[0].solid_angle, face * cosine / d2, 1e-5 * face);
+    EXPECT_NEAR(disc.ugr.value, 28.0, 0.1);
+    const GlareReport cylinder = rate_in_room(file("cyl95.ies"), 2.9, ahead);
+    ASSERT_EQ(cylinder.sources.size(), 1U);
+    const double area = face * cosine + 0.3 * 0.1 * sine;
+    EXPECT_NEAR(cylinder.sources[0].solid_angle, area / d2, 1e-5 * area);
+    EXPECT_NEAR(cylinder.ugr.value, disc.ugr.value - 8 * std::log10(area / (face * cosine)), 0.1);
+
+    const GlareReport sphere = rate_in_room(file("sphere02.ies"), 2, ahead);
+    const GlareReport globe = rate_in_room(
+        "AreaLightSource \"diffuse\" \"rgb L\" [1414.71 1414.71 1414.71] Shape \"sphere\" \"float radius\" "
+        "0.15",
+        2, ahead);
+    ASSERT_EQ(sphere.sources.size(), 1U);
+    EXPECT_NEAR(sphere.sources[0].luminance, 1414.71, 0.1);
+    EXPECT_NEAR(sphere.ugr.value, globe.ugr.value, 0.1);
+    EXPECT_NEAR(sphere.ugr.value, 22.7, 0.1);
+}
+
 TEST(Glare, InWatts_IsRefused) {
     Monitor silent;
     Job job =

@@ -1,0 +1,53 @@
+// The luminous opening of a luminaire: the body that a photometric file states its light to come from.
+//
+// Luminance from afar is intensity over the area of the opening as it is seen: CIE 117's UGR needs it. All
+// shapes of LM-63 and EULUMDAT are one of five bodies with three sizes, along C0-C180 (x), along C90-C270 (y)
+// and in height (z); a flat opening is a body with a size of 0. With w the unit direction in which it is
+// seen:
+//
+//     box                 X Y |w_z| + Y Z |w_x| + X Z |w_y|
+//     cylinder along z    π/4 X Y |w_z| + Z √((Y w_x)² + (X w_y)²)             along x and y alike
+//     ellipsoid           π/4 √((Y Z w_x)² + (X Z w_y)² + (X Y w_z)²)
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+#include "engine/base/vec.h"
+
+namespace lucerna {
+
+struct LuminousOpening {
+    // A cylinder's cross-section is an ellipse.
+    enum class Shape : std::uint8_t {
+        box,
+        cylinder_along_c0,
+        cylinder_along_c90,
+        cylinder_upright,
+        ellipsoid
+    };
+
+    LuminousOpening() = default;
+    LuminousOpening(Shape body, const V3d& sizes)
+        : shape(body), size(sizes), side_heights{sizes.z, sizes.z, sizes.z, sizes.z} {}
+    // A box or an upright cylinder whose sides that face C0, C90, C180 and C270 shine over different heights.
+    // Between these planes a cylinder's height is weighted by the squares of the direction's cosines.
+    LuminousOpening(Shape body, double along_c0, double along_c90, const std::array<double, 4>& heights);
+
+    // m², as it is seen along w (unit, in the lamp's frame, away from the lamp).
+    double projected_area(const V3d& w) const;
+    // The least and the largest projected area over both directions of the three axes. The largest is 0 if no
+    // opening is stated or if it is a line.
+    std::pair<double, double> faces() const;
+    bool flat() const;  // a size is 0
+    // "disc", "box", "upright elliptic cylinder" …
+    std::string_view name() const;
+
+    Shape shape = Shape::box;
+    V3d size{0, 0, 0};  // metres: along C0-C180, along C90-C270, height (the mean of the sides')
+    std::array<double, 4> side_heights{};  // metres: of the sides that face C0, C90, C180, C270
+};
+
+}  // namespace lucerna
