@@ -529,6 +529,26 @@ TEST(Lumigraph, FarFieldWeb_IsEvenOverTheWholeSphere) {
         EXPECT_NEAR(web.intensity(web.direction(polar, 40)), kFlux / (4 * M_PI), 0.12 * kFlux / (4 * M_PI));
 }
 
+// Seen from all directions together, the box that the web states is as large as the sphere, whose area is
+// that of a disc. The box of the lamp itself is 1.47 times as large. Noise of the rays makes parts of the
+// sphere brighter and the luminous part smaller.
+TEST(Lumigraph, OpeningOfASphere_IsABoxOfItsArea) {
+    Monitor silent;
+    const LuminousOpening opening = far_field(sphere().lamp, {15, 30}, Workers{2}, silent).info().opening;
+    EXPECT_EQ(opening.name(), "box");
+    EXPECT_NEAR(opening.size.x / opening.size.z, 1, 0.03);
+    RunningStats over_area, of_lamp;
+    const LuminousOpening whole(LuminousOpening::Shape::box, sphere().lamp.box().size());
+    for (int i = 0; i < 1000; ++i) {
+        const double z = (i + 0.5) / 500 - 1, phi = 2.399963 * i, r = std::sqrt(1 - z * z);
+        const V3d w(r * std::cos(phi), r * std::sin(phi), z);
+        over_area.add(M_PI * kRadius * kRadius / opening.projected_area(w));
+        of_lamp.add(M_PI * kRadius * kRadius / whole.projected_area(w));
+    }
+    EXPECT_NEAR(over_area.mean(), 1, 0.15);
+    EXPECT_LT(of_lamp.mean(), 0.75);
+}
+
 // --- colour ---
 
 // The web of a lamp in colour is that of its luminance, whatever particles are drawn by.
