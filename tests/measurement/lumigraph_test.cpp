@@ -530,8 +530,8 @@ TEST(Lumigraph, FarFieldWeb_IsEvenOverTheWholeSphere) {
 }
 
 // Seen from all directions together, the box that the web states is as large as the sphere, whose area is
-// that of a disc. The box of the lamp itself is 1.47 times as large. Noise of the rays makes parts of the
-// sphere brighter and the luminous part smaller.
+// that of a disc; the box of the lamp itself is larger. Noise of the rays makes parts of the sphere brighter
+// and the luminous part smaller.
 TEST(Lumigraph, OpeningOfASphere_IsABoxOfItsArea) {
     Monitor silent;
     const LuminousOpening opening = far_field(sphere().lamp, {15, 30}, Workers{2}, silent).info().opening;
