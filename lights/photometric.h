@@ -57,7 +57,10 @@ struct PhotometricInfo {
     double lamp_lumens = 0;   // of all lamps, as stated; 0: absolute photometry
     double output_ratio = 0;  // of the luminaire, as stated, share of 1; 0: not stated
     double watts = 0;         // input; 0: not stated
-    V3d opening{0, 0, 0};     // luminous opening, metres: along C0-C180, along C90-C270, height
+    // Of a web that was made of a light field: by how much the two differ over all directions, relative to
+    // the flux. It is what the grid smooths.
+    double grid_error = 0;
+    V3d opening{0, 0, 0};  // luminous opening, metres: along C0-C180, along C90-C270, height
     bool round_opening = false;
 };
 
