@@ -58,6 +58,9 @@ struct PhotometricInfo {
     double lamp_lumens = 0;   // of all lamps, as stated; 0: absolute photometry
     double output_ratio = 0;  // of the luminaire, as stated, share of 1; 0: not stated
     double watts = 0;         // input; 0: not stated
+    // Of a web that was made of a light field: by how much the two differ over all directions, relative to
+    // the flux. It is what the grid smooths.
+    double grid_error = 0;
     LuminousOpening opening;  // without a size: none is stated
 };
 

@@ -106,6 +106,14 @@ double parse_place(const Location& at, std::string_view word) {
     return *value;
 }
 
+double parse_metres(const Location& at, std::string_view word, double least, double most) {
+    const auto value = metres(word);
+    if (!value) return parse_number(at, word, least, most);
+    if (!(*value >= least && *value <= most))
+        input_error(at, "\"{}\" is out of range; expected {:g} m to {:g} m", one_line(word), least, most);
+    return *value;
+}
+
 Imath::V2d parse_length_pair(const Location& at, std::string_view word) {
     const auto parts = halves(word);
     const auto x = parts ? metres(parts->first) : std::nullopt;

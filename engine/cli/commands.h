@@ -101,7 +101,10 @@ inline void add_threads(CLI::App& app, Workers& workers) {
 // "2.3 %", "140 %": two digits, and never an exponent.
 inline std::string percent_text(double share) {
     const double percent = 100 * share;
-    return std::fabs(percent) < 10 ? fmt::format("{:.2g} %", percent) : fmt::format("{:.0f} %", percent);
+    if (!(std::fabs(percent) < 10)) return fmt::format("{:.0f} %", percent);
+    if (std::fabs(percent) >= 1e-4 || percent == 0) return fmt::format("{:.2g} %", percent);
+    const int places = 1 - static_cast<int>(std::floor(std::log10(std::fabs(percent))));
+    return fmt::format("{:.{}f} %", percent, places);
 }
 
 inline void add_unit_option(CLI::App& app, std::optional<FluxUnit>& unit) {

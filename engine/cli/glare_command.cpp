@@ -219,11 +219,8 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
     app.add_option_function<std::vector<std::string>>(
            "--view",
            [command](const std::vector<std::string>& words) {
-               for (const std::string& word : words) {
-                   const V3d view = parse_point({"--view"}, word);
-                   if (!(view.length() > 0)) input_error({"--view"}, "0,0,0 is not a direction");
-                   command->views.push_back(view.normalized());
-               }
+               for (const std::string& word : words)
+                   command->views.push_back(parse_direction({"--view"}, word));
            },
            "viewing direction at the --height and --floors points; may be repeated (default: the four "
            "horizontal axes)")

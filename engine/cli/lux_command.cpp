@@ -43,7 +43,7 @@ by a corner and the other ends of the two sides from it; the surface receives li
 the first to the second side is counterclockwise. They can also be given on the command line:
 --surface "work plane=0,0.75,0:0,0.75,5:4,0.75,0", --height 0.75 for a horizontal plane across the whole model, 0.75 m
 above its lowest point, or --floors 0.75 for one above each floor, which is found as a level surface with 2 m of clear height
-above it. Lengths are in the units of the scene, which are metres. Without --spacing the points are placed
+above it. Lengths are metres, or have a unit: 75cm. Without --spacing the points are placed
 according to EN 12464-1.
 
 Results for each surface: mean, minimum and maximum illuminance, the uniformity U_0 = minimum / mean, and the share of direct
@@ -55,12 +55,13 @@ through them. Where a scene has mirrors, lenses or solid glass, light paths from
 that are too small to be met over them is missing, is named by a warning, and widens the intervals.
 
 Kinds: planar (as read by a photometer on the surface), cylindrical, semicylindrical, hemispherical and spherical (EN 12665;
-scalar illuminance is four times the spherical). --facing turns planar sensors to another direction: for example,
---facing 1,0,0 gives the vertical illuminance at eye height.
+scalar illuminance is four times the spherical). --facing turns sensors to another direction: for example,
+--facing 1,0,0 gives the vertical illuminance at eye height. Cylindrical and spherical sensors face no direction.
 
 --far-field-error shows how accurate a photometric file would be in this scene: it computes everything again with each
 measured lamp as a point source with its far-field intensities, and reports the relative error of the illuminance; with
---plan and --html also as a map.
+--plan and --html also as a map. It prints the floor of the method, too: by how much the table of intensities, in steps of
+1 by 5 degrees, differs from the lamp's own.
 
 --replicates computes how uncertain the numbers are because the lamps were measured with a finite number of rays: it computes
 everything again with each of the lamps' bootstrap replicates, which lucerna light import --replicates 20 writes beside a lamp,
@@ -118,9 +119,9 @@ std::string end_text(const IlluminanceReport& report) {
                        duration_text(report.seconds));
 }
 
-// The same points by the lamps' far fields.
+// The same points by the lamps' far fields. `floor` gets the largest error of their grids.
 IlluminanceReport by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
-                               double seconds, Monitor& monitor) {
+                               double seconds, double& floor, Monitor& monitor) {
     PhotometryOptions common = command.common;
     const Workers& workers = command.options.workers;
     std::size_t lamps = 0;
@@ -128,12 +129,16 @@ IlluminanceReport by_far_field(const LuxCommand& command, std::span<const Calcul
         ++lamps;
         const auto web = [&](const auto& lamp) {
             if constexpr (std::is_same_v<std::decay_t<decltype(lamp)>, Lumigraph>) {
-                return far_field(lamp, FarFieldGrid(), workers, monitor);
+                FarFieldGrid grid;
+                grid.as_rendered = true;
+                return far_field(lamp, grid, workers, monitor);
             } else {
                 return far_field(lamp, FarFieldGrid());
             }
         };
-        return std::visit(web, read_lamp_file(file, monitor));
+        PhotometricWeb made = std::visit(web, read_lamp_file(file, monitor));
+        floor = std::max(floor, made.info().grid_error);
+        return made;
     };
     CommandFiles same;  // as those of the first reading
     Job job = common.read(workers, same, monitor);
@@ -249,8 +254,11 @@ void act(const LuxCommand& command, const CommandContext& context) {
     const Listening listening(context.around);
     const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
     std::vector<FarFieldError> errors;
-    if (command.far_field_error)
-        errors = far_field_errors(report, by_far_field(command, surfaces, times.by_lamps(), monitor));
+    double far_field_floor = 0;
+    if (command.far_field_error) {
+        errors = far_field_errors(
+            report, by_far_field(command, surfaces, times.by_lamps(), far_field_floor, monitor));
+    }
     if (replicates > 0 && report.ended_by != "user") {
         page.uncertainty = uncertainty_of(
             report,
@@ -282,7 +290,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.common.json.empty())
             write_text(command.common.json, illuminance_json(report, uncertainty));
         context.out << illuminance_text(report) << end_text(report) << '\n';
-        if (!errors.empty()) context.out << far_field_text(errors);
+        if (!errors.empty()) context.out << far_field_text(errors, far_field_floor);
         if (uncertainty.replicates > 0) context.out << uncertainty_text(report, uncertainty);
     }
     if (report.ended_by == "user")

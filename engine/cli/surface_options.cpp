@@ -13,6 +13,8 @@
 namespace lucerna {
 namespace {
 
+constexpr double kFar = 1e9;  // m
+
 constexpr std::string_view kSurfaceForm =
     "expected NAME=X,Y,Z:X,Y,Z:X,Y,Z, a corner and the other ends of the two sides from it";
 
@@ -58,6 +60,7 @@ CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
     surface.kind = options.kind;
     const V3d above = surface.u.cross(surface.v).normalized();  // zero of a surface that is refused below
     surface.up = V3f(above);
+    if (options.facing && !has_facing(options.kind)) input_error(at, "{}", no_facing_text(options.kind));
     surface.normal = V3f(options.facing.value_or(above));
     const double u = surface.u.length(), v = surface.v.length();
     surface.points = options.spacing ? points_apart(u, v, *options.spacing) : default_points(u, v);
@@ -129,18 +132,35 @@ std::pair<std::string, std::string> parse_named(const Location& at, std::string_
     return {std::string(word.substr(0, equals)), std::string(word.substr(equals + 1))};
 }
 
-V3d parse_point(const Location& at, std::string_view word) {
-    constexpr double kFar = 1e9;
+namespace {
+
+// "X,Y,Z", each read by `number`.
+template <typename Number>
+V3d parse_triple(const Location& at, std::string_view word, std::string_view what, Number&& number) {
     V3d p;
     std::string_view rest = word;
     for (int axis = 0; axis < 3; ++axis) {
         const std::size_t comma = rest.find(',');
-        if ((comma == rest.npos) != (axis == 2))
-            input_error(at, "\"{}\" is not a point; expected X,Y,Z, for example 0,0.75,2.5", one_line(word));
-        p[axis] = parse_number(at, rest.substr(0, comma), -kFar, kFar);
+        if ((comma == rest.npos) != (axis == 2)) input_error(at, "\"{}\" is not a {}", one_line(word), what);
+        p[axis] = number(rest.substr(0, comma));
         rest.remove_prefix(comma == rest.npos ? rest.size() : comma + 1);
     }
     return p;
+}
+
+}  // namespace
+
+V3d parse_point(const Location& at, std::string_view word) {
+    return parse_triple(
+        at, word, "point; expected X,Y,Z in metres or with a unit, for example 0,0.75,2.5 or 0,75cm,2.5m",
+        [&](std::string_view part) { return parse_metres(at, part, -kFar, kFar); });
+}
+
+V3d parse_direction(const Location& at, std::string_view word) {
+    const V3d w = parse_triple(at, word, "direction; expected X,Y,Z, for example 1,0,0",
+                               [&](std::string_view part) { return parse_number(at, part, -kFar, kFar); });
+    if (!(w.length() > 0)) input_error(at, "{} is not a direction", one_line(word));
+    return w.normalized();
 }
 
 int up_axis_of(const Camera& camera) {
@@ -156,11 +176,15 @@ int up_axis_of(const Camera& camera) {
 void warn_outside(const Scene& scene, const std::string& what, std::span<const V3d> points,
                   Monitor& monitor) {
     const Box3f bounds = scene.bounds();
+    if (bounds.isEmpty()) {
+        monitor.warn(what + ": the scene has no surfaces, and only the lamps' own light arrives");
+        return;
+    }
     const V3d slack(1e-3 * double{diagonal(scene)});  // a point on the floor is inside
     const V3d least = V3d(bounds.min) + scene.origin() - slack,
               most = V3d(bounds.max) + scene.origin() + slack;
     const auto outside = std::count_if(points.begin(), points.end(), [&](const V3d& p) {
-        return bounds.isEmpty() || !Imath::Box<V3d>(least, most).intersects(p);
+        return !Imath::Box<V3d>(least, most).intersects(p);
     });
     if (outside > 0) {
         monitor.warn(
@@ -187,36 +211,37 @@ void add_height_options(CLI::App& app, SurfaceOptions& options) {
            "--height",
            [&options](const std::vector<std::string>& words) {
                for (const std::string& word : words)
-                   options.heights.push_back(parse_number({"--height"}, word, -1e9, 1e9));
+                   options.heights.push_back(parse_metres({"--height"}, word, -kFar, kFar));
            },
-           "a horizontal plane across the model, M metres above its lowest point; may be repeated")
-        ->type_name("M")
+           "a horizontal plane across the model, this length (metres, or for example 75cm) above its lowest "
+           "point; may be repeated")
+        ->type_name("LENGTH")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_option_function<std::vector<std::string>>(
            "--floors",
            [&options](const std::vector<std::string>& words) {
                for (const std::string& word : words)
-                   options.floors.push_back(parse_number({"--floors"}, word, 0, 1e9));
+                   options.floors.push_back(parse_metres({"--floors"}, word, 0, kFar));
            },
-           "a horizontal plane across each floor of the model, M metres above it; may be repeated")
-        ->type_name("M")
+           "a horizontal plane across each floor of the model, this length above it; may be repeated")
+        ->type_name("LENGTH")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    add_word(app, "--margin", "M",
+    add_word(app, "--margin", "LENGTH",
              "margin between a --height or --floors plane and the model's or floor's sides (default 0)",
              [&options](const std::string& word) {
                  options.shaped_by = "--margin";
-                 options.margin = parse_number({"--margin"}, word, 0, 1e9);
+                 options.margin = parse_metres({"--margin"}, word, 0, kFar);
              });
     add_word(app, "--up", "AXIS",
              "vertical axis of --height and --floors planes: x, y or z (default: the axis closest to the "
              "camera's up vector)",
              [&options](const std::string& word) { options.up_axis = parse_axis({"--up"}, word); });
-    add_word(app, "--spacing", "M", "largest spacing of points (default: according to EN 12464-1)",
+    add_word(app, "--spacing", "LENGTH", "largest spacing of points (default: according to EN 12464-1)",
              [&options](const std::string& word) {
                  options.shaped_by = "--spacing";
-                 options.spacing = parse_number({"--spacing"}, word, 1e-6, 1e9);
+                 options.spacing = parse_metres({"--spacing"}, word, 1e-6, kFar);
              });
 }
 
@@ -239,12 +264,12 @@ void add_surface_options(CLI::App& app, SurfaceOptions& options) {
                  options.shaped_by = "--kind";
                  options.kind = parse_kind({"--kind"}, word);
              });
-    add_word(app, "--facing", "X,Y,Z", "direction that the sensors face (default: the surface normal)",
+    add_word(app, "--facing", "X,Y,Z",
+             "direction that planar, semicylindrical and hemispherical sensors face (default: the surface "
+             "normal)",
              [&options](const std::string& word) {
-                 const V3d w = parse_point({"--facing"}, word);
-                 if (!(w.length() > 0)) input_error({"--facing"}, "0,0,0 is not a direction");
                  options.shaped_by = "--facing";
-                 options.facing = w.normalized();
+                 options.facing = parse_direction({"--facing"}, word);
              });
 }
 

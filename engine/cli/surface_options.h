@@ -14,8 +14,10 @@
 
 namespace lucerna {
 
-// "X,Y,Z"
+// "X,Y,Z" in metres, or each with a unit.
 V3d parse_point(const Location& at, std::string_view word);
+// "X,Y,Z", not 0; unit.
+V3d parse_direction(const Location& at, std::string_view word);
 
 // "NAME=…", neither part empty. `form`: what is accepted, where it is not that.
 std::pair<std::string, std::string> parse_named(const Location& at, std::string_view word,

@@ -36,6 +36,9 @@ struct CameraRay {
     // calculation surface (engine/scene/receiver.h), by methods with illuminance for their quantity. Null:
     // what the ray meets.
     const Hit* receiver = nullptr;
+    // The medium of the borders in which the ray begins, by the same methods; none: that of the scene's
+    // camera.
+    std::optional<std::int32_t> medium = {};
     // Lamps whose emission the sample does not count where the ray itself meets them; null: none.
     const LampSet* but = nullptr;
 

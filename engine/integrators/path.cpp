@@ -214,7 +214,7 @@ Rgb MediaPathEstimator::Li_of(const CameraRay& camera, Sampler& sampler) const {
     Path path;
     path.ray = camera.ray;
     path.rule = camera.rule();
-    path.medium = media_.camera;
+    path.medium = camera.medium.value_or(media_.camera);
     const bool meter = settings_.quantity == Quantity::illuminance;
     path.parts = meter ? parts.times(meter_reading(Rgb(1))) : parts;
     int bounce = 0;

@@ -82,6 +82,8 @@ void read_calculation_surface(Reading& reading, const std::string& name, Params&
     if (swaps_handedness(ctm)) above = -above;
     if (above.length() > 0) above.normalize();
     surface.up = read_direction(reading, params, "up", above);
+    if (params.has("facing") && !has_facing(surface.kind))
+        fail(params.place_of("facing"), "{}", no_facing_text(surface.kind));
     surface.normal = read_direction(reading, params, "facing",
                                     surface.kind == ReceiverKind::cylindrical ? V3d(surface.up) : above);
     surface.points = read_grid(params, surface);

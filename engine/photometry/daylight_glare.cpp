@@ -1,10 +1,14 @@
 #include "engine/photometry/daylight_glare.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/sampler.h"
+#include "engine/base/stats.h"
 #include "engine/photometry/path_rounds.h"
+#include "engine/scene/media_traversal.h"
 
 namespace lucerna {
 namespace {
@@ -14,6 +18,8 @@ namespace {
 constexpr double kPeak = 50000, kSearchRadius = 0.2;
 // A threshold above this is a luminance, below it a multiple of the mean.
 constexpr double kLargestFactor = 100;
+// Where their random numbers begin, beyond those of all heads and luminaires.
+constexpr std::uint64_t kSuns = std::uint64_t{1} << 63;
 constexpr double kSunRadius = 0.26656 * kPiD / 180;  // radians, as seen at the mean distance
 
 // Of a picture's samples: at first, and the most.
@@ -22,8 +28,17 @@ constexpr int kFirstViewSamples = 8, kMostViewSamples = 4096;
 struct Cluster {
     V3d middle{0};  // Σ ω w: without luminances, so that their noise does not choose a pixel's source
     V3d moment{0};  // Σ L ω w
-    double flux = 0, solid_angle = 0;
-    double variance = 0;  // of flux
+    std::array<double, 2> flux{};  // by each half of the picture
+    double solid_angle = 0;
+    double variance = 0;  // of the mean of both, estimated
+    double squares = 0;   // of the pixels' variances
+
+    // What this many values would leave of freedom [Satterthwaite 1946]: each pixel's variance is told by one
+    // difference.
+    std::uint64_t values() const {
+        return 1 + std::max<std::uint64_t>(
+                       1, squares > 0 ? static_cast<std::uint64_t>(sqr(variance) / squares) : 1);
+    }
 };
 
 // The one nearest to `w` within the search radius, or a new one.
@@ -54,13 +69,15 @@ std::vector<DaylightSource> sources_of(const LuminanceView& view, const Observer
             const ViewDirection to = view_direction(view.pixels, x, y);
             if (!(to.solid_angle > 0)) continue;
             Cluster& cluster = cluster_near(seen > kPeak ? peaks : bright, to.w);
-            const double flux = view.luminance(pixel) * to.solid_angle;
             cluster.middle += to.solid_angle * to.w;
-            cluster.moment += flux * to.w;
-            cluster.flux += flux;
+            cluster.moment += view.luminance(pixel) * to.solid_angle * to.w;
+            for (std::size_t half = 0; half < 2; ++half)
+                cluster.flux[half] += double{view.halves[half][pixel]} * to.solid_angle;
             cluster.solid_angle += to.solid_angle;
             const double apart = double{view.halves[0][pixel]} - double{view.halves[1][pixel]};
-            cluster.variance += sqr(0.5 * apart * to.solid_angle);
+            const double variance = sqr(0.5 * apart * to.solid_angle);
+            cluster.variance += variance;
+            cluster.squares += sqr(variance);
         }
     }
     bright.insert(bright.end(), peaks.begin(), peaks.end());
@@ -71,25 +88,38 @@ std::vector<DaylightSource> sources_of(const LuminanceView& view, const Observer
         DaylightSource& source = sources.emplace_back();
         source.towards = V3f(w.x * x + w.y * y + w.z * z);
         source.solid_angle = cluster.solid_angle;  // > 0, as each cluster has a pixel
-        source.luminance = {cluster.flux / cluster.solid_angle,
-                            kStandardErrors95 * std::sqrt(cluster.variance) / cluster.solid_angle};
+        source.luminance = {0.5 * (cluster.flux[0] + cluster.flux[1]) / cluster.solid_angle,
+                            student_95(cluster.values()) * std::sqrt(cluster.variance) / cluster.solid_angle};
+        source.square = cluster.flux[0] * cluster.flux[1] / sqr(cluster.solid_angle);
         source.position = position_index(observer, source.towards);
     }
     return sources;
 }
 
-// Where nothing hides them; evenly bright over the solid angle of the sun.
-void add_distant_lights(const Observer& observer, const Scene& scene, std::vector<DaylightSource>& sources) {
+// As panes and media let them pass; evenly bright over the solid angle of the sun.
+void add_distant_lights(const Observer& observer, const Scene& scene, std::uint64_t seed,
+                        std::vector<DaylightSource>& sources) {
     const double disc = 4 * kPiD * sqr(std::sin(0.5 * kSunRadius));
     const V3f at(observer.eye - scene.origin());
+    const std::int32_t medium = medium_around(scene, {at}, observer.view);
     for (const auto& light : scene.lights()) {
         if (light->bounds() || !light->is_delta() || !(light->power() > 0)) continue;
         const auto towards = light->sample_Li(at, {0.5F, 0.5F});
-        if (!towards || scene.closest_hit(Ray{at, towards->w, towards->distance})) continue;
+        if (!towards) continue;
         const double position = position_index(observer, towards->w);
-        const double illuminance = double{luminance(towards->weight)};  // across its direction
-        if (!std::isfinite(position) || !(illuminance > 0)) continue;
-        sources.push_back({towards->w, disc, {illuminance / disc, 0}, position});
+        if (!std::isfinite(position)) continue;
+        RunningStats across;  // illuminance across its direction; it differs where media vary
+        constexpr std::uint32_t kSamples = 1024;
+        for (std::uint32_t i = 0; i < kSamples; ++i) {
+            Sampler sampler = Sampler::stratified(seed, Purpose::receiver, kSuns, i);
+            const Ray way{at, towards->w, towards->distance};
+            across.add(double{luminance(towards->weight * passing(scene, way, medium, sampler, false))} /
+                       disc);
+        }
+        const Reading95 seen = reading_95(across);
+        if (!(seen.value > 0)) continue;
+        const double square = sqr(seen.value) - sqr(across.standard_error());  // of the true mean
+        sources.push_back({towards->w, disc, seen, square, position});
     }
 }
 
@@ -103,10 +133,12 @@ Reading95 sum_of(const std::vector<DaylightSource>& sources) {
     for (const DaylightSource& source : sources) {
         if (!std::isfinite(source.position)) continue;  // at the hemisphere's edge: not seen
         const double share = source.solid_angle / sqr(source.position);
-        sum += sqr(source.luminance.value) * share;
-        square += sqr(2 * source.luminance.value * source.luminance.half_width * share);
+        sum += source.square * share;
+        // In the second order, too: of a picture of few samples it is no less than the first.
+        const double width = source.luminance.half_width;
+        square += sqr(share * width) * (sqr(2 * source.luminance.value) + sqr(width));
     }
-    return {sum, std::sqrt(square)};
+    return {std::max(0.0, sum), std::sqrt(square)};
 }
 
 Reading95 dgp_reading(const Reading95& vertical, const Reading95& sum) {
@@ -190,6 +222,7 @@ double dgp_of(double vertical, double sum) {
 LuminanceView luminance_view(const Observer& observer, Job& job, const DaylightOptions& options,
                              Monitor& monitor) {
     job.camera = fisheye(observer, job.scene, options.pixels);
+    job.camera_medium = medium_around(job.scene, {V3f(observer.eye - job.scene.origin())}, observer.view);
     job.film = FilmSettings();
     job.film.width = job.film.height = options.pixels;
     job.film.two_halves = true;
@@ -225,11 +258,11 @@ Image view_image(const LuminanceView& view) {
 }
 
 DaylightGlare daylight_glare(const LuminanceView& view, const Observer& observer, const Scene& scene,
-                             double threshold) {
+                             double threshold, std::uint64_t seed) {
     DaylightGlare glare;
     glare.mean_luminance = sums_of(view).mean;
     glare.sources = sources_of(view, observer, threshold_of(threshold, glare.mean_luminance));
-    add_distant_lights(observer, scene, glare.sources);
+    add_distant_lights(observer, scene, seed, glare.sources);
     return glare;
 }
 

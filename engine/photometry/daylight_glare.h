@@ -45,6 +45,7 @@ struct DaylightSource {
     V3f towards;             // world, unit: its middle, weighted with luminance
     double solid_angle = 0;  // sr
     Reading95 luminance;     // cd/m²: its mean
+    double square = 0;       // of its true mean, estimated without bias: noise does not add to it
     double position = 1;     // index
 };
 
@@ -77,7 +78,7 @@ Image view_image(const LuminanceView& view);
 
 // Its sources, the scene's distant lights among them where nothing hides them; DGP is left to:
 DaylightGlare daylight_glare(const LuminanceView& view, const Observer& observer, const Scene& scene,
-                             double threshold);
+                             double threshold, std::uint64_t seed = 0);
 // DGP of its sources and of `vertical`, E_v [lx].
 Reading95 daylight_rating(const DaylightGlare& glare, const Reading95& vertical);
 

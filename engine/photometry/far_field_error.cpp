@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/plain_text.h"
+#include "engine/photometry/illuminance_text.h"
 
 namespace lucerna {
 namespace {
@@ -18,7 +19,8 @@ Reading95 relative_error(const Reading95& near, const Reading95& far) {
 }
 
 std::string percent(const Reading95& error) {
-    return fmt::format("{:+.1f} ± {:.1f} %", 100 * error.value, 100 * error.half_width);
+    const std::string text = reading_text({100 * error.value, 100 * error.half_width}) + " %";
+    return error.value < 0 ? text : "+" + text;
 }
 
 }  // namespace
@@ -31,6 +33,8 @@ std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const
         error.surface = by_near.surface.name;
         error.mean = relative_error(by_near.mean, by_far.mean);
         double squares = 0, lit = 0;
+        // Of an interval's half-width, in standard errors.
+        const double width = student_95(static_cast<std::uint64_t>(near.heads));
         for (std::size_t i = 0; i < by_near.points.size(); ++i) {
             const Reading95 of = relative_error(by_near.points[i].all, by_far.points[i].all);
             error.points.push_back(of);
@@ -38,7 +42,7 @@ std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const
             const bool first = lit == 0;
             if (first || of.value < error.least.value) error.least = of;
             if (first || of.value > error.greatest.value) error.greatest = of;
-            squares += of.value * of.value - std::pow(of.half_width / kStandardErrors95, 2);
+            squares += of.value * of.value - sqr(of.half_width / width);
             ++lit;
         }
         error.rms = lit > 0 ? std::sqrt(std::max(0.0, squares / lit)) : 0;
@@ -46,14 +50,20 @@ std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const
     return all;
 }
 
-std::string far_field_text(const std::vector<FarFieldError>& errors) {
+std::string far_field_text(const std::vector<FarFieldError>& errors, double floor) {
     std::string text =
         "error of the far field: lamps as point sources with their far-field intensities, compared with "
         "their near field\n";
     for (const FarFieldError& error : errors) {
         text +=
-            fmt::format("{}: mean {}, RMS over points {:.1f} %, from {} to {}\n", plain_text(error.surface),
+            fmt::format("{}: mean {}, RMS over points {:.2g} %, from {} to {}\n", plain_text(error.surface),
                         percent(error.mean), 100 * error.rms, percent(error.least), percent(error.greatest));
+    }
+    if (floor > 0) {
+        text += fmt::format(
+            "floor of the method: the table of the far field differs from the lamps' intensities by {:.2g} % "
+            "of their flux; an error that is not larger may be the table's\n",
+            100 * floor);
     }
     return text;
 }

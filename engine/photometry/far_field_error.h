@@ -22,7 +22,7 @@ struct FarFieldError {
 // Of two reports on the same surfaces.
 std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const IlluminanceReport& far);
 
-// A table, a line for each surface.
-std::string far_field_text(const std::vector<FarFieldError>& errors);
+// A table, a line for each surface. `floor`: of the lamps' webs, the largest PhotometricInfo::grid_error.
+std::string far_field_text(const std::vector<FarFieldError>& errors, double floor);
 
 }  // namespace lucerna

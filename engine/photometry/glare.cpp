@@ -2,42 +2,76 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <numbers>
+#include <utility>
 
 #include "engine/base/error.h"
+#include "engine/base/plain_text.h"
 #include "engine/base/sampler.h"
 #include "engine/base/stats.h"
 #include "engine/base/warp.h"
+#include "engine/scene/media_traversal.h"
 #include "engine/scene/quantity.h"
 #include "engine/transport/direct_light.h"
+#include "engine/transport/lamp_set.h"
 
 namespace lucerna {
 namespace {
 
 constexpr double kFwhmOverSigma = 2.3548200450309493;
 
-// What an eye sees of all lamps along a direction, luminance.
-double lamps_seen(const Scene& scene, const V3f& eye, const V3f& w) {
-    const Ray ray{eye, w};
-    return double{luminance(emission(scene, ray, scene.intersect(ray), EmissionRule::all()))};
-}
-
 // Batches of one luminaire's samples, whose means are nearly normal.
 constexpr int kBatches = 32;
 // Where their random numbers begin, beyond those of all heads that measure the background.
 constexpr std::uint64_t kLuminaires = std::uint64_t{1} << 62;
-// Sums over the samples of one, of what directions towards the luminaire bring, each over its density.
-struct LuminaireSums {
-    double solid_angle = 0;
-    double flux = 0;  // L dω: illuminance without its cosine
-    double flux_over_p = 0, flux_over_p2 = 0;
-    double square = 0;  // L² dω / p², of filtered luminance
+// Branches of a sample's random numbers, for what media on the way take.
+constexpr std::uint32_t kWayBranch = 0x3a, kSecondWayBranch = 0x3b;
+
+// The luminous part of a luminaire is the smallest solid angle from which this share of its light comes, over
+// the share: all of an even luminaire, but not the faint light around it, which a measured lamp's field
+// smears over a cell or two and a housing scatters.
+constexpr double kLuminousShare = 0.95;
+
+// What one direction towards a luminaire brings, over the density with which it was drawn.
+struct LuminaireSample {
+    double luminance = 0;    // cd/m²: as emitted towards the eye
+    double solid_angle = 0;  // 1 / density
+    double flux = 0;         // L dω as it arrives: illuminance without its cosine
+    double position = 1;     // index
+    double square = 0;       // L² dω / p², of filtered luminance
 };
+using LuminaireSamples = std::array<std::vector<LuminaireSample>, kBatches>;
+
+// The luminance above which the luminous part lies, > 0.
+double luminous_limit(const LuminaireSamples& samples) {
+    std::vector<std::pair<double, double>> lights;  // luminance, and its share of the light
+    double rest = 0;
+    for (const auto& batch : samples) {
+        for (const LuminaireSample& sample : batch) {
+            lights.emplace_back(sample.luminance, sample.luminance * sample.solid_angle);
+            rest += kLuminousShare * lights.back().second;
+        }
+    }
+    std::sort(lights.begin(), lights.end(), std::greater<>());
+    for (const auto& [luminance, light] : lights) {
+        rest -= light;
+        if (!(rest > 0)) return luminance;
+    }
+    return lights.back().first;
+}
 
 class Eye {
   public:
     Eye(const Scene& scene, const Observer& observer, const GlareOptions& options)
-        : scene_(scene), observer_(observer), options_(options), at_(V3f(observer.eye - scene.origin())) {}
+        : scene_(scene),
+          observer_(observer),
+          options_(options),
+          at_(V3f(observer.eye - scene.origin())),
+          medium_(medium_around(scene, {at_}, observer.view)) {}
 
     std::vector<GlareSource> sources() const {
         std::vector<GlareSource> all;
@@ -52,32 +86,56 @@ class Eye {
 
   private:
     std::optional<GlareSource> look_at(std::uint32_t light, const Light& lamp) const {
-        std::array<LuminaireSums, kBatches> sums;
+        LuminaireSamples samples;
+        const LampSet others = others_than(*lamp.bounds());
         const int in_a_batch = std::max(1, options_.samples / kBatches);
         parallel_each(options_.workers, kBatches, 1, [&](std::size_t batch) {
             for (int i = 0; i < in_a_batch; ++i) {
-                Sampler sampler = Sampler::stratified(options_.seed, Purpose::receiver,
-                                                      kLuminaires + (std::uint64_t{light} << 8) + batch,
-                                                      static_cast<std::uint32_t>(i));
-                add(lamp, sampler, sums[batch]);
+                Sampler sampler = sampler_of(light, batch, i);
+                if (const auto sample = draw(lamp, others, sampler)) samples[batch].push_back(*sample);
             }
         });
-        const auto per_sample = [&](double LuminaireSums::*sum) {
+        const auto per_sample = [&](const std::function<double(const LuminaireSample&)>& value) {
             RunningStats batches;
-            for (const LuminaireSums& of : sums) batches.add(of.*sum / in_a_batch);
+            for (const auto& batch : samples) {
+                double sum = 0;
+                for (const LuminaireSample& sample : batch) sum += value(sample);
+                batches.add(sum / in_a_batch);
+            }
             return reading_95(batches);
         };
-        const double flux = per_sample(&LuminaireSums::flux).value;
+        const auto flux_over = [&](int power) {
+            return per_sample([power](const LuminaireSample& sample) {
+                       return sample.flux / std::pow(sample.position, power);
+                   })
+                .value;
+        };
+        const double flux = flux_over(0);
         if (!(flux > 0)) return std::nullopt;
+        // The luminous part. To first order it does not depend on the limit, which is an estimate, too; and
+        // where all is equally bright, any part of what is as bright as the limit will do.
+        const double limit = luminous_limit(samples);
+        const auto luminous = [limit](const LuminaireSample& sample) {
+            const double relative = sample.luminance / limit;
+            const double above = relative > 1 ? 1 - relative : 0;
+            return sample.solid_angle * (above / kLuminousShare + relative);
+        };
         GlareSource source;
         source.light = light;
         source.kind = std::string(lamp.kind());
-        source.solid_angle = per_sample(&LuminaireSums::solid_angle).value;
+        source.solid_angle = per_sample(luminous).value;
         source.luminance = flux / source.solid_angle;
-        source.position = flux / per_sample(&LuminaireSums::flux_over_p).value;
-        const Reading95 even = per_sample(&LuminaireSums::flux_over_p2);
-        source.even = {source.luminance * even.value, source.luminance * even.half_width};
-        source.seen = per_sample(&LuminaireSums::square);
+        source.position = flux / flux_over(1);
+        // The product of the mean luminance and the integral of L / p²: how much it errs is told by its first
+        // order in all three means.
+        const double over_p2 = flux_over(2);
+        source.even = {source.luminance * over_p2, per_sample([&](const LuminaireSample& sample) {
+                                                       return source.luminance * over_p2 *
+                                                              (sample.flux / flux +
+                                                               sample.flux / sqr(sample.position) / over_p2 -
+                                                               luminous(sample) / source.solid_angle);
+                                                   }).half_width};
+        source.seen = per_sample([](const LuminaireSample& sample) { return sample.square; });
         return source;
     }
 
@@ -86,38 +144,76 @@ class Eye {
     std::optional<GlareSource> look_at_point(std::uint32_t light, const Light& lamp) const {
         const auto towards = lamp.sample_Li(at_, {0.5F, 0.5F});
         if (!towards) return std::nullopt;
-        const double flux = double{luminance(towards->weight)};  // I / d²
         const double p = position_index(observer_, towards->w);
         const auto area = lamp.projected_opening(-towards->w);
-        if (!(flux > 0) || !area || !std::isfinite(p)) return std::nullopt;
-        if (scene_.closest_hit(Ray{at_, towards->w, towards->distance})) return std::nullopt;
+        if (!area || !std::isfinite(p)) return std::nullopt;
+        RunningStats batches;  // I / d² as it arrives; they differ where media vary
+        constexpr int kInABatch = 64;
+        for (std::size_t batch = 0; batch < kBatches; ++batch) {
+            double sum = 0;
+            for (int i = 0; i < kInABatch; ++i) {
+                Sampler sampler = sampler_of(light, batch, i);
+                sum += double{luminance(towards->weight * arriving(*towards, sampler))};
+            }
+            batches.add(sum / kInABatch);
+        }
+        const Reading95 flux = reading_95(batches);
+        if (!(flux.value > 0)) return std::nullopt;
         GlareSource source;
         source.light = light;
         source.kind = std::string(lamp.kind());
         source.solid_angle = *area / sqr(double{towards->distance});  // both > 0
-        source.luminance = flux / source.solid_angle;
+        source.luminance = flux.value / source.solid_angle;
         source.position = p;
-        source.even = source.seen = {source.luminance * flux / (p * p), 0};
+        source.even = source.seen = {source.luminance * flux.value / (p * p),
+                                     2 * source.luminance * flux.half_width / (p * p)};
         return source;
     }
 
-    void add(const Light& lamp, Sampler& sampler, LuminaireSums& sums) const {
+    // What arrives here through panes and media; they are met as the eye sees them.
+    Rgb arriving(const LightSample& towards, Sampler& sampler) const {
+        return passing(scene_, Ray{at_, towards.w, towards.distance}, medium_, sampler, false);
+    }
+
+    std::optional<LuminaireSample> draw(const Light& lamp, const LampSet& others, Sampler& sampler) const {
         const auto towards = lamp.sample_Li(at_, sampler.next2());
         const V2f u_blur = sampler.next2();
-        if (!towards || !(towards->pdf_w > 0)) return;  // a density is divided by: that of what was drawn
-        const double p = position_index(observer_, towards->w);
-        if (!std::isfinite(p)) return;
-        if (scene_.closest_hit(Ray{at_, towards->w, towards->distance})) return;
-        const double solid_angle = 1 / double{towards->pdf_w};
-        const double flux = double{luminance(towards->weight)};
-        if (!(flux > 0)) return;
+        // A density is divided by: that of what was drawn.
+        if (!towards || !(towards->pdf_w > 0)) return std::nullopt;
+        LuminaireSample sample;
+        sample.position = position_index(observer_, towards->w);
+        if (!std::isfinite(sample.position)) return std::nullopt;
+        Sampler way = sampler.split(kWayBranch), second_way = sampler.split(kSecondWayBranch);
+        sample.flux = double{luminance(towards->weight * arriving(*towards, way))};
+        if (!(sample.flux > 0)) return std::nullopt;
+        sample.solid_angle = 1 / double{towards->pdf_w};
+        sample.luminance = double{luminance(towards->weight)} / sample.solid_angle;
         const double again =
-            options_.blur > 0 ? lamps_seen(scene_, at_, blurred(*towards, u_blur)) : flux / solid_angle;
-        sums.solid_angle += solid_angle;
-        sums.flux += flux;
-        sums.flux_over_p += flux / p;
-        sums.flux_over_p2 += flux / (p * p);
-        sums.square += flux * again / (p * p);
+            options_.blur > 0
+                ? luminance_along(blurred(*towards, u_blur), others, second_way)
+                : double{luminance(towards->weight * arriving(*towards, second_way))} / sample.solid_angle;
+        sample.square = sample.flux * again / sqr(sample.position);
+        return sample;
+    }
+
+    // What the filter does not join to a luminaire: the sky, and lamps that are further from it than the
+    // filter is wide. Lamps that are nearer, as the chips of one module, are seen together.
+    LampSet others_than(const LightBounds& luminaire) const {
+        LampSet others(scene_.lights().size());
+        Box3f near = luminaire.box;
+        near.min -= V3f(static_cast<float>(options_.blur));
+        near.max += V3f(static_cast<float>(options_.blur));
+        for (std::uint32_t light = 0; light < scene_.lights().size(); ++light) {
+            const auto bounds = scene_.lights()[light]->bounds();
+            if (!bounds || !near.intersects(bounds->box)) others.add(light);
+        }
+        return others;
+    }
+
+    double luminance_along(const V3f& w, const LampSet& others, Sampler& sampler) const {
+        const Ray ray{at_, w};
+        return double{luminance(emission_ahead(scene_, ray, scene_.intersect(ray),
+                                               EmissionRule::all_but(&others), medium_, sampler))};
     }
 
     // Another direction, normally distributed around the first with twice the filter's variance.
@@ -128,11 +224,23 @@ class Eye {
         return Frame(towards.w).to_world(local).normalized();
     }
 
+    Sampler sampler_of(std::uint32_t light, std::size_t batch, int sample) const {
+        return Sampler::stratified(options_.seed, Purpose::receiver,
+                                   kLuminaires + (std::uint64_t{light} << 8) + batch,
+                                   static_cast<std::uint32_t>(sample));
+    }
+
     const Scene& scene_;
     const Observer& observer_;
     const GlareOptions& options_;
     V3f at_;
+    std::int32_t medium_;
 };
+
+// Whether it is told from 0.
+bool is_known(const Reading95& background) {
+    return background.value > background.half_width;
+}
 
 Reading95 rating(const std::vector<GlareSource>& sources, Reading95 GlareSource::*term,
                  const Reading95& background) {
@@ -142,7 +250,7 @@ Reading95 rating(const std::vector<GlareSource>& sources, Reading95 GlareSource:
         square += sqr((source.*term).half_width);
     }
     if (!(sum > 0)) return {-INFINITY, 0};
-    // Without any background it is infinite; the division is as the formula has it.
+    if (!is_known(background)) return {NAN, NAN};
     const double relative = std::hypot(std::sqrt(square) / sum, background.half_width / background.value);
     return {8 * std::log10(0.25 / background.value * sum), 8 / std::numbers::ln10 * relative};
 }
@@ -208,7 +316,9 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         job.integrator = integrator;
         const LuminanceView view = luminance_view(observers[i], job, how, monitor);
         if (options.view) options.view(i, view);
-        if (daylight) reports[i].daylight = daylight_glare(view, observers[i], job.scene, options.threshold);
+        if (daylight)
+            reports[i].daylight =
+                daylight_glare(view, observers[i], job.scene, options.threshold, options.seed);
     }
     job.integrator = integrator;
     IlluminanceOptions how;
@@ -222,6 +332,12 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         const PointParts& at_eye = illuminance.surfaces[i].points[0];
         report.vertical = at_eye.all;
         report.background = {at_eye.indirect.value / kPiD, at_eye.indirect.half_width / kPiD};
+        if (!report.sources.empty() && !is_known(report.background)) {
+            monitor.warn(fmt::format(
+                "observer \"{}\": the background luminance of {:.2g} ± {:.2g} cd/m² is not told from 0, and "
+                "UGR, which divides by it, is undefined",
+                plain_text(report.observer.name), report.background.value, report.background.half_width));
+        }
         report.ugr_even = rating(report.sources, &GlareSource::even, report.background);
         report.ugr = rating(report.sources, &GlareSource::seen, report.background);
         if (report.daylight) report.daylight->dgp = daylight_rating(*report.daylight, report.vertical);

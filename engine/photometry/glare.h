@@ -3,11 +3,11 @@
 // p Guth's position index. Where there is daylight, also the daylight glare probability (daylight_glare.h).
 //
 // Luminaires are taken as they are seen: the sum is the integral of L² / p² over all directions, with the
-// luminance that the lamp's light field has for this very eye. For an even luminaire that is CIE 117's own
-// sum. An uneven one is seen by an eye of limited acuity: CIE 232:2019 filters luminance by a Gaussian of 12
-// mm full width at half maximum on the luminaire. The integral of a filtered luminance squared is that of
-// L(w) L(w') over pairs of directions whose distance is normally distributed with twice the Gaussian's
-// variance, and is estimated so, without an image and its pixels.
+// luminance that the lamp's light field has for this very eye, through the panes and media in between. For an
+// even luminaire that is CIE 117's own sum. An uneven one is seen by an eye of limited acuity: CIE 232:2019
+// filters luminance by a Gaussian of 12 mm full width at half maximum on the luminaire. The integral of a
+// filtered luminance squared is that of L(w) L(w') over pairs of directions whose distance is normally
+// distributed with twice the Gaussian's variance, and is estimated so, without an image and its pixels.
 //
 // Not modelled: CIE 232's threshold, which leaves out what is below 500 cd/m² of a luminaire, and CIE 147's
 // changes for sources that are small, large or many; `small`, `large` tell where those would apply.
@@ -29,7 +29,7 @@ namespace lucerna {
 struct GlareSource {
     std::uint32_t light = 0;
     std::string kind;        // the light's
-    double solid_angle = 0;  // sr: where it shines towards the eye
+    double solid_angle = 0;  // sr: of its luminous part, the smallest with 95 % of its light, over 0.95
     double luminance = 0;    // cd/m²: its mean there
     double position = 1;     // index, its mean weighted with luminance
     Reading95 even;          // luminance² solid angle / p²: CIE 117 with its mean luminance
@@ -41,7 +41,8 @@ struct GlareReport {
     std::vector<GlareSource> sources;
     Reading95 background;  // cd/m²
     Reading95 vertical;    // lx, at the eye, across the line of sight
-    // -infinite where no luminaire is seen.
+    // -infinite where no luminaire is seen; NaN, undefined, where one is seen before a background that is not
+    // told from 0.
     Reading95 ugr_even;  // by mean luminances
     Reading95 ugr;       // as luminaires are seen
     // Where there is a sky or a sun.

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/base/plain_text.h"
+#include "engine/photometry/illuminance_text.h"
 
 namespace lucerna {
 namespace {
@@ -16,12 +17,13 @@ std::string short_text(const Reading95& reading) {
 }
 
 std::string rating_text(const Reading95& rating) {
-    return std::isfinite(rating.value) ? fmt::format("{:.1f} ± {:.1f}", rating.value, rating.half_width)
-                                       : "none";
+    if (std::isnan(rating.value)) return "undefined";
+    return std::isfinite(rating.value) ? reading_text(rating) : "none";
 }
 
-std::string dgp_text(const Reading95& dgp) {
-    return fmt::format("{:.3f} ± {:.3f}", dgp.value, dgp.half_width);
+// A number of a table; nothing where there is none.
+std::string csv_number(double value, int digits) {
+    return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : std::string();
 }
 
 }  // namespace
@@ -29,7 +31,7 @@ std::string dgp_text(const Reading95& dgp) {
 std::string glare_text(std::span<const GlareReport> reports) {
     const bool daylight = std::any_of(reports.begin(), reports.end(),
                                       [](const GlareReport& report) { return report.daylight.has_value(); });
-    constexpr const char* kRow = "{:<16} {:<24} {:<20} {:>12} {:>12} {:>10} {:>10} {:>10}{}\n";
+    constexpr const char* kRow = "{:<16} {:<24} {:<20} {:>15} {:>15} {:>10} {:>10} {:>10}{}\n";
     const auto triple = [](const auto& v) { return fmt::format("{:.4g} {:.4g} {:.4g}", v.x, v.y, v.z); };
     std::string text =
         fmt::format(fmt::runtime(kRow), "observer", "at", "looks along", "UGR", "UGR of means", "L_b cd/m²",
@@ -37,10 +39,11 @@ std::string glare_text(std::span<const GlareReport> reports) {
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
         const V3f view = by.view + V3f(0);  // no -0
-        text += fmt::format(fmt::runtime(kRow), plain_text(by.name), triple(by.eye), triple(view),
-                            rating_text(report.ugr), rating_text(report.ugr_even),
-                            short_text(report.background), short_text(report.vertical), report.sources.size(),
-                            report.daylight ? fmt::format(" {:>14}", dgp_text(report.daylight->dgp)) : "");
+        text +=
+            fmt::format(fmt::runtime(kRow), plain_text(by.name), triple(by.eye), triple(view),
+                        rating_text(report.ugr), rating_text(report.ugr_even), short_text(report.background),
+                        short_text(report.vertical), report.sources.size(),
+                        report.daylight ? fmt::format(" {:>14}", reading_text(report.daylight->dgp)) : "");
     }
     return text;
 }
@@ -51,11 +54,13 @@ std::string glare_csv(std::span<const GlareReport> reports) {
         "[lx],luminaires,DGP,half-width of 95 % of DGP\n";
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
+        const bool rated = std::isfinite(report.ugr.value);
         text += fmt::format(
-            "{},{:.7g},{:.7g},{:.7g},{:.4g},{:.4g},{:.4g},{:.4g},{:.2g},{:.4g},{:.5g},{:.5g},{},{}\n",
+            "{},{:.7g},{:.7g},{:.7g},{:.4g},{:.4g},{:.4g},{},{},{},{:.5g},{:.5g},{},{}\n",
             csv_field(plain_text(by.name)), by.eye.x, by.eye.y, by.eye.z, by.view.x, by.view.y, by.view.z,
-            report.ugr.value, report.ugr.half_width, report.ugr_even.value, report.background.value,
-            report.vertical.value, report.sources.size(),
+            csv_number(report.ugr.value, 4), csv_number(rated ? report.ugr.half_width : NAN, 2),
+            csv_number(report.ugr_even.value, 4), report.background.value, report.vertical.value,
+            report.sources.size(),
             report.daylight
                 ? fmt::format("{:.4g},{:.2g}", report.daylight->dgp.value, report.daylight->dgp.half_width)
                 : ",");
@@ -65,8 +70,8 @@ std::string glare_csv(std::span<const GlareReport> reports) {
 
 std::string glare_json(std::span<const GlareReport> reports) {
     const auto number = [](const Reading95& reading) {
-        nlohmann::json of{{"value", nullptr}, {"half_width", reading.half_width}};
-        if (std::isfinite(reading.value)) of["value"] = reading.value;
+        nlohmann::json of{{"value", nullptr}, {"half_width", nullptr}};
+        if (std::isfinite(reading.value)) of = {{"value", reading.value}, {"half_width", reading.half_width}};
         return of;
     };
     nlohmann::json json = nlohmann::json::array();

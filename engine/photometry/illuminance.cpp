@@ -13,6 +13,7 @@
 #include "engine/base/plain_text.h"
 #include "engine/photometry/path_rounds.h"
 #include "engine/render/chance_light.h"
+#include "engine/scene/light_parts.h"
 #include "engine/scene/quantity.h"
 
 namespace lucerna {
@@ -79,9 +80,7 @@ class PointImage {
         for (const CalculationSurface& surface : surfaces) {
             for (int y = 0; y < surface.points.y; ++y) {
                 for (int x = 0; x < surface.points.x; ++x) {
-                    Receiver receiver = surface.receiver(x, y);
-                    receiver.clearance = clearance_of(receiver, job.scene);
-                    receivers.points.push_back(receiver);
+                    receivers.points.push_back(placed(surface.receiver(x, y), job.scene));
                 }
             }
         }
@@ -115,6 +114,10 @@ class PointImage {
         const Image& parts = result.parts.value();
         const LightOf all(result.image, ""),
             direct(parts, std::string(light_part_name(LightPart::direct)) + ".");
+        // As their own sums: a difference would leave the rounding of what it takes off.
+        std::vector<LightOf> others;
+        for (const LightPart part : {LightPart::indirect, LightPart::caustic, LightPart::media})
+            others.emplace_back(parts, std::string(light_part_name(part)) + ".");
         std::vector<LightOf> by_group;
         for (const std::string& name : groups) by_group.emplace_back(parts, kLightGroupPrefix + name + ".");
         std::vector<SurfaceIlluminance> read;
@@ -128,14 +131,15 @@ class PointImage {
                 point.groups.resize(groups.size());
                 for (int h = 0; h < heads_; ++h, ++pixel) {
                     heads.add(all(pixel));
-                    indirect.add(all(pixel) - direct(pixel));
+                    double not_direct = 0;
+                    for (const LightOf& part : others) not_direct += part(pixel);
+                    indirect.add(not_direct);
                     point.direct += direct(pixel) / heads_;
                     for (std::size_t g = 0; g < groups.size(); ++g)
                         point.groups[g] += by_group[g](pixel) / heads_;
                 }
                 point.all = reading_95(heads);
                 point.indirect = reading_95(indirect);
-                point.indirect.value = std::max(0.0, point.indirect.value);  // or rounding's rest
                 done.points.push_back(std::move(point));
             }
             sum_up(done);

@@ -54,7 +54,14 @@ void add_lamps(nlohmann::json& of, const SurfaceIlluminance& surface, const Surf
 // The first two of the interval's own.
 std::string reading_text(const Reading95& reading) {
     if (!(reading.half_width > 0)) return fmt::format("{:.4g}", reading.value);
-    const int places = std::clamp(1 - static_cast<int>(std::floor(std::log10(reading.half_width))), 0, 9);
+    const auto magnitude = [](double x) { return static_cast<int>(std::floor(std::log10(x))); };
+    const int places = std::max(0, 1 - magnitude(reading.half_width));
+    constexpr int kMostPlaces = 6;
+    if (places > kMostPlaces && std::fabs(reading.value) < 1) {
+        const double size = std::fabs(reading.value);
+        const int digits = size > 0 ? std::max(0, magnitude(size) + places) : 0;
+        return fmt::format("{:.{}e} ± {:.1e}", reading.value, digits, reading.half_width);
+    }
     return fmt::format("{:.{}f} ± {:.{}f}", reading.value, places, reading.half_width, places);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,9 @@ struct Job {
     std::vector<std::filesystem::path> caches = {};
     // That the scene asks of a method that works in passes, by which `spp` was set; 0: it does not say.
     int passes = 0;
+    // The medium of the borders around `camera`, where that is not the scene's own camera; only the path
+    // tracer looks at it.
+    std::optional<std::int32_t> camera_medium = {};
 };
 
 // What the job's image shows.

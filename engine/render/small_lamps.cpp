@@ -166,7 +166,7 @@ Rgb SmallLamps::draw(const Lamp& lamp, float expected, const V2i& pixel, Sampler
     const Ray ray{lens, from_lamp->w, from_lamp->distance};
     Sampler more = sampler.split(branch);
     return from_lamp->weight * (filter * seen->pixels2_per_sr / expected) *
-           passing(job_.scene, ray, job_.scene.media().camera, more, false);
+           passing(job_.scene, ray, job_.camera_medium.value_or(job_.scene.media().camera), more, false);
 }
 
 }  // namespace lucerna

@@ -22,7 +22,9 @@ CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> ha
     const V2f centre(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F);
     const V2f lens = sampler.next2();
     const V2f film = centre + place.offset;
-    return {{job_.camera.ray(film, lens), film, half}, place.weight, sampler, whole};
+    Sample sample{{job_.camera.ray(film, lens), film, half}, place.weight, sampler, whole};
+    sample.camera.medium = job_.camera_medium;
+    return sample;
 }
 
 // Stratified on its own: heads of one point must not depend on each other, as pixels of a picture may.
@@ -30,8 +32,11 @@ CameraSampler::Sample CameraSampler::receiver_sample(const V2i& at, int index) c
     const std::int64_t pixel = std::int64_t{at.y} * job_.film.width + at.x;
     Sampler sampler = Sampler::stratified(seed_, Purpose::receiver, static_cast<std::uint64_t>(pixel),
                                           static_cast<std::uint32_t>(index));
-    const Hit hit = receiver_hit(job_.receivers.of(pixel), sampler.next2(), job_.scene);
-    return {{Ray{hit.at.towards(hit.at.n), -hit.at.n}}, 1, sampler, at, hit};
+    const Receiver& receiver = job_.receivers.of(pixel);
+    const Hit hit = receiver_hit(receiver, sampler.next2(), job_.scene);
+    Sample sample{{Ray{hit.at.towards(hit.at.n), -hit.at.n}}, 1, sampler, at, hit};
+    sample.camera.medium = receiver.medium;
+    return sample;
 }
 
 Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample, LightParts* parts) const {

@@ -7,15 +7,18 @@
 namespace lucerna {
 namespace {
 
-constexpr int kDirections = 32;    // in which medium_around() looks
+constexpr int kAims = 64;          // places of a border's box towards which medium_around() looks
 constexpr int kMostPassages = 64;  // through which it looks in each
 
-// Even over the sphere: the golden spiral.
-V3f probe_direction(int i) {
-    const float z = 1 - (2 * static_cast<float>(i) + 1) / kDirections;
-    const float r = std::sqrt(std::max(0.0F, 1 - z * z));
-    const float phi = static_cast<float>(i) * 2.399963F;
-    return V3f(r * std::cos(phi), r * std::sin(phi), z).normalized();
+// Even over the box: the additive recurrence of [Roberts 2018] in three dimensions.
+V3f aim(const Box3f& box, int i) {
+    constexpr double kSteps[] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+    V3f place;
+    for (int j = 0; j < 3; ++j) {
+        const double u = (i + 0.5) * kSteps[j];
+        place[j] = static_cast<float>(std::lerp(double{box.min[j]}, double{box.max[j]}, u - std::floor(u)));
+    }
+    return place;
 }
 
 // The medium on the near side of the first border that a ray meets, through all surfaces that are none.
@@ -88,10 +91,13 @@ std::int32_t medium_around(const Scene& scene, const SurfacePoint& from, const V
     const SceneMedia& media = scene.media();
     if (media.all.size() == media.regions.size()) return kNoMedium;  // regions are no borders' media
     if (const auto found = before_first_border(scene, Ray{from.towards(d), d})) return *found;
-    for (int i = 0; i < kDirections; ++i) {
-        V3f w = probe_direction(i);
-        if (from.n.dot(w) * from.n.dot(d) < 0) w = -w;  // all on the side on which light leaves
-        if (const auto found = before_first_border(scene, Ray{from.towards(w), w})) return *found;
+    // The first border on the way to any border tells, too.
+    const V3f start = from.towards(d);
+    for (int i = 0; scene.a_border() && i < kAims; ++i) {
+        const V3f way = aim(*scene.a_border(), i) - start;
+        const float length = way.length();
+        if (!(length > 0)) continue;
+        if (const auto found = before_first_border(scene, Ray{start, way / length})) return *found;
     }
     return media.camera;
 }

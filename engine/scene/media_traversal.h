@@ -117,8 +117,9 @@ struct MediaTraversal {
 MediaTraversal traverse_media(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                               std::int32_t medium, const Rgb& power, Sampler& sampler);
 
-// The medium of the borders around a point from which light leaves towards d. It is found by looking at
-// borders from there; where none is to be seen, it is that around the camera.
+// The medium of the borders around a point from which light leaves, or to which it comes, on d's side of its
+// surface. It is found by looking along d and towards a border of the scene; where there is none, the medium
+// is that around the camera.
 std::int32_t medium_around(const Scene& scene, const SurfacePoint& from, const V3f& d);
 
 // Where a path meets a surface or is scattered in a medium, as whoever lights such a place asks for it.

@@ -20,6 +20,7 @@
 #include <cstdint>
 #include <iterator>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "engine/base/vec.h"
@@ -42,18 +43,32 @@ inline std::optional<ReceiverKind> receiver_kind(std::string_view name) {
     return static_cast<ReceiverKind>(found - std::begin(kReceiverKinds));
 }
 
+// Whether turning it changes what it reads, beside turning a cylinder's axis.
+inline bool has_facing(ReceiverKind kind) {
+    return kind != ReceiverKind::cylindrical && kind != ReceiverKind::spherical;
+}
+// Why there is no direction that such a receiver faces.
+inline std::string no_facing_text(ReceiverKind kind) {
+    return std::string("a ") + std::string(receiver_kind_name(kind)) +
+           " sensor receives light from all sides and faces no direction; leave \"facing\" out, or use "
+           "kind " +
+           "planar or semicylindrical";
+}
+
 struct Receiver {
     V3d position;  // world, scene units
     V3f normal;    // unit: of the head; horizontal for a semicylinder; the axis of a cylinder
-    V3f up;        // unit: a semicylinder's axis, normal to `normal`; else not looked at
+    V3f up;  // unit: a semicylinder's axis, normal to `normal`; away from the surface that it may lie on
     ReceiverKind kind = ReceiverKind::planar;
-    float clearance = 0;  // scene units: how far above the position rays begin (clearance_of)
+    V3f off{0, 0, 0};                 // scene units: from the position to where rays begin (placed)
+    std::int32_t medium = kNoMedium;  // of the borders, around it (placed)
 };
 
-// What keeps rays clear of the surface that the receiver lies on: the error of that surface's own points,
-// which grows with its size, and no more than that of its position where there is none within reach. So a
-// floor of a few metres is measured to micrometres, though the ground around it may be kilometres wide.
-float clearance_of(const Receiver& receiver, const Scene& scene);
+// The receiver as it stands in the scene: off the surfaces that it lies on, on the side of `up` and `normal`,
+// and in its own medium. Rays begin as far off as the error of those surfaces' own points, which grows with
+// their size: a floor of a few metres is measured to micrometres, though the ground around it may be
+// kilometres wide.
+Receiver placed(Receiver receiver, const Scene& scene);
 
 // The normal of one head of the receiver. `u` uniform in [0,1)².
 inline V3f head_normal(const Receiver& receiver, const V2f& u) {
@@ -80,8 +95,8 @@ inline V3f head_normal(const Receiver& receiver, const V2f& u) {
 }
 
 // That head as the first surface of a path from the eye: white, seen from its front (quantity.h). It is not
-// in the scene, and nothing there knows of it. Rays leave from a little above the point (`clearance`), so
-// that one on a floor is not below it by rounding.
+// in the scene, and nothing there knows of it. Rays leave from a little off the point (`off`), so that
+// one on a floor is not below it by rounding.
 Hit receiver_hit(const Receiver& receiver, const V2f& u, const Scene& scene);
 
 }  // namespace lucerna

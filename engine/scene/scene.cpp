@@ -90,6 +90,7 @@ struct Scene::Impl {
     std::vector<bool> on_solid_surfaces;  // each light
     bool has_sky = false, has_specular = false, has_borders = false, has_panes = false;
     Box3f bounds;
+    std::optional<Box3f> a_border;
     Counts counts;
     Counter rays, invalid_rays;
     std::unique_ptr<const ShapeSet> world;
@@ -151,6 +152,7 @@ void Scene::Impl::take_shapes() {
     };
     look_at(parts.meshes), look_at(parts.quadrics), look_at(parts.patches), look_at(parts.curves);
     world = std::make_unique<const ShapeSet>(std::move(static_cast<Shapes&>(parts)), parts.materials);
+    a_border = world->a_border();
     prototypes.reserve(parts.prototypes.size());
     for (Shapes& shapes : parts.prototypes) prototypes.emplace_back(std::move(shapes), parts.materials);
     parts.prototypes.clear();
@@ -158,6 +160,9 @@ void Scene::Impl::take_shapes() {
     for (const Instance& instance : parts.instances) {
         assert(instance.prototype < prototypes.size());
         instances.push_back({instance.prototype, InstancePlacement(instance.world_from_prototype)});
+        if (a_border) continue;
+        if (const auto own = prototypes[instance.prototype].a_border())
+            a_border = carried(*own, instance.world_from_prototype);
     }
     parts.instances = {};
 }
@@ -398,6 +403,10 @@ bool Scene::has_specular() const {
 const SceneMedia& Scene::media() const {
     return impl_->parts.media;
 }
+const std::optional<Box3f>& Scene::a_border() const {
+    return impl_->a_border;
+}
+
 bool Scene::has_borders() const {
     return impl_->has_borders;
 }

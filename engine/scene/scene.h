@@ -141,6 +141,9 @@ class Scene {
     const SceneMedia& media() const;
     bool has_borders() const;  // whether intersect_border() can find anything
     bool has_panes() const;    // whether intersect_pane() can
+    // A box around some surface at which the medium changes, whatever its material: who looks towards it
+    // from anywhere meets that surface or another such one. None: there is no such surface.
+    const std::optional<Box3f>& a_border() const;
     // Whether surfaces carry the light, all of them without cut-outs: it is met wherever its surface is.
     bool is_on_solid_surfaces(std::uint32_t light) const;
     // The medium of the borders in which a light's particles begin. A light has one place, as in pbrt: of a

@@ -189,6 +189,23 @@ Box3f ShapeSet::primitive_bounds(std::uint32_t geometry, std::uint32_t primitive
     return box;
 }
 
+std::optional<Box3f> ShapeSet::a_border() const {
+    const auto is_border = [this](const SurfaceTraits& of) { return of.media.border && layer(of) != 0; };
+    for (const Mesh& mesh : shapes_.meshes) {
+        if (mesh.triangles.empty() || !is_border(mesh.traits)) continue;
+        Box3f box;
+        for (int c = 0; c < 3; ++c) box.extendBy(vertex_of(mesh, mesh.triangles[0][c]));
+        return box;
+    }
+    for (const std::uint32_t geometry : {quadrics_id(), patches_id()}) {
+        const std::uint32_t count = geometry == quadrics_id() ? quadrics() : patches();
+        for (std::uint32_t i = 0; i < count; ++i) {
+            if (is_border(traits(geometry, i))) return primitive_bounds(geometry, i);
+        }
+    }
+    return std::nullopt;
+}
+
 PrimitiveHit ShapeSet::exact(const PrimitiveHit& m, const LocalRay& ray) const {
     if (m.geometry >= curves_begin()) return m;
     const auto point = triangle_point(shapes_.meshes[m.geometry], m.primitive, ray);

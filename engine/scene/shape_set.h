@@ -58,6 +58,9 @@ class ShapeSet {
     std::optional<PrimitiveHit> cross(std::uint32_t geometry, std::uint32_t primitive, const LocalRay& ray,
                                       double t_min, double t_max) const;
     Box3f primitive_bounds(std::uint32_t geometry, std::uint32_t primitive) const;
+    // The box of one primitive at which the medium changes, whatever its material; none: there is no such
+    // primitive. Curves are not looked at, as they enclose nothing.
+    std::optional<Box3f> a_border() const;
 
     // The same hit with all digits of double, worked out from the primitive. Embree's own t, u and v rest
     // on approximate reciprocals, whose last digits are not the same on every processor. Curves keep them.

@@ -23,6 +23,7 @@ constexpr double kDegree = kPiD / 180;
 constexpr double kLeastStep = 0.05;  // degrees
 constexpr int kNodes = 2;            // Gauss nodes per step and axis, at which a field is asked
 constexpr int kPixelNodes = 3;       // and per pixel of M, over which a mean is taken
+constexpr int kClampNodes = 2;       // and between knots of the bases, where a clamp may cut in
 
 // 0, step, 2 step … up to `whole`.
 int steps_of(double step, double whole) {
@@ -162,6 +163,35 @@ LightField evened(const LightField& field) {
 
 }  // namespace
 
+namespace {
+
+// Over the intensity's integral of h.
+double far_factor(const Rig& rig, const V2d& slope) {
+    const double over_cos2 = 1 + slope.length2();
+    return sqr(rig.distance) * over_cos2 * std::sqrt(over_cos2);
+}
+
+bool has_negative(const LightField& field) {
+    return std::any_of(field.coefficients().begin(), field.coefficients().end(),
+                       [](float e) { return e < 0; });
+}
+
+// far_intensity() with h clamped as it is rendered: no product any more, and so a sum over nodes.
+double clamped_far_intensity(const LightField& field, const V2d& slope) {
+    const Rig& rig = field.rig();
+    const auto across = basis_nodes(rig, 0, slope.x * rig.distance, 1, kClampNodes);
+    const auto up = basis_nodes(rig, 1, slope.y * rig.distance, 1, kClampNodes);
+    double sum = 0;
+    for (const BasisNode& x : across) {
+        for (const BasisNode& y : up) {
+            sum += x.weight * y.weight * double{field.flux_density({x.on_s, y.on_s}, {x.on_m, y.on_m})};
+        }
+    }
+    return far_factor(rig, slope) * sum;
+}
+
+}  // namespace
+
 double far_intensity(const LightField& field, const V2d& slope) {
     const Rig& rig = field.rig();
     // Rays of the slope that pass S at u pass M at u + slope·D.
@@ -175,17 +205,18 @@ double far_intensity(const LightField& field, const V2d& slope) {
         }
         sum += x.weight * row;
     }
-    const double over_cos2 = 1 + slope.length2();
-    return sqr(rig.distance) * over_cos2 * std::sqrt(over_cos2) * sum;
+    return far_factor(rig, slope) * sum;
 }
 
 namespace {
 
-// Adds what a field that looks along `axes` sends towards each node.
-void add_far_light(const LightField& field, const SlabAxes& axes, std::span<const Node> nodes,
-                   const Workers& workers, Monitor& monitor, Phase& phase, std::vector<double>& flux) {
+// Adds what a field that looks along `axes` sends towards each node, times `gain`.
+void add_far_light(const LightField& field, const SlabAxes& axes, bool as_rendered, double gain,
+                   std::span<const Node> nodes, const Workers& workers, Monitor& monitor, Phase& phase,
+                   std::vector<double>& flux) {
     const double most = largest_slope(field.rig());
-    const bool boxes = field.rig().basis == PixelBasis::box;
+    const bool boxes = field.rig().basis == PixelBasis::box && !as_rendered;
+    const bool clamps = as_rendered && has_negative(field);
     const std::optional<LightField> even = boxes ? std::optional(evened(field)) : std::nullopt;
     const LightField& shown = even ? *even : field;
     constexpr std::int64_t kGrain = 256;
@@ -198,8 +229,11 @@ void add_far_light(const LightField& field, const SlabAxes& axes, std::span<cons
                             const V3d d = axes.to_slab({sine * std::cos(node.phi), -sine * std::sin(node.phi),
                                                         std::cos(node.theta)});
                             if (!(d.z > 0) || std::hypot(d.x, d.y) > most * d.z) continue;
-                            flux[static_cast<std::size_t>(n)] += node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) *
-                                                                 far_intensity(shown, {d.x / d.z, d.y / d.z});
+                            const V2d slope(d.x / d.z, d.y / d.z);
+                            const double intensity =
+                                clamps ? clamped_far_intensity(shown, slope) : far_intensity(shown, slope);
+                            flux[static_cast<std::size_t>(n)] +=
+                                gain * node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) * intensity;
                         }
                         phase.advance(static_cast<std::uint64_t>(end - begin));
                     });
@@ -208,9 +242,18 @@ void add_far_light(const LightField& field, const SlabAxes& axes, std::span<cons
 PhotometricWeb web_of(HatGrid grid, std::span<const Node> nodes, std::span<const double> flux,
                       double measured, PhotometricInfo info) {
     for (std::size_t n = 0; n < nodes.size(); ++n) grid.add(nodes[n].theta, nodes[n].phi, flux[n]);
-    const PhotometricWeb web(grid.finish(), std::move(info));
+    const PhotometricGrid hats = grid.finish();
+    const PhotometricWeb web(hats, info);
     if (!(web.flux() > 0)) throw InputError("the lamp emits nothing into the far field");
-    return scaled(web, measured / web.flux());
+    double differs = 0;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const auto& [theta, phi, solid] = nodes[n];
+        const double sine = std::sin(theta);
+        const V3d w(sine * std::cos(phi), -sine * std::sin(phi), std::cos(theta));
+        differs += std::fabs(solid * web.intensity(w) - flux[n]);
+    }
+    info.grid_error = differs / web.flux();
+    return scaled(PhotometricWeb(hats, std::move(info)), measured / web.flux());
 }
 
 void require_light(double flux) {
@@ -231,7 +274,7 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
     std::vector<double> flux(nodes.size());
     {
         Phase phase(monitor, "far field", nodes.size());
-        add_far_light(field, {}, nodes, workers, monitor, phase, flux);
+        add_far_light(field, {}, steps.as_rendered, 1, nodes, workers, monitor, phase, flux);
     }
     PhotometricInfo info;
     info.provenance = field.info().provenance;
@@ -253,8 +296,13 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const
     std::vector<double> flux(nodes.size());
     {
         Phase phase(monitor, "far field", nodes.size() * lamp.slabs().size());
-        for (const Slab& slab : lamp.slabs())
-            add_far_light(slab.field, slab.axes, nodes, workers, monitor, phase, flux);
+        for (const Slab& slab : lamp.slabs()) {
+            // A slab is rendered with the flux that was measured.
+            const double clamped = steps.as_rendered ? slab.field.clamped_flux(workers) : 0;
+            const double gain = clamped > 0 ? std::max(0.0, slab.field.flux()) / clamped : 1;
+            add_far_light(slab.field, slab.axes, steps.as_rendered, gain, nodes, workers, monitor, phase,
+                          flux);
+        }
     }
     PhotometricInfo info;
     info.provenance = lamp.provenance();

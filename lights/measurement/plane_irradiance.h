@@ -104,6 +104,10 @@ PlanePatch frame_light(const RaySet& rays, double distance, int pixels);
 struct FarFieldGrid {
     double polar_step = 1;
     double azimuth_step = 5;
+    // The intensity of the light field's radiance as it is rendered: clamped at 0, and even in flux density
+    // over a pixel that is a box. It is what to compare the rendered near field with. Otherwise it is that of
+    // the coefficients as measured.
+    bool as_rendered = false;
 };
 
 // Towards (a, b, 1), in the field's frame [flux unit/sr]. May be negative where noise exceeds the light.

@@ -1,7 +1,10 @@
 // lucerna lux and lucerna glare: what they write, say and refuse.
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "engine/base/image.h"
+#include "engine/base/vec.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {
@@ -84,6 +87,88 @@ TEST_F(RunPhotometry, Glare_WithoutASky_HasNoDgp) {
     const Outcome glare = lucerna_run({"glare", "room.pbrt", "--precision", "10%", "--quiet"});
     EXPECT_EQ(glare.code, 0) << glare.err;
     EXPECT_THAT(glare.out, Not(HasSubstr("DGP")));
+}
+
+// A point of 100 cd, 2 m above the level z = 0 and beside the points.
+void write_point() {
+    std::ofstream("point.pbrt") << "Option \"string unit\" \"photometric\"\nLookAt 0 0 -3  0 0 0  0 1 0\n"
+                                   "Camera \"perspective\" Film \"rgb\" WorldBegin\n"
+                                   "LightSource \"point\" \"rgb I\" [100 100 100] \"point3 from\" [1 2 2]\n";
+}
+
+TEST_F(RunPhotometry, Lux_OfAKindWithoutAFacing_RefusesOne) {
+    write_point();
+    const auto lux = [](const std::string& kind, const std::string& facing) {
+        std::vector<std::string> line{"lux",     "point.pbrt", "--surface", "p=0,0,0:0,0,1e-5:1e-5,0,0",
+                                      "--kind",  kind,         "--samples", "1024",
+                                      "--quiet", "--json"};
+        if (!facing.empty()) line.insert(line.end(), {"--facing", facing});
+        return lucerna_run(line);
+    };
+    for (const char* kind : {"cylindrical", "spherical"}) {
+        const Outcome turned = lux(kind, "1,0,0");
+        EXPECT_EQ(turned.code, 1);
+        EXPECT_THAT(turned.err,
+                    HasSubstr(std::string("a ") + kind + " sensor receives light from all sides"));
+        EXPECT_THAT(turned.err, HasSubstr("--surface"));
+    }
+    // 100 cd at 3 m: sin ε = √5/3 over π, for a cylinder along y.
+    const Outcome upright = lux("cylindrical", "");
+    EXPECT_EQ(upright.code, 0) << upright.err;
+    EXPECT_NEAR(nlohmann::json::parse(upright.out)["surfaces"][0]["mean"]["value"].get<double>(),
+                100.0 / 9 * std::sqrt(5.0) / 3 / kPiD, 0.02);
+    for (const char* kind : {"planar", "hemispherical"}) EXPECT_EQ(lux(kind, "1,0,0").code, 0) << kind;
+    EXPECT_EQ(lux("semicylindrical", "1,0,0").code, 0);
+    // In a scene, too.
+    std::ofstream("named.pbrt", std::ios::app)
+        << text_of("point.pbrt")
+        << "CalculationSurface \"p\" \"point3 P\" [0 0 0 0 0 1 1 0 0] \"string kind\" "
+           "\"cylindrical\" \"vector3 facing\" [1 0 0]\n";
+    const Outcome named = lucerna_run({"lux", "named.pbrt", "--quiet"});
+    EXPECT_EQ(named.code, 1);
+    EXPECT_THAT(named.err, HasSubstr("named.pbrt:5"));
+    EXPECT_THAT(named.err, HasSubstr("a cylindrical sensor"));
+}
+
+TEST_F(RunPhotometry, Lengths_AreMetresOrHaveAUnit) {
+    write_house();
+    const auto lux = [](const std::string& height, const std::string& margin, const std::string& spacing,
+                        const std::string& surface) {
+        return lucerna_run({"lux", "house.pbrt", "--height", height, "--margin", margin, "--spacing", spacing,
+                            "--surface", surface, "--samples", "2", "--quiet", "-o", "-"});
+    };
+    const Outcome plain = lux("0.75", "0.5", "1", "desk=1,1,0.75:2,1,0.75:1,2,0.75"),
+                  units = lux("75cm", "500mm", "1m", "desk=1m,100cm,750mm:2,1,0.75:1,2000mm,75cm");
+    EXPECT_EQ(plain.code, 0) << plain.err;
+    EXPECT_EQ(units.code, 0) << units.err;
+    const Outcome eye = lucerna_run(
+        {"glare", "house.pbrt", "--eye", "a=1,-100cm,1200mm:1,2,1.2", "--precision", "20%", "--quiet"});
+    EXPECT_EQ(eye.code, 0) << eye.err;
+    EXPECT_THAT(eye.out, HasSubstr("1 -1 1.2"));
+    EXPECT_THAT(lux("75in", "0", "1", "d=0,0,0:1,0,0:0,1,0").err, HasSubstr("--height: \"75in\""));
+}
+
+TEST_F(RunPhotometry, Glare_WithoutARating_LeavesItsCellsEmpty) {
+    write_house();
+    // Under the sky alone no luminaire is rated; in a black room the background is 0.
+    std::ofstream("black.pbrt")
+        << "Option \"string unit\" \"photometric\"\nLookAt 0 0 0 0 0 1 0 1 0 Camera \"perspective\" Film "
+           "\"rgb\" WorldBegin\nMaterial \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" "
+           "\"rgb L\" [9000 9000 9000] Translate 0 0.5 2 Rotate 180 1 0 0 Shape \"disk\" \"float radius\" "
+           "0.1\n";
+    const auto glare = [](const std::string& scene) {
+        return lucerna_run({"glare", scene, "--precision", "20%", "-o", "glare.csv", "--json", "glare.json"});
+    };
+    const Outcome sky = glare("house.pbrt");
+    EXPECT_EQ(sky.code, 0) << sky.err;
+    EXPECT_THAT(text_of("glare.csv"), Not(HasSubstr("inf")));
+    EXPECT_THAT(text_of("glare.csv"), HasSubstr(",,,"));
+    const Outcome black = glare("black.pbrt");
+    EXPECT_EQ(black.code, 0) << black.err;
+    EXPECT_THAT(black.out, HasSubstr("undefined"));
+    EXPECT_THAT(black.err, HasSubstr("background luminance"));
+    EXPECT_THAT(text_of("glare.csv"), Not(HasSubstr("nan")));
+    EXPECT_THAT(text_of("glare.json"), HasSubstr("\"value\": null"));
 }
 
 TEST_F(RunPhotometry, WhatCannotBe_IsRefusedInALine) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/base/sampler.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/photometry/glare.h"
 
@@ -126,6 +127,103 @@ TEST(DaylightGlare, WithLampsAlone_IsNotRated) {
         "0 0 "
         "Shape \"disk\" \"float radius\" 0.3\nAttributeEnd\nShape \"sphere\" \"float radius\" 5\n";
     EXPECT_FALSE(rate(lamp).daylight);
+}
+
+// A view of one even luminance with much noise, as a picture of few samples has.
+LuminanceView noisy_view(double luminance, double relative_noise, int pixels, std::uint64_t seed) {
+    LuminanceView view;
+    view.pixels = pixels;
+    const auto count = static_cast<std::size_t>(pixels * pixels);
+    view.denoised.assign(count, static_cast<float>(luminance));
+    Sampler sampler(seed, Purpose::test, 0, 0);
+    for (auto& half : view.halves) {
+        for (std::size_t i = 0; i < count; ++i) {
+            // Exponentially distributed, as bright paths are.
+            const double noise = -std::log1p(-double{sampler.next()}) - 1;
+            half.push_back(static_cast<float>(luminance * (1 + relative_noise * noise)));
+        }
+    }
+    return view;
+}
+
+// Noise of the picture does not make it glare more: over many pictures the sum is that of the true
+// luminances, and its interval holds that as often as stated; of many pixels and of few.
+TEST(DaylightGlare, OfNoisyPictures_IsThatOfTheTrueLuminances) {
+    const Job job = job_of("Shape \"sphere\" \"float radius\" 0.1\n");
+    for (const int pixels : {4, 40}) {
+        SCOPED_TRACE(pixels);
+        const double noise = pixels == 4 ? 0.5 : 4;
+        constexpr int kRuns = 400;
+        double truth = 0, mean = 0, of_squared_means = 0;
+        int outside = 0, outside_of_a_third = 0, sources = 0;
+        for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+            const DaylightGlare glare =
+                daylight_glare(noisy_view(3000, noise, pixels, seed), kObserver, job.scene, 2000);
+            truth = 0;
+            for (const DaylightSource& source : glare.sources) {
+                if (!std::isfinite(source.position)) continue;
+                const double share = source.solid_angle / sqr(source.position);
+                truth += share * sqr(3000.0) / kRuns;
+                mean += share * source.square / kRuns;
+                of_squared_means += share * sqr(source.luminance.value) / kRuns;
+                ++sources;
+                const double error = std::fabs(source.luminance.value - 3000);
+                outside += error > source.luminance.half_width;
+                outside_of_a_third += error > source.luminance.half_width / 3;
+            }
+            truth *= kRuns;
+        }
+        EXPECT_NEAR(mean, truth, 0.04 * truth);
+        if (pixels == 4) {
+            EXPECT_GT(of_squared_means, 1.06 * truth) << "the test must tell the two apart";
+        }
+        EXPECT_LT(outside, 0.1 * sources);
+        if (pixels == 40) {
+            EXPECT_GT(outside_of_a_third, 0.1 * sources);
+        }
+    }
+}
+
+// The sun through a clear pane, and in fog.
+TEST(DaylightGlare, OfTheSunThroughAPaneAndFog_IsWeakened) {
+    const std::string sun =
+        "LightSource \"distant\" \"point3 from\" [0 0 1] \"point3 to\" [0 0 0] \"float illuminance\" 60000\n";
+    const std::string pane =
+        "AttributeBegin Translate 0 0 1 Material \"thindielectric\" \"float eta\" 1.5 Shape \"disk\" \"float "
+        "radius\" 3 AttributeEnd\n";
+    const std::string fog =
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.5 0.5 0.5] \"rgb "
+        "sigma_s\" [0 0 0] AttributeBegin MediumInterface \"fog\" \"\" Material \"interface\" Shape "
+        "\"sphere\" \"float radius\" 0.8 AttributeEnd\n";
+    const auto seen = [&](const std::string& world) {
+        const GlareReport report = rate(sun + world);
+        EXPECT_EQ(report.daylight->sources.size(), 1U);
+        const DaylightSource& source = report.daylight->sources.at(0);
+        EXPECT_NEAR(report.vertical.value, source.luminance.value * source.solid_angle,
+                    2e-3 * report.vertical.value);
+        return source.luminance.value * source.solid_angle;
+    };
+    EXPECT_NEAR(seen(pane), 60000 * 0.96 / 1.04, 60);
+    EXPECT_NEAR(seen(pane + fog), 60000 * 0.96 / 1.04 * std::exp(-0.4), 60);
+}
+
+// The view of an eye in fog, with the camera outside.
+TEST(DaylightGlare, OfASkyThroughFog_IsWeakenedOnTheWay) {
+    const std::string world =
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.5 0.5 0.5] \"rgb "
+        "sigma_s\" [0 0 0] LightSource \"infinite\" \"rgb L\" [8000 8000 8000]\nMediumInterface \"fog\" \"\" "
+        "Material \"interface\" Shape \"sphere\" \"float radius\" 0.8\n";
+    Monitor silent;
+    Job job = read_scene_text(
+        "Option \"string unit\" \"photometric\" LookAt 0 0 -9 0 0 0 0 1 0 Camera \"perspective\" Film "
+        "\"rgb\" WorldBegin\n" +
+            world,
+        "scene.pbrt", {}, Workers{2}, silent);
+    DaylightOptions options;
+    options.workers = {2};
+    options.pixels = 32;
+    const LuminanceView view = luminance_view(kObserver, job, options, silent);
+    EXPECT_NEAR(view.luminance(16 * 32 + 16), 8000 * std::exp(-0.4), 20);
 }
 
 // The intervals of DGP in a white room lit through a hole: noise of the picture and of the illuminance.

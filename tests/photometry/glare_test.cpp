@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
 
 #include "engine/base/error.h"
 #include "engine/pbrt/read_scene.h"
+#include "lights/light_field.h"
+#include "lights/measurement/acquire.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
@@ -209,6 +212,195 @@ TEST(Glare, OfRoundOpenings_IsByTheirShape) {
     EXPECT_NEAR(sphere.sources[0].luminance, 1414.71, 0.1);
     EXPECT_NEAR(sphere.ugr.value, globe.ugr.value, 0.1);
     EXPECT_NEAR(sphere.ugr.value, 22.7, 0.1);
+}
+
+GlareReport rate_scene(const std::string& world, GlareOptions options = {}) {
+    const Observer observer{"middle", {0, 0, 0}, {0, 0, 1}, {0, 1, 0}};
+    Monitor silent;
+    options.workers = {2};
+    return glare_at(std::vector{observer}, job_of(world), options, silent)[0];
+}
+
+GlareOptions with_blur(double blur, double precision = 0.03) {
+    GlareOptions options;
+    options.blur = blur;
+    options.precision = precision;
+    return options;
+}
+
+// The eye in a ball of absorbing fog, the camera outside of it, the luminaires beyond: L is weakened by the
+// way through the fog, and nothing else of the sum changes.
+TEST(Glare, ThroughFog_IsWeakenedOnTheWay) {
+    constexpr double kSigma = 0.4, kBall = 1.5;
+    const std::string fog = fmt::format(
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [{0} {0} {0}] \"rgb "
+        "sigma_s\" [0 0 0]\nAttributeBegin MediumInterface \"fog\" \"\" Material \"interface\" Shape "
+        "\"sphere\" \"float radius\" {1} AttributeEnd\n",
+        kSigma, kBall);
+    const Disc disc{0.05, 20000, 3, 20};
+    const double passes = std::exp(-kSigma * kBall);
+    for (const double blur : {0.0, 0.012}) {
+        const GlareReport clear = rate_scene(sphere_with({disc}), with_blur(blur)),
+                          report = rate_scene(fog + sphere_with({disc}), with_blur(blur));
+        ASSERT_EQ(report.sources.size(), 1U);
+        const GlareSource &of = report.sources[0], &plain = clear.sources[0];
+        EXPECT_NEAR(of.luminance, disc.l * passes, 2e-3 * disc.l);
+        EXPECT_NEAR(of.solid_angle, plain.solid_angle, 1e-3 * plain.solid_angle);
+        EXPECT_NEAR(of.seen.value, plain.seen.value * sqr(passes), 5e-3 * plain.seen.value);
+        // The room's light crosses the fog from its edge.
+        EXPECT_NEAR(report.background.value, clear.background.value * passes, 0.06 * clear.background.value);
+    }
+}
+
+// A photometric file's opening in fog.
+TEST(Glare, OfAPhotometricFileInFog_IsWeakenedOnTheWay) {
+    const testing::TemporaryFolder folder;
+    std::ofstream(folder / "lamp.ies")
+        << "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0.3 0.6 0.1\n1 1 9\n0 180\n0\n400 400\n";
+    const std::string world =
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.4 0.4 0.4] \"rgb "
+        "sigma_s\" [0 0 0]\nAttributeBegin MediumInterface \"fog\" \"\" Material \"interface\" Shape "
+        "\"sphere\" \"float radius\" 1 AttributeEnd\n" +
+        sphere_with({}) + "Translate 0 0.5 3 LightSource \"ies\" \"string filename\" \"" +
+        (folder / "lamp.ies").string() + "\"\n";
+    const GlareReport report = rate_scene(world);
+    ASSERT_EQ(report.sources.size(), 1U);
+    EXPECT_NEAR(report.sources[0].luminance * report.sources[0].solid_angle, 400 / 9.25 * std::exp(-0.4),
+                0.01);
+}
+
+// A luminaire and the same behind a clear pane: its light is weakened by the pane's transmittance and still
+// its own, not the background's.
+TEST(Glare, BehindAPane_IsTheLuminairesStill) {
+    const auto world = [](bool pane) {
+        return std::string(
+                   "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5] ReverseOrientation "
+                   "Shape \"sphere\" \"float radius\" 5 AttributeEnd\nAttributeBegin Translate 0 0.8 2 "
+                   "ReverseOrientation Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource "
+                   "\"diffuse\" \"rgb L\" [10000 10000 10000] Shape \"disk\" \"float radius\" 0.1 "
+                   "AttributeEnd\n") +
+               (pane ? "Translate 0 0 1 Material \"thindielectric\" \"float eta\" 1.5 Shape \"disk\" \"float "
+                       "radius\" 1.5\n"
+                     : "");
+    };
+    for (const double blur : {0.0, 0.012}) {
+        const GlareReport open = rate_scene(world(false), with_blur(blur)),
+                          behind = rate_scene(world(true), with_blur(blur));
+        ASSERT_EQ(behind.sources.size(), 1U);
+        // Fresnel at 21.8 degrees, and all reflections within the pane: (1 - R) / (1 + R).
+        const double cosine = 1 / std::hypot(1, 0.4), inside = std::sqrt(1 - (1 - sqr(cosine)) / sqr(1.5));
+        const double s = (cosine - 1.5 * inside) / (cosine + 1.5 * inside),
+                     p = (1.5 * cosine - inside) / (1.5 * cosine + inside), r = (s * s + p * p) / 2;
+        EXPECT_NEAR(open.ugr.value, 37.9, 0.15);
+        EXPECT_NEAR(behind.sources[0].luminance / open.sources[0].luminance, (1 - r) / (1 + r), 2e-3);
+        EXPECT_GT(behind.ugr.value, 36.7);
+        EXPECT_LT(behind.ugr.value, 37.3);
+        EXPECT_NEAR(behind.background.value, 0.5, 0.1);
+    }
+}
+
+TEST(Glare, InABlackRoom_IsUndefinedAndNone) {
+    const std::string black =
+        "Material \"diffuse\" \"rgb reflectance\" [0 0 0] AttributeBegin AreaLightSource \"diffuse\" \"rgb "
+        "L\" [9000 9000 9000] Translate 0 0.5 2 Rotate 180 1 0 0 Shape \"disk\" \"float radius\" 0.1 "
+        "AttributeEnd Shape \"sphere\" \"float radius\" 5\n";
+    const GlareReport report = rate_scene(black);
+    ASSERT_EQ(report.sources.size(), 1U);
+    EXPECT_EQ(report.background.value, 0);
+    EXPECT_TRUE(std::isnan(report.ugr.value));
+    EXPECT_TRUE(std::isnan(report.ugr_even.value));
+}
+
+// A chip before a sky that is brighter than what the filter leaves of the chip: pairs of the two are not the
+// chip's.
+TEST(Glare, BeforeABrightSky_IsOfTheLuminaireAlone) {
+    const std::string chip =
+        "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb "
+        "L\" [200000 200000 200000] Translate 0 0.2 1 Rotate 180 1 0 0 Shape \"disk\" \"float radius\" 0.001 "
+        "AttributeEnd\n";
+    const std::string sky = "LightSource \"infinite\" \"rgb L\" [20000 20000 20000]\n";
+    const std::string panel =
+        "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb "
+        "L\" [20000 20000 20000] Translate 0 0 3 Rotate 180 1 0 0 Shape \"disk\" \"float radius\" 3 "
+        "AttributeEnd\n";
+    GlareOptions options = with_blur(0.012, 0.2);
+    options.view_pixels = 64;
+    const Reading95 alone = rate_scene(chip, options).sources.at(0).seen;
+    for (const std::string& behind : {sky, panel}) {
+        const Reading95 seen = rate_scene(chip + behind, options).sources.at(0).seen;
+        EXPECT_NEAR(seen.value, alone.value, 2 * std::hypot(seen.half_width, alone.half_width));
+        EXPECT_LT(seen.half_width, 0.1 * seen.value);
+    }
+    // Chips side by side are seen together.
+    const std::string beside = "Translate 0.003 0 0\n" + chip;
+    const Reading95 together = rate_scene(chip + beside, options).sources.at(0).seen;
+    EXPECT_GT(together.value, 1.5 * alone.value);
+}
+
+// A measured disc: its field smears faint light around it, which is none of its luminous area.
+class OfAMeasuredDisc : public ::testing::Test {
+  protected:
+    static constexpr double kR = 0.02, kFlux = 1000, kD = 2, kAbove = 20;
+    testing::TemporaryFolder folder;
+    std::string world;
+
+    OfAMeasuredDisc() {
+        Rig rig;
+        rig.views = {17, 17};
+        rig.spacing = {0.004, 0.004};
+        rig.pixels = {24, 24};
+        rig.pixel = {0.02, 0.02};
+        rig.distance = 0.1;
+        EmitterModel disc = cosine_emitter(EmitterModel::Outline::disc, V2d(kR), kFlux);
+        disc.info.unit = FluxUnit::lumen;
+        Monitor silent;
+        write_light_field(folder / "disc.exr", acquire(disc, rig, Workers{2}, silent));
+        world = fmt::format(
+            "Material \"diffuse\" \"rgb reflectance\" [{} {} {}] Shape \"sphere\" \"float radius\" {}\n"
+            "Translate 0 {} {} Rotate {} 1 0 0 LightSource \"lightfield\" \"string filename\" \"{}\"\n",
+            kRho, kRho, kRho, kRadius, kD * std::sin(kAbove * kDegree), kD * std::cos(kAbove * kDegree),
+            180 - kAbove, (folder / "disc.exr").string());
+    }
+};
+
+TEST_F(OfAMeasuredDisc, SolidAngleAndRating_AreTheDiscs) {
+    const GlareReport report = rate_scene(world, with_blur(0));
+    ASSERT_EQ(report.sources.size(), 1U);
+    const double solid_angle = kPiD * sqr(kR / kD), l = kFlux / (sqr(kPiD) * sqr(kR));
+    EXPECT_NEAR(report.sources[0].solid_angle, solid_angle, 0.08 * solid_angle);
+    EXPECT_NEAR(report.sources[0].luminance, l, 0.08 * l);
+    const double p = position_index(0, kAbove);
+    const double ugr = 8 * std::log10(0.25 / report.background.value * l * l * solid_angle / (p * p));
+    EXPECT_NEAR(report.ugr_even.value, ugr, 0.3);
+}
+
+// The intervals of both terms, of the background and of both ratings, over 40 seeds.
+TEST_F(OfAMeasuredDisc, Intervals_HoldTheTruthAsOftenAsStated) {
+    constexpr std::size_t kReadings = 5;
+    const auto readings = [&](std::uint64_t seed, int samples, double precision) {
+        GlareOptions options = with_blur(0.012, precision);
+        options.seed = seed;
+        options.samples = samples;
+        const GlareReport report = rate_scene(world, options);
+        return std::array<Reading95, kReadings>{report.sources.at(0).even, report.sources.at(0).seen,
+                                                report.background, report.ugr_even, report.ugr};
+    };
+    const auto truth = readings(1000, 1 << 20, 0.004);
+    constexpr int kRuns = 40;
+    std::array<int, kReadings> outside{}, outside_of_a_third{};
+    for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+        const auto found = readings(seed, 4096, 0.1);
+        for (std::size_t i = 0; i < kReadings; ++i) {
+            const double error = std::fabs(found[i].value - truth[i].value);
+            outside[i] += error > found[i].half_width;
+            outside_of_a_third[i] += error > found[i].half_width / 3;
+        }
+    }
+    for (std::size_t i = 0; i < kReadings; ++i) {
+        // Of 40 with 5 %: more than 7 with a probability of 0.1 %.
+        EXPECT_LE(outside[i], 7) << i;
+        EXPECT_GT(outside_of_a_third[i], 7) << i;
+    }
 }
 
 TEST(Glare, InWatts_IsRefused) {

@@ -140,6 +140,57 @@ TEST(Illuminance, OfEveryKind_IsTheClosedFormOfAPoint) {
     at(ReceiverKind::spherical, [](const V3d&) { return 0.25; }, {0, 0, 1});
 }
 
+// A point lamp in a ball of absorbing fog: each point's light is weakened by its own way through the fog,
+// wherever the camera is: outside, in the fog, or in a small ball of smoke far away.
+TEST(Illuminance, InFog_IsThatOfTheReceiversOwnMedium) {
+    constexpr double kSigma = 0.5, kBall = 1.6;
+    const std::string media =
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.5 0.5 0.5] \"rgb "
+        "sigma_s\" [0 0 0]\nMakeNamedMedium \"smoke\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [2 2 "
+        "2] \"rgb sigma_s\" [0 0 0]\n";
+    const std::string world =
+        "AttributeBegin MediumInterface \"fog\" \"fog\"\n" + std::string(kPoint) +
+        "AttributeEnd\nMaterial \"interface\"\n"
+        "AttributeBegin MediumInterface \"fog\" \"\" Shape \"sphere\" \"float radius\" 1.6 AttributeEnd\n"
+        "AttributeBegin MediumInterface \"smoke\" \"\" Translate 30 0 0\n"
+        "Shape \"sphere\" \"float radius\" 0.05 AttributeEnd\n";
+    // The points reach from the fog to beyond it.
+    const CalculationSurface surface = plane(0.5, 3, {8, 8});
+    const auto truth = [](const V3d& p) {
+        const V3d lamp(0.2, -0.1, 1.5), way = lamp - p;
+        const V3d w = way.normalized();
+        // From p on, as far as to the ball if p is outside.
+        const double along = w.dot(p), inside = sqr(along) - p.length2() + sqr(kBall);
+        const double outside = p.length() > kBall ? std::max(0.0, -along - std::sqrt(inside)) : 0.0;
+        return kL * way.z / std::pow(way.length(), 3) * std::exp(-kSigma * (way.length() - outside));
+    };
+    for (const char* camera : {"LookAt 0 0 -9 0 0 0 0 1 0 ", "MediumInterface \"\" \"fog\" ",
+                               "LookAt 30 0 0 0 0 0 0 1 0 MediumInterface \"\" \"smoke\" "}) {
+        SCOPED_TRACE(camera);
+        Monitor silent;
+        Job job = read_scene_text(
+            media + camera + "Camera \"perspective\" Film \"rgb\" WorldBegin MediumInterface \"\" \"\"\n" +
+                world,
+            "scene.pbrt", {}, Workers{2}, silent);
+        IlluminanceOptions options;
+        options.workers = {2};
+        options.most_samples = 16;
+        const IlluminanceReport report =
+            illuminance_on(std::vector{surface}, std::move(job), options, silent);
+        expect_as_stated(report.surfaces[0], truth);
+        EXPECT_FALSE(as_stated(misses(report.surfaces[0], [&](const V3d& p) {
+            const V3d way = V3d(0.2, -0.1, 1.5) - p;
+            return kL * way.z / std::pow(way.length(), 3);
+        })));
+    }
+}
+
+// A surface that reflects nothing but what is lit by it leaves no rounding in what is not direct.
+TEST(Illuminance, InABlackRoom_HasNoIndirectLight) {
+    const IlluminanceReport report = measure(std::string(kDisc) + kPoint, plane(0.5, 3, {4, 4}), 16);
+    for (const PointParts& point : report.surfaces[0].points) EXPECT_EQ(point.indirect.value, 0);
+}
+
 // An even sky of radiance L: E = pi L, every way it is measured but a half of it for heads that see the half.
 TEST(Illuminance, UnderAnEvenSky_IsPiL) {
     const auto sky = "LightSource \"infinite\" \"rgb L\" [3 3 3]\n";
@@ -183,6 +234,30 @@ TEST(Illuminance, OnASurfaceOfTheScene_SeesWhatIsAbove) {
             return under_disc(std::hypot(p.x - far, p.y - far), 2, 0.7);
         });
     }
+}
+
+// Sensors of every kind on a floor: those that face sideways or down are above it, too.
+TEST(Illuminance, OfEveryKindOnAFloor_IsThatOfFreeSpaceAbove) {
+    const V3d lamp(0.2, -0.1, 1.5);
+    const std::string world = std::string(kPoint) +
+                              "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n"
+                              "Shape \"bilinearmesh\" \"point3 P\" [-3 -3 0.3 3 -3 0.3 -3 3 0.3 3 3 0.3]\n";
+    const auto at = [&](ReceiverKind kind, const std::function<double(const V3d&)>& of_direction,
+                        V3f normal) {
+        SCOPED_TRACE(receiver_kind_name(kind));
+        CalculationSurface surface = plane(0.3, 2, {8, 8}, kind);
+        surface.normal = normal;
+        expect_as_stated(measure(world, surface, 16).surfaces[0], [&](const V3d& p) {
+            const V3d way = lamp - p;
+            return kL / way.length2() * of_direction(way.normalized());
+        });
+    };
+    const auto sine = [](const V3d& w) { return std::hypot(w.x, w.y); };
+    at(ReceiverKind::planar, [](const V3d& w) { return std::max(0.0, w.x); }, {1, 0, 0});
+    at(ReceiverKind::cylindrical, [&](const V3d& w) { return sine(w) / kPiD; }, {0, 0, 1});
+    at(ReceiverKind::semicylindrical, [&](const V3d& w) { return (sine(w) + w.x) / kPiD; }, {1, 0, 0});
+    at(ReceiverKind::hemispherical, [](const V3d& w) { return (1 + w.z) / 4; }, {0, 0, 1});
+    at(ReceiverKind::spherical, [](const V3d&) { return 0.25; }, {0, 0, 1});
 }
 
 // A floor of a few metres on a ground of kilometres: by the ground's error rays would begin centimetres up.

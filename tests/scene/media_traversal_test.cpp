@@ -84,6 +84,18 @@ TEST(MediumOfALight, OnTheInsideOfALampsGlass_IsWhatTheGlassHolds) {
     EXPECT_EQ(scene.medium_of_light(1), fog);
 }
 
+TEST(MediumAround, APointFarFromTheOnlyBorder_IsWhatLiesOnItsSide) {
+    // A camera in a small ball of fog, too small to be met by chance from the other points.
+    SceneMaker make;
+    const auto fog = make.medium(homogeneous(Rgb(1), Rgb(0)));
+    make.camera_in(fog);
+    make.ball_of(fog, V3f(0.0F), 0.01F);
+    const Scene scene = make.build();
+    for (const V3f& p : {V3f(100, 3, -20), V3f(0, 0, 5), V3f(-0.02F, 0.01F, 0)})
+        EXPECT_EQ(medium_around(scene, {p}, {0.6F, 0, 0.8F}), kNoMedium);
+    EXPECT_EQ(medium_around(scene, {V3f(0.004F, 0, 0)}, {0, 1, 0}), fog);
+}
+
 TEST(CrossMedia, Particles_AbsorbedScatteredOrThrough_AreShares) {
     SceneMaker make;
     const auto cloud = make.medium(homogeneous(Rgb(0.2F), Rgb(0.6F), 0.4F));
