@@ -53,7 +53,8 @@ std::vector<Lamp> lamps(const std::filesystem::path& folder) {
                      "\"float radius\" {2} AttributeEnd",
                      kI / (kPiD * kDiscRadius * kDiscRadius), at, kDiscRadius),
          false, true},
-        {"IES", fmt::format("AttributeBegin Translate {} LightSource \"ies\" \"string filename\" \"lamp.ies\" "
+        {"IES", fmt::format("AttributeBegin Translate {} Rotate 180 1 0 0 LightSource \"ies\" \"string "
+                            "filename\" \"lamp.ies\" "
                             "AttributeEnd",
                             at)}};
 }
@@ -70,7 +71,8 @@ double without_glass(const Lamp& lamp, const V3d& p) {
     if (lamp.sun) return kI * kSunwards.z;
     const V3d way = kLamp - p;
     if (lamp.disc)
-        return under_disc(kI / (kPiD * kDiscRadius * kDiscRadius), std::hypot(way.x, way.y), way.z, kDiscRadius);
+        return under_disc(kI / (kPiD * kDiscRadius * kDiscRadius), std::hypot(way.x, way.y), way.z,
+                          kDiscRadius);
     return kI * way.z / std::pow(way.length(), 3);
 }
 V3d towards(const Lamp& lamp, const V3d& p) {
@@ -82,7 +84,8 @@ V3d towards(const Lamp& lamp, const V3d& p) {
 TEST(IlluminanceBehindPanes, OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
     const TemporaryFolder folder;
     const CalculationSurface surface = plane(0, 3, {12, 12});
-    const V3d turned(std::sin(20 * kPiD / 180), 0, std::cos(20 * kPiD / 180));  // normal of a pane by 20 degrees
+    const V3d turned(std::sin(20 * kPiD / 180), 0,
+                     std::cos(20 * kPiD / 180));  // normal of a pane by 20 degrees
     for (const Lamp& lamp : lamps(folder.path())) {
         SCOPED_TRACE(lamp.name);
         const auto at = [&](const std::string& panes) {

@@ -1,4 +1,5 @@
-// Illuminance on planes beside what it should be: whether stated intervals hold the truth as often as they say.
+// Illuminance on planes beside what it should be: whether stated intervals hold the truth as often as they
+// say.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,7 +25,8 @@ inline Job job_of(const std::string& world, const std::filesystem::path& folder 
                            {}, Workers{2}, silent);
 }
 
-inline CalculationSurface plane(double height, double size, V2i points, ReceiverKind kind = ReceiverKind::planar) {
+inline CalculationSurface plane(double height, double size, V2i points,
+                                ReceiverKind kind = ReceiverKind::planar) {
     CalculationSurface surface;
     surface.name = "plane";
     surface.corner = {-size / 2, -size / 2, height};

@@ -312,8 +312,8 @@ TEST(Passing, UbersOpacityAndMixesWithAnInterface_PassWhatTheyLeave) {
     veil.opacity = RgbTexture::constant(Rgb(0.25F, 0.5F, 1.0F));
     MixMaterial gauze;
     gauze.first = std::make_shared<const Material>(Material{"", InterfaceMaterial{}, {}});
-    gauze.second = std::make_shared<const Material>(
-        Material{"", DiffuseMaterial{RgbTexture::constant(Rgb(0.5F))}, {}});
+    gauze.second =
+        std::make_shared<const Material>(Material{"", DiffuseMaterial{RgbTexture::constant(Rgb(0.5F))}, {}});
     gauze.share = FloatTexture::constant(0.3F);
     DielectricMaterial air;
     air.eta = FloatTexture::constant(1);
