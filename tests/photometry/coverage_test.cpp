@@ -1,0 +1,219 @@
+// Whether the interval of an illuminance holds it as often as it says, in rooms as people have them: mean
+// illuminance of a square metre of floor, beside light paths from the lamps that are counted where they
+// arrive.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <cmath>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "engine/pbrt/read_scene.h"
+#include "engine/photometry/illuminance.h"
+#include "photon/light_path.h"
+#include "photon/trace_light_paths.h"
+#include "tests/lights/field_fixtures.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace coverage_test {
+
+using namespace lucerna::testing;
+
+// Rooms are 4 m x 4 m x 2.6 m from the origin, z up. The square of the floor that is measured begins at
+// (kFrom, kFrom).
+constexpr double kFrom = 1.5;
+constexpr int kPoints = 5;
+
+std::string quad(const std::string& corners) {
+    return "Shape \"bilinearmesh\" \"point3 P\" [" + corners + "]\n";
+}
+std::string white(double reflectance) {
+    return fmt::format("Material \"diffuse\" \"rgb reflectance\" [{0} {0} {0}]\n", reflectance);
+}
+// All but the wall x = 4.
+std::string walls() {
+    return white(0.3) + quad("0 0 0  4 0 0  0 4 0  4 4 0") + white(0.7) +
+           quad("0 0 2.6  0 4 2.6  4 0 2.6  4 4 2.6") + white(0.5) + quad("0 0 0  0 4 0  0 0 2.6  0 4 2.6") +
+           quad("0 0 0  0 0 2.6  4 0 0  4 0 2.6") + quad("0 4 0  4 4 0  0 4 2.6  4 4 2.6");
+}
+std::string closed() {
+    return walls() + quad("4 0 0  4 0 2.6  4 4 0  4 4 2.6");
+}
+std::string disc_lamp(double x, double y, double z, double radius, double flux) {
+    return fmt::format(
+        "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0]\nAreaLightSource \"diffuse\" "
+        "\"rgb L\" [{0} {0} {0}] Translate {1} {2} {3} Rotate 180 1 0 0\nShape \"disk\" \"float "
+        "radius\" {4} AttributeEnd\n",
+        flux / (kPiD * kPiD * radius * radius), x, y, z, radius);
+}
+std::string of(const std::string& material, const std::string& shape) {
+    return "AttributeBegin Material " + material + "\n" + shape + "AttributeEnd\n";
+}
+
+struct Room {
+    std::string name, world, camera_medium = {};
+};
+std::vector<Room> rooms() {
+    const std::string pane = "\"thindielectric\" \"float eta\" 1.5";
+    return {
+        {"window with sun",
+         "LightSource \"infinite\" \"rgb L\" [1 1 1]\nLightSource \"distant\" \"rgb L\" [8 8 8] \"point3 "
+         "from\" "
+         "[1 0.2 0.7] \"point3 to\" [0 0 0]\n" +
+             walls() + quad("4 0 0  4 0 0.8  4 4 0  4 4 0.8") + quad("4 0 2.2  4 0 2.6  4 4 2.2  4 4 2.6") +
+             quad("4 0 0.8  4 0 2.2  4 0.8 0.8  4 0.8 2.2") + quad("4 3.2 0.8  4 3.2 2.2  4 4 0.8  4 4 2.2") +
+             of(pane, quad("4 0.8 0.8  4 0.8 2.2  4 3.2 0.8  4 3.2 2.2"))},
+        {"glass partition", closed() + disc_lamp(1, 1, 2.59, 0.1, 100) + disc_lamp(3, 3, 2.59, 0.1, 100) +
+                                of(pane, quad("0 1.4 0  0 1.4 2.6  4 1.4 0  4 1.4 2.6"))},
+        {"glass table",
+         closed() + disc_lamp(2, 2, 2, 0.1, 100) + of(pane, quad("1 1 0.75  3 1 0.75  1 3 0.75  3 3 0.75"))},
+        {"mirror", closed() + disc_lamp(1, 2, 2.59, 0.2, 100) +
+                       of("\"mirror\" \"rgb reflectance\" [0.9 0.9 0.9]",
+                          quad("3.99 0.5 0.1  3.99 0.5 2.5  3.99 3.5 0.1  3.99 3.5 2.5"))},
+        {"spot behind a lens",
+         closed() + disc_lamp(1, 1, 2.59, 0.1, 50) + disc_lamp(2, 2, 2.3, 0.005, 50) +
+             of("\"dielectric\"", "Translate 2 2 2.2 Shape \"sphere\" \"float radius\" 0.04\n")},
+        {"fog", closed() + disc_lamp(2, 2, 2.59, 0.1, 100),
+         "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.02 0.02 0.02] \"rgb "
+         "sigma_s\" "
+         "[0.2 0.2 0.2]\nMediumInterface \"\" \"fog\"\n"},
+    };
+}
+
+Job job_of(const Room& room) {
+    Monitor silent;
+    return read_scene_text(
+        room.camera_medium + "LookAt 2 0.5 1  2 2 1  0 0 1 Camera \"perspective\" Film \"rgb\" WorldBegin\n" +
+            room.world,
+        "scene.pbrt", {}, Workers{2}, silent);
+}
+
+// What light paths bring to the square.
+struct Count : LightPathVisitor {
+    V3d origin{0, 0, 0};
+    double flux = 0;
+    void hit(const LightPathHit& at) {
+        const V3d p = V3d(at.hit.at.p) + origin;
+        if (at.d.z < 0 && std::fabs(p.z) < 1e-3 && p.x > kFrom && p.x < kFrom + 1 && p.y > kFrom &&
+            p.y < kFrom + 1)
+            flux += double{luminance(at.power)};
+    }
+};
+RunningStats counted(const Room& room, std::int64_t paths_of_run) {
+    constexpr int kRuns = 32;
+    const Job job = job_of(room);
+    std::vector<double> found(kRuns);
+    parallel_each(Workers{2}, kRuns, 1, [&](std::size_t run) {
+        Count count;
+        count.origin = job.scene.origin();
+        LightPaths paths;
+        paths.seed = 100 + run;
+        paths.count = paths_of_run;
+        trace_chunk(job.scene, paths, samplers_of(paths), 0, paths_of_run, count);
+        found[run] = count.flux / static_cast<double>(paths_of_run);
+    });
+    RunningStats stats;
+    for (const double value : found) stats.add(value);
+    return stats;
+}
+
+// Readings of many seeds. Light paths that are counted know the truth less well than one reading does. So two
+// questions are asked: whether each interval holds the mean of all readings, and whether that is the truth as
+// well as it is known. Both hold only where intervals hold the truth.
+struct Coverage {
+    std::vector<Reading95> readings;
+    RunningStats means;
+    int warned = 0;
+
+    int seeds() const { return static_cast<int>(readings.size()); }
+    // Intervals `share` as wide as stated that hold the mean of all.
+    int held(double share = 1) const {
+        return static_cast<int>(std::count_if(readings.begin(), readings.end(), [&](const Reading95& r) {
+            return std::fabs(r.value - means.mean()) <= share * r.half_width;
+        }));
+    }
+    double half_width() const {
+        double sum = 0;
+        for (const Reading95& r : readings) sum += r.half_width / seeds();
+        return sum;
+    }
+    bool is(const RunningStats& truth) const {
+        return std::fabs(means.mean() - truth.mean()) <=
+               4.5 * std::hypot(means.standard_error(), truth.standard_error());
+    }
+};
+Coverage coverage_of(const Room& room, int seeds) {
+    CalculationSurface square;
+    square.name = "square";
+    square.corner = {kFrom, kFrom, 0};
+    square.u = {1, 0, 0};
+    square.v = {0, 1, 0};
+    square.normal = {0, 0, 1};
+    square.up = {0, 1, 0};
+    square.points = {kPoints, kPoints};
+    Coverage coverage;
+    for (int seed = 0; seed < seeds; ++seed) {
+        ListeningMonitor monitor;
+        IlluminanceOptions options;
+        options.workers = {2};
+        options.seed = static_cast<std::uint64_t>(seed);
+        options.most_samples = 1;
+        coverage.readings.push_back(
+            illuminance_on(std::vector{square}, job_of(room), options, monitor).surfaces[0].mean);
+        coverage.means.add(coverage.readings.back().value);
+        coverage.warned +=
+            std::any_of(monitor.warnings.begin(), monitor.warnings.end(),
+                        [](const auto& line) { return line.find("is missing") != std::string::npos; });
+    }
+    return coverage;
+}
+
+// So few are held by intervals of 95 % less than once in 1/kFalseAlarm tries.
+bool too_few(int held, int of) {
+    return cdf(boost::math::binomial(of, 0.95), held) < kFalseAlarm;
+}
+
+std::string told(const Room& room, const Coverage& coverage, const RunningStats& truth) {
+    return fmt::format(
+        "{}: {} of {} intervals hold, {:.4f} +- {:.4f}, scatter {:.4f}, counted {:.4f} +- {:.4f}, {} "
+        "warnings\n",
+        room.name, coverage.held(), coverage.seeds(), coverage.means.mean(), coverage.half_width(),
+        kStandardErrors95 * std::sqrt(coverage.means.variance()), truth.mean(),
+        kStandardErrors95 * truth.standard_error(), coverage.warned);
+}
+
+TEST(LuxCoverage, OfAGlassPartition_IsAsStated) {
+    const Room room = rooms()[1];
+    const RunningStats truth = counted(room, 8'000);
+    const Coverage coverage = coverage_of(room, 12);
+    EXPECT_FALSE(too_few(coverage.held(), coverage.seeds())) << told(room, coverage, truth);
+    EXPECT_TRUE(coverage.is(truth)) << told(room, coverage, truth);
+    EXPECT_LT(coverage.half_width(), 0.1 * coverage.means.mean());
+}
+
+TEST(LuxCoverage, OfSixRooms_IsAsStated) {
+    constexpr int kSeeds = 40;
+    int held = 0, by_half = 0, of = 0;
+    for (const Room& room : rooms()) {
+        const RunningStats truth = counted(room, 50'000);
+        const Coverage coverage = coverage_of(room, kSeeds);
+        std::cout << told(room, coverage, truth) << std::flush;
+        if (coverage.warned == kSeeds) continue;  // it says what is missing
+        EXPECT_FALSE(too_few(coverage.held(), kSeeds)) << room.name;
+        EXPECT_TRUE(coverage.is(truth)) << room.name;
+        held += coverage.held();
+        by_half += coverage.held(0.5);
+        of += kSeeds;
+    }
+    ASSERT_GE(of, 4 * kSeeds);
+    EXPECT_GE(held, 0.90 * of);
+    EXPECT_LE(held, 0.99 * of);
+    EXPECT_LT(by_half, 0.90 * of) << "half as wide intervals are refused";
+}
+
+}  // namespace coverage_test
+}  // namespace lucerna

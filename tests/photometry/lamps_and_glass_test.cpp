@@ -1,0 +1,342 @@
+// Every kind of small lamp before every kind of glass, by every method, at one place whose illuminance is
+// known: each method finds it, or says that it does not. Light that goes straight through panes is found by
+// all. Light that mirrors and curved or thick glass bend is found by photons; paths from the receiver meet a
+// small lamp behind them by chance at best.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/pbrt/read_scene.h"
+#include "engine/photometry/illuminance.h"
+#include "engine/render/render.h"
+#include "photon/light_path.h"
+#include "photon/trace_light_paths.h"
+#include "tests/lights/field_fixtures.h"
+#include "tests/photometry/stated_intervals.h"
+#include "tests/support/panes.h"
+#include "tests/support/statistics.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace lamps_and_glass_test {
+
+using namespace lucerna::testing;
+
+// Lamps stand in the origin and shine along z; a sun comes from the side. The receiver faces them.
+const V3d kPlace(0.1, 0, 1.4);
+constexpr double kI = 100, kDisc = 0.002, kMirrorX = -0.5, kMirror = 0.9;
+constexpr double kNear = 0.1;                   // radius about the place over which densities are estimated
+const V3d kSun = V3d(-0.3, 0, 1).normalized();  // direction of its light
+
+struct Lamp {
+    std::string name, text;
+    bool sun = false;
+    // Its intensity towards a unit direction; none: there is no closed form.
+    std::optional<double> intensity = kI;
+    bool by_cosine = false;
+};
+std::vector<Lamp> every_lamp(const std::filesystem::path& folder) {
+    std::ofstream(folder / "lamp.ies")
+        << "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 10\n0 90\n0\n100 100\n";
+    write_light_field(folder / "field.exr", lambertian_disc(rig_b(), 0.008));
+    const auto grey = [](double value) { return fmt::format("[{0} {0} {0}]", value); };
+    return {{"point", "LightSource \"point\" \"rgb I\" " + grey(kI)},
+            {"spot",
+             "LightSource \"spot\" \"point3 to\" [0 0 1] \"float coneangle\" 50 \"float conedeltaangle\" 2 "
+             "\"rgb I\" " +
+                 grey(kI)},
+            {"sun",
+             fmt::format("LightSource \"distant\" \"point3 to\" [{} {} {}] \"rgb L\" {}", kSun.x, kSun.y,
+                         kSun.z, grey(kI)),
+             true},
+            {"disc of 2 mm",
+             fmt::format("AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0]\nAreaLightSource "
+                         "\"diffuse\" \"rgb L\" {} Shape \"disk\" \"float radius\" {} AttributeEnd",
+                         grey(kI / (kPiD * kDisc * kDisc)), kDisc),
+             false, kI, true},
+            {"measured lamp", "LightSource \"lightfield\" \"string filename\" \"field.exr\"", false, {}},
+            {"IES lamp", "LightSource \"ies\" \"string filename\" \"lamp.ies\""}};
+}
+
+enum class Bends : std::uint8_t {
+    nothing,
+    some
+};  // whether light gets there on other ways than a straight one
+struct Glass {
+    std::string name;
+    int panes = 0;
+    Bends bends = Bends::nothing;
+    bool hides = false;  // the straight way
+};
+const std::vector<Glass> kStraight{{"no glass"}, {"pane", 1}, {"two panes", 2}};
+const std::vector<Glass> kBent{
+    {"slab", 0, Bends::some, true}, {"glass ball", 0, Bends::some, true}, {"mirror", 0, Bends::some}};
+constexpr double kTurned = 40;  // degrees, of panes and slabs about y
+
+// Where the straight way to the place is at the height z.
+V3d on_way(const Lamp& lamp, double z) {
+    return lamp.sun ? kPlace - (kPlace.z - z) / kSun.z * kSun : kPlace * (z / kPlace.z);
+}
+
+std::string text_of(const Lamp& lamp, const Glass& glass) {
+    const std::string sheet =
+        "Shape \"bilinearmesh\" \"point3 P\" [-0.5 -0.5 0  0.5 -0.5 0  -0.5 0.5 0  0.5 0.5 0]\n";
+    const auto at = [&](double z, const std::string& turned) {
+        const V3d p = on_way(lamp, z);
+        return fmt::format("Translate {} {} {} {}\n", p.x, p.y, p.z, turned);
+    };
+    const std::string oblique = fmt::format("Rotate {} 0 1 0", kTurned);
+    std::string text = fmt::format(
+        "LookAt {0} {1} {2}  {0} {1} 9  0 1 0 Camera \"perspective\" \"float fov\" 0.5\n"
+        "Film \"rgb\" \"integer xresolution\" 2 \"integer yresolution\" 2 WorldBegin\n{3}\n"
+        "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.001 0.001 0.001] Translate {0} {1} {4}\n"
+        "Rotate 180 1 0 0 Shape \"disk\" \"float radius\" 0.5 AttributeEnd\n",
+        kPlace.x, kPlace.y, kPlace.z - 0.2, lamp.text, kPlace.z);
+    for (int i = 0; i < glass.panes; ++i)
+        text += "AttributeBegin Material \"thindielectric\"\n" + at(0.6 + 0.15 * i, oblique) + sheet +
+                "AttributeEnd\n";
+    if (glass.name == "slab")
+        text += "AttributeBegin Material \"dielectric\"\n" + at(0.6, oblique) + sheet +
+                "Translate 0 0 -0.06 ReverseOrientation " + sheet + "AttributeEnd\n";
+    if (glass.name == "glass ball")
+        text += "AttributeBegin Material \"dielectric\"\n" + at(0.6, "") +
+                "Shape \"sphere\" \"float radius\" 0.15\nAttributeEnd\n";
+    if (glass.name == "mirror")
+        text += fmt::format(
+            "AttributeBegin Material \"mirror\" \"rgb reflectance\" [{0} {0} {0}]\nShape \"bilinearmesh\" "
+            "\"point3 P\" [{1} -0.6 -1  {1} 0.6 -1  {1} -0.6 1.5  {1} 0.6 1.5] AttributeEnd\n",
+            kMirror, kMirrorX);
+    return text;
+}
+
+Job job_for(const Lamp& lamp, const Glass& glass, const std::filesystem::path& folder,
+            const SceneOverrides& overrides = {}) {
+    Monitor silent;
+    return read_scene_text(text_of(lamp, glass), folder / "scene.pbrt", overrides, Workers{2}, silent);
+}
+
+// Counts the flux that light paths bring to a disc about the place.
+struct Count : LightPathVisitor {
+    V3d origin{0, 0, 0};  // of the scene's coordinates
+    double flux = 0;
+    void hit(const LightPathHit& at) {
+        const V3d p = V3d(at.hit.at.p) + origin;
+        if (std::fabs(p.z - kPlace.z) < 1e-4 && at.d.z > 0 && (p - kPlace).length() < kNear)
+            flux += double{luminance(at.power)};
+    }
+};
+RunningStats count_light_paths(const Job& job) {
+    constexpr int kRuns = 16;
+    constexpr std::uint32_t kPaths = 20'000;
+    std::vector<double> found(kRuns);
+    parallel_each(Workers{2}, kRuns, 1, [&](std::size_t run) {
+        Count count;
+        count.origin = job.scene.origin();
+        LightPaths paths;
+        paths.seed = 1000 + run;
+        paths.count = kPaths;
+        trace_chunk(job.scene, paths, samplers_of(paths), 0, kPaths, count);
+        found[run] = count.flux / (kPaths * kPiD * kNear * kNear);
+    });
+    RunningStats stats;
+    for (const double value : found) stats.add(value);
+    return stats;
+}
+
+constexpr const char* kMissing = "is missing";
+
+struct Reading {
+    Reading95 reading;
+    bool warned = false;
+};
+Reading by_lux(const Lamp& lamp, const Glass& glass, const std::filesystem::path& folder, int samples = 4) {
+    CalculationSurface p;
+    p.name = "p";
+    p.corner = kPlace - V3d(5e-7, 5e-7, 1e-4);
+    p.u = {0, 1e-6, 0};
+    p.v = {1e-6, 0, 0};
+    p.normal = {0, 0, -1};
+    p.up = {0, 1, 0};
+    p.points = {1, 1};
+    ListeningMonitor monitor;
+    IlluminanceOptions options;
+    options.workers = {2};
+    options.most_samples = samples;
+    const IlluminanceReport report =
+        illuminance_on(std::vector{p}, job_for(lamp, glass, folder), options, monitor);
+    const bool warned = std::any_of(monitor.warnings.begin(), monitor.warnings.end(), [](const auto& line) {
+        return line.find(kMissing) != std::string::npos;
+    });
+    return {report.surfaces[0].points[0].all, warned};
+}
+
+// The illuminance of the place, and how well it is known.
+struct Truth {
+    double value = 0, error = 0;  // standard error
+};
+Truth truth_of(const Lamp& lamp, const Glass& glass, const std::filesystem::path& folder) {
+    if (glass.bends == Bends::some && (!lamp.intensity || glass.hides)) {
+        const RunningStats counted = count_light_paths(job_for(lamp, glass, folder));
+        return {counted.mean(), counted.standard_error()};
+    }
+    const auto from = [&](const V3d& place, const V3d& sun) {
+        if (lamp.sun) return kI * sun.z;
+        const V3d way = kPlace - place;
+        const double cosine = way.z / way.length();
+        return kI * (lamp.by_cosine ? cosine : 1) * cosine / way.length2();
+    };
+    const V3d way = lamp.sun ? kSun : kPlace.normalized();
+    const double a = kTurned * kPiD / 180;
+    const double pane = pane_transmittance(way.dot(V3d(std::sin(a), 0, std::cos(a))));
+    if (!lamp.intensity) {
+        const Reading95 reading = by_lux(lamp, {"no glass"}, folder, 16).reading;
+        const double passed = std::pow(pane, glass.panes);
+        return {passed * reading.value, passed * reading.half_width / 2};
+    }
+    double e = from({0, 0, 0}, kSun) * std::pow(pane, glass.panes);
+    if (glass.name == "mirror") e += kMirror * from({2 * kMirrorX, 0, 0}, kSun);
+    return {e, 0};
+}
+
+// Readings by several seeds do not contradict the truth: it lies within `bias` of their mean, or Student's t
+// would find them this far apart once in 1/kFalseAlarm tries.
+bool hold(const RunningStats& readings, const Truth& truth, double bias) {
+    const double low = truth.value * (1 - bias) - 4 * truth.error,
+                 high = truth.value * (1 + bias) + 4 * truth.error;
+    const double nearest = std::clamp(readings.mean(), low, high);
+    return nearest == readings.mean() || t_test(readings, nearest) > kFalseAlarm;
+}
+
+struct Method {
+    std::string name;
+    std::vector<std::pair<std::string, std::string>> set;
+    int spp;
+    double bias;  // that it may have where light is bent
+};
+// Photons are counted within the same radius as the truth is; igi's estimate of caustics is as it is.
+std::vector<Method> photon_methods() {
+    const std::string near = fmt::format("{}", kNear);
+    return {
+        {"photonmap",
+         {{"photons", "60000"}, {"radius", near}, {"k", "0"}, {"kernel", "constant"}, {"boundary", "none"}},
+         4,
+         0.02},
+        {"progressive",
+         {{"photons", "30000"},
+          {"radius", near},
+          {"alpha", "1"},
+          {"kernel", "constant"},
+          {"boundary", "none"}},
+         8,
+         0.02},
+        {"igi", {{"nlights", "16"}, {"nsets", "4"}, {"causticpaths", "40000"}}, 4, 0.1}};
+}
+
+struct Found {
+    RunningStats readings;  // one per seed
+    bool warned = false;
+};
+Found by_rendering(const Lamp& lamp, const Glass& glass, const Method& method, int seeds,
+                   const std::filesystem::path& folder) {
+    SceneOverrides overrides;
+    overrides.integrator = method.name;
+    overrides.set = method.set;
+    overrides.set.emplace_back("quantity", "illuminance");
+    overrides.spp = method.spp;
+    const Job job = job_for(lamp, glass, folder, overrides);
+    Found found;
+    for (int seed = 1; seed <= seeds; ++seed) {
+        ListeningMonitor monitor;
+        const Image image = render(job, {static_cast<std::uint64_t>(seed), Workers{2}}, monitor).image;
+        double mean = 0;
+        for (int i = 0; i < 4; ++i) mean += double{luminance(image.rgb_at(i % 2, i / 2))} / 4;
+        found.readings.add(mean);
+        for (const std::string& warning : monitor.warnings)
+            found.warned = found.warned || warning.find(kMissing) != std::string::npos;
+    }
+    return found;
+}
+
+// Half a per cent is what finite lamps, the patch of a picture and the light between two panes make of closed
+// forms.
+constexpr double kClosed = 0.005;
+
+std::string cell(const Lamp& lamp, const Glass& glass, const std::string& method) {
+    return lamp.name + ", " + glass.name + ", " + method;
+}
+
+TEST(LampsAndGlass, BehindPanes_EveryMethodFindsEveryLamp) {
+    const TemporaryFolder folder;
+    for (const Lamp& lamp : every_lamp(folder.path())) {
+        for (const Glass& glass : kStraight) {
+            const Truth truth = truth_of(lamp, glass, folder.path());
+            ASSERT_GT(truth.value, 0);
+            const Reading lux = by_lux(lamp, glass, folder.path());
+            EXPECT_NEAR(lux.reading.value, truth.value,
+                        kClosed * truth.value + 2 * lux.reading.half_width + 4 * truth.error)
+                << cell(lamp, glass, "lux");
+            EXPECT_FALSE(lux.warned) << cell(lamp, glass, "lux");
+            std::vector<Method> methods = photon_methods();
+            methods.push_back({"path", {}, 16, 0});
+            methods.push_back({"direct", {}, 16, 0});
+            for (const Method& method : methods) {
+                const int seeds = glass.panes > 1 ? 8 : 3;
+                const Found found = by_rendering(lamp, glass, method, seeds, folder.path());
+                // Photons find what two panes send to and fro between them, too.
+                const double bias = glass.panes > 1 ? 0.02 : kClosed;
+                EXPECT_TRUE(hold(found.readings, truth, bias))
+                    << cell(lamp, glass, method.name) << ": " << found.readings.mean() << " +- "
+                    << found.readings.standard_error() << " for " << truth.value;
+                EXPECT_FALSE(hold(found.readings, {0.85 * truth.value, truth.error}, bias))
+                    << cell(lamp, glass, method.name) << " holds what is wrong";
+            }
+        }
+    }
+}
+
+TEST(LampsAndGlass, BehindMirrorsAndThickGlass_MethodsWithPhotonsFindEveryLamp) {
+    const TemporaryFolder folder;
+    for (const Lamp& lamp : every_lamp(folder.path())) {
+        for (const Glass& glass : kBent) {
+            const Truth truth = truth_of(lamp, glass, folder.path());
+            ASSERT_GT(truth.value, 10 * truth.error) << lamp.name << ", " << glass.name;
+            for (const Method& method : photon_methods()) {
+                const Found found = by_rendering(lamp, glass, method, 10, folder.path());
+                EXPECT_TRUE(hold(found.readings, truth, method.bias))
+                    << cell(lamp, glass, method.name) << ": " << found.readings.mean() << " +- "
+                    << found.readings.standard_error() << " for " << truth.value << " +- " << truth.error;
+                // A third that is missing would be seen.
+                EXPECT_FALSE(hold(found.readings, {1.5 * truth.value, 1.5 * truth.error}, method.bias))
+                    << cell(lamp, glass, method.name) << " holds what is wrong";
+            }
+        }
+    }
+}
+
+TEST(LampsAndGlass, BehindMirrorsAndThickGlass_PathsFindTheLampOrSayWhatIsMissing) {
+    const TemporaryFolder folder;
+    for (const Lamp& lamp : every_lamp(folder.path())) {
+        for (const Glass& glass : kBent) {
+            const Truth truth = truth_of(lamp, glass, folder.path());
+            const Reading lux = by_lux(lamp, glass, folder.path());
+            const bool found = std::fabs(lux.reading.value - truth.value) <
+                               kClosed * truth.value + 2 * lux.reading.half_width + 4 * truth.error;
+            EXPECT_TRUE(found || lux.warned) << cell(lamp, glass, "lux") << ": " << lux.reading.value
+                                             << " +- " << lux.reading.half_width << " for " << truth.value;
+            const Found path = by_rendering(lamp, glass, {"path", {}, 16, 0}, 4, folder.path());
+            EXPECT_TRUE(hold(path.readings, truth, kClosed) || path.warned)
+                << cell(lamp, glass, "path") << ": " << path.readings.mean() << " +- "
+                << path.readings.standard_error() << " for " << truth.value;
+        }
+    }
+}
+
+}  // namespace lamps_and_glass_test
+}  // namespace lucerna

@@ -1,0 +1,24 @@
+// The closed form of a pane, in double precision and without the library's code.
+#pragma once
+
+#include <cmath>
+
+namespace lucerna::testing {
+
+// Fresnel's reflectance of unpolarised light at the boundary to an index eta times as large.
+inline double boundary_reflectance(double cos_o, double eta) {
+    const double sin2_t = (1 - cos_o * cos_o) / (eta * eta);
+    if (sin2_t >= 1) return 1;
+    const double cos_t = std::sqrt(1 - sin2_t);
+    const double s = (cos_o - eta * cos_t) / (cos_o + eta * cos_t);
+    const double p = (eta * cos_o - cos_t) / (eta * cos_o + cos_t);
+    return (s * s + p * p) / 2;
+}
+
+// The share that a pane passes, all bounces between its two faces included: 1 - 2F/(1 + F).
+inline double pane_transmittance(double cos_o, double eta = 1.5) {
+    const double f = boundary_reflectance(cos_o, eta);
+    return 1 - 2 * f / (1 + f);
+}
+
+}  // namespace lucerna::testing
