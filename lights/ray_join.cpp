@@ -75,7 +75,7 @@ std::vector<double> brightness(const std::vector<DrivenRays>& parts, RaySet& joi
 }
 
 // 0 unless every part states it.
-double stated(const std::vector<DrivenRays>& parts, double RaySet::*header) {
+double stated_by(const std::vector<DrivenRays>& parts, double RaySet::*header) {
     double sum = 0;
     for (const DrivenRays& part : parts) {
         const double value = part.set.*header;
@@ -157,8 +157,8 @@ RaySet join_rays(std::vector<DrivenRays> parts) {
                    fmt::format("{} rays of {} files", rays, parts.size()), "use fewer rays");
     joined.rays.reserve(rays);
     if (coloured) joined.tristimulus.reserve(rays);
-    joined.header_lumens = stated(parts, &RaySet::header_lumens);
-    joined.header_watts = stated(parts, &RaySet::header_watts);
+    joined.header_lumens = stated_by(parts, &RaySet::header_lumens);
+    joined.header_watts = stated_by(parts, &RaySet::header_watts);
     for (std::size_t p = 0; p < parts.size(); ++p) {
         const RaySet& set = parts[p].set;
         const double drive = parts[p].drive;
