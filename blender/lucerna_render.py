@@ -533,9 +533,9 @@ class MaterialText:
                 self.count += 1
                 name = f"{self.material.name_full} image {self.count}"
                 space = source.image.colorspace_settings.name
-                linear = ' "string encoding" "linear"' if space in ("Non-Color", "Raw", "Linear") else ""
+                encoding = "linear" if space in ("Non-Color", "Raw", "Linear") else "sRGB"
                 wrap = ' "string wrap" "clamp"' if source.extension == "EXTEND" else ' "string wrap" "black"' if source.extension == "CLIP" else ""
-                self.out.add(f'Texture {quoted(name)} "spectrum" "imagemap" "string filename" {quoted(file)}{linear}{wrap}')
+                self.out.add(f'Texture {quoted(name)} "spectrum" "imagemap" "string filename" {quoted(file)} "string encoding" "{encoding}"{wrap}')
                 return f'"texture {parameter}" {quoted(name)}'
         elif source is not None and source.type == "RGB":
             return f'"rgb {parameter}" {rgb(source.outputs[0].default_value)}'

@@ -35,7 +35,7 @@ LightToolsHeader read_lighttools_header(RaySource& source, Monitor& monitor) {
     std::array<std::byte, kLightToolsHeaderBytes> bytes{};
     source.read(bytes.data(), bytes.size(), "header");
     if (std::memcmp(bytes.data(), "LTRF", 4) != 0)
-        throw InputError(at, "not a LightTools ray file: it does not start with LTRF");
+        input_error(at, "not a LightTools ray file: {}", content_of_ray_file(at.file));
     const auto word = [&](std::uint64_t offset) { return value_at<std::int32_t>(bytes, offset); };
     const auto require = [&](std::uint64_t offset, const char* what, std::int32_t accepted, const char* why) {
         if (word(offset) == accepted) return;
@@ -56,7 +56,7 @@ LightToolsHeader read_lighttools_header(RaySource& source, Monitor& monitor) {
         monitor.warn(
             fmt::format("{}: lengths are in the unit of the original model; mm is assumed", to_string(at)));
     }
-    h.flux = double{value_at<float>(bytes, 40)};
+    h.flux = stated(value_at<float>(bytes, 40));
     return h;
 }
 

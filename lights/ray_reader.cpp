@@ -7,10 +7,12 @@
 #include <optional>
 #include <string_view>
 
+#include "engine/base/content.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
 #include "engine/base/spectrum.h"
+#include "lights/photometric_files.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {
@@ -49,9 +51,38 @@ void RaySource::require_rows(std::uint64_t rays, std::size_t floats, bool colour
         input_error(at_, "truncated in the rays: {} rays of {} bytes stated, {} bytes left", rays, row_bytes,
                     left_);
     }
+    require_ray_memory(rays, coloured, at_);
+}
+
+void require_ray_memory(std::uint64_t rays, bool coloured, const Location& at) {
     const std::size_t ray_bytes = sizeof(LampRay) + (coloured ? sizeof(V3f) : 0);
-    require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at_), rays),
+    require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at), rays),
                    "use fewer rays");
+}
+
+bool RayLines::next(std::string_view& line) {
+    constexpr std::size_t kBlock = 1 << 16, kLongest = 4096;
+    while (true) {
+        std::size_t end = buffer_.find('\n', begin_);
+        if (end == buffer_.npos && source_.left() > 0) {
+            if (unread() > kLongest)
+                input_error({source_.at().file, number_ + 1, 1}, "a line of more than {} characters",
+                            kLongest);
+            buffer_.erase(0, begin_);
+            begin_ = 0;
+            const std::size_t kept = buffer_.size();
+            buffer_.resize(kept + std::min<std::uint64_t>(kBlock, source_.left()));
+            source_.read(buffer_.data() + kept, buffer_.size() - kept, "rays");
+            continue;
+        }
+        if (begin_ == buffer_.size()) return false;
+        end = std::min(end, buffer_.size());
+        line = std::string_view(buffer_).substr(begin_, end - begin_);
+        begin_ = std::min(end + 1, buffer_.size());
+        ++number_;
+        if (line.ends_with('\r')) line.remove_suffix(1);
+        if (line.find_first_not_of(" \t") != line.npos) return true;
+    }
 }
 
 std::string ascii_text(std::span<const std::byte> bytes) {
@@ -200,36 +231,75 @@ void RayTaker::settle_flux(double header_flux, const Location& at, Monitor& moni
     set_.flux = header_flux;
 }
 
-// Which reader a ray file is for: its first bytes say; where they are of no format known, its name does.
+// Which reader a ray file is for: its first bytes say.
 
 namespace {
 
+// The length of a record, 247 + 256 times its bytes, which are seven to twelve words.
+bool is_asap(std::span<const std::byte> first) {
+    if (first.size() < 28) return false;
+    const auto word = value_at<std::int32_t>(first, 0);
+    return word % 1024 == 247 && word / 1024 >= 7 && word / 1024 <= 12;
+}
+
+// Seven floats, then rows of place, direction, wavelength [nm] and energy.
+bool is_speos(std::span<const std::byte> first, std::uint64_t bytes) {
+    constexpr std::uint64_t kHeader = 28, kRow = 32;
+    if (first.size() < kHeader + kRow || (bytes - kHeader) % kRow != 0) return false;
+    double length2 = 0;
+    for (std::uint64_t at = kHeader + 12; at < kHeader + 24; at += 4)
+        length2 += sqr(double{value_at<float>(first, at)});
+    const auto wavelength = value_at<float>(first, kHeader + 24);
+    return std::fabs(length2 - 1) < 1e-3 && wavelength > 100 && wavelength < 1e5F;
+}
+
+// The program of optics that a text names, or nothing.
+std::string_view program_named(std::string_view text) {
+    for (const std::string_view program :
+         {"LightTools", "TracePro", "LucidShape", "SPEOS", "SimuLux", "ASAP", "Photopia", "FRED"}) {
+        if (text.find(program) != text.npos) return program;
+    }
+    return {};
+}
+
 struct ReaderFormat {
-    std::string_view magic, suffix;
+    std::string_view magic;
     RaySet (*read)(const std::filesystem::path&, Monitor&);
 };
 constexpr ReaderFormat kReaderFormats[] = {
-    {"TM25", ".tm25ray", read_tm25},
-    {"LTRF", ".ray", read_lighttools},
-    {std::string_view("\xf2\x03\x00\x00", 4), ".dat", read_zemax},  // the number 1010
+    {"TM25", read_tm25},
+    {"LTRF", read_lighttools},
+    {std::string_view("\xf2\x03\x00\x00", 4), read_zemax},  // the number 1010
 };
 
 }  // namespace
 
+std::string content_of_ray_file(const std::filesystem::path& file) {
+    const std::vector<std::byte> first = first_bytes(file);
+    const std::string_view text(reinterpret_cast<const char*>(first.data()), first.size());
+    if (is_zemax_text(first)) return "it is a Zemax text ray file";
+    if (is_asap(first)) return "it is a ray file of ASAP, which is not read";
+    if (is_speos(first, std::filesystem::file_size(file)))
+        return "it is a ray file of SPEOS, which is not read";
+    if (content_name(first) != kPlainText) return content_of(file);
+    const std::string_view program = program_named(text);
+    if (!program.empty()) return fmt::format("it is text of {}, which is not read", program);
+    const std::size_t begin = std::min(text.find_first_not_of(" \t\r\n"), text.size());
+    return fmt::format("it is text that begins with \"{}\"",
+                       shown_value(text.substr(begin, text.find_first_of("\r\n", begin) - begin)));
+}
+
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor) {
-    std::array<char, 4> first{};
-    open_to_read(file).read(first.data(), first.size());
+    const std::vector<std::byte> first = first_bytes(file);
+    const std::string_view text(reinterpret_cast<const char*>(first.data()), first.size());
     for (const ReaderFormat& format : kReaderFormats) {
-        if (std::equal(first.begin(), first.end(), format.magic.begin(), format.magic.end()))
-            return format.read(file, monitor);
+        if (text.starts_with(format.magic)) return format.read(file, monitor);
     }
-    // Its own reader says best what is wrong with it.
-    for (const ReaderFormat& format : kReaderFormats) {
-        if (suffix_of(file) == format.suffix) return format.read(file, monitor);
-    }
-    throw InputError(
-        {file.string()},
-        "not a ray file; expected IES TM-25 (.tm25ray), Zemax binary (.dat) or LightTools binary (.ray)");
+    if (is_zemax_text(first)) return read_zemax_text(file, monitor);
+    input_error({file.string()},
+                "not a ray file: {}; expected IES TM-25 (.tm25ray), Zemax binary or text (.dat, .sdf) or "
+                "LightTools binary (.ray)",
+                content_of_ray_file(file));
 }
 
 }  // namespace lucerna

@@ -1,10 +1,11 @@
 // What the readers of ray files share: a source that knows what is left of it, what counts as a usable ray,
 // what colour the rays add up to, and whose word about the flux is believed.
 //
-// All three formats are little-endian floats in rows. Nothing is allocated on a header's word alone.
+// The binary formats are little-endian floats in rows. Nothing is allocated on a header's word alone.
 #pragma once
 
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -12,6 +13,7 @@
 #include <fstream>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -43,12 +45,47 @@ class RaySource {
     std::uint64_t left_ = 0, offset_ = 0;
 };
 
+// Throws InputError unless there is memory for so many rays, with colours of their own if `coloured`.
+void require_ray_memory(std::uint64_t rays, bool coloured, const Location& at);
+
+// The lines of a source that are not blank, without their ends.
+class RayLines {
+  public:
+    explicit RayLines(RaySource& source) : source_(source) {}
+    // False at the end of the file. The line lives until the next call. Throws InputError for a line that is
+    // too long for any row of numbers.
+    bool next(std::string_view& line);
+    // Of the line that came last.
+    Location at() const { return {source_.at().file, number_, 1}; }
+    // Bytes that were taken from the source and are behind that line.
+    std::uint64_t unread() const { return buffer_.size() - begin_; }
+
+  private:
+    RaySource& source_;
+    std::string buffer_;
+    std::size_t begin_ = 0;
+    int number_ = 0;
+};
+
 template <typename T>
 T value_at(std::span<const std::byte> bytes, std::uint64_t offset) {
     T value;
     std::memcpy(&value, bytes.data() + offset, sizeof value);
     return value;
 }
+
+// A value that a header or a row may leave open; NaN if it does. Unknown values are written as NaN, whose
+// bytes some programs write in the wrong order: 0x0100C07F is 2.4e-38. No quantity of a lamp is so small.
+inline double stated(float value) {
+    constexpr float kLeast = 1e-30F;
+    return value != 0 && std::fabs(value) < kLeast ? NAN : double{value};
+}
+
+// What a file is that is none of the ray files read here, as the clause of a sentence: "it is a zip archive".
+std::string content_of_ray_file(const std::filesystem::path& file);
+
+// Whether the first bytes of a file are those of a Zemax text ray file.
+bool is_zemax_text(std::span<const std::byte> first);
 
 // ASCII up to its NUL; what cannot be printed becomes a blank.
 std::string ascii_text(std::span<const std::byte> bytes);

@@ -85,13 +85,14 @@ struct RaySet {
     RaySet channel(int c) const;
 };
 
-// IES TM-25-13 (.tm25ray), Zemax binary (.dat), LightTools binary (.ray). A header's flux, if finite and
-// positive, wins over the sum of the rays (a warning when they differ by more than 0.1 %). Throw InputError
-// naming file and cause.
+// IES TM-25-13 (.tm25ray), Zemax binary and text (.dat, .sdf), LightTools binary (.ray). A header's flux, if
+// known and positive, wins over the sum of the rays (a warning when they differ by more than 0.1 %). Throw
+// InputError naming file and cause.
 RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor);
 RaySet read_zemax(const std::filesystem::path& file, Monitor& monitor);
+RaySet read_zemax_text(const std::filesystem::path& file, Monitor& monitor);
 RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor);
-// Any of them, told by the first bytes, else by the name.
+// Any of them, told by the first bytes, whatever the name.
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
 
 // Rays of one of the lamps that shine as one.

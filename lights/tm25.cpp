@@ -24,10 +24,10 @@ struct Flags {
 };
 
 struct Tm25Header {
-    double lumens = 0, watts = 0;
+    double lumens = NAN, watts = NAN;  // NaN: unknown
     std::uint64_t rays = 0;
     Spectral spectral = Spectral::none;
-    float wavelength = 0;  // nm
+    double wavelength = NAN;  // nm, of all rays; NaN: unknown
     std::int32_t tables = 0, extra_columns = 0, text_bytes = 0;
     Flags has{};
     std::string date, text;
@@ -99,19 +99,19 @@ Tm25Header read_tm25_header(RaySource& source) {
     std::vector<std::byte> bytes(kTm25HeaderBytes);
     source.read(bytes.data(), 4, "signature");
     if (std::memcmp(bytes.data(), "TM25", 4) != 0)
-        throw InputError(at, "not a TM-25 ray file: it does not start with TM25");
+        input_error(at, "not a TM-25 ray file: {}", content_of_ray_file(at.file));
     source.read(bytes.data() + 4, kTm25HeaderBytes - 4, "header");
     const auto version = value_at<std::int32_t>(bytes, 4);
     if (version != 2013) input_error(at, "TM-25 version {}; expected 2013", version);
 
     Tm25Header h;
-    h.lumens = double{value_at<float>(bytes, 12)};
-    h.watts = double{value_at<float>(bytes, 16)};
+    h.lumens = stated(value_at<float>(bytes, 12));
+    h.watts = stated(value_at<float>(bytes, 16));
     h.rays = value_at<std::uint64_t>(bytes, 20);
     const auto spectral = value_at<std::int32_t>(bytes, 60);
     if (spectral < 0 || spectral > 4) input_error(at, "spectral identifier {}; expected 0 to 4", spectral);
     h.spectral = static_cast<Spectral>(spectral);
-    h.wavelength = value_at<float>(bytes, 64);
+    h.wavelength = stated(value_at<float>(bytes, 64));
     h.tables = value_at<std::int32_t>(bytes, 76);
     h.extra_columns = value_at<std::int32_t>(bytes, 80);
     h.text_bytes = value_at<std::int32_t>(bytes, 84);
@@ -148,15 +148,15 @@ std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
         source.read(&n, sizeof n, "spectral tables");
         if (n < 1 || static_cast<std::uint64_t>(n) > source.left() / 8) {
             input_error(source.at(),
-                        "spectral table {} claims {} pairs; the rest of the file holds at most {}", i, n,
-                        source.left() / 8);
+                        "spectral table {} of {} claims {} pairs; the rest of the file holds at most {}",
+                        i + 1, h.tables, n, source.left() / 8);
         }
         std::vector<float> pairs(static_cast<std::size_t>(n) * 2);
         source.read(pairs.data(), pairs.size() * sizeof(float), "spectral tables");
         std::vector<SpectralSample> samples;
         for (std::size_t k = 0; k < pairs.size(); k += 2) {
             if (!std::isfinite(pairs[k]) || !std::isfinite(pairs[k + 1])) {
-                input_error(source.at(), "spectral table {} is not finite in pair {}", i, k / 2);
+                input_error(source.at(), "spectral table {} is not finite in pair {}", i + 1, k / 2 + 1);
             }
             samples.push_back({double{pairs[k]}, double{pairs[k + 1]}});
         }
@@ -166,12 +166,59 @@ std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
     return xyz;
 }
 
+// The spectra of rays by the indices that the file gives: 1 to N for N spectral tables [TM-25-13, 4.7.4].
+// Some programs count from 0; their files are told by an index of 0 where no ray has the index N.
+class SpectrumIndices {
+  public:
+    SpectrumIndices(std::size_t tables, const Location& at) : tables_(tables), at_(at) {}
+
+    // Of ray `number` of the file, from 1. Throws InputError for what is no index in either way of counting.
+    void add(std::uint64_t number, float index) {
+        if (!(index >= 0 && index <= static_cast<float>(tables_)) || index != std::floor(index))
+            refuse(number, index);
+        const auto whole = static_cast<std::uint32_t>(index);
+        if (whole == 0 && first_zero_ == 0) first_zero_ = number;
+        has_last_ = has_last_ || whole == tables_;
+        indices_.push_back(whole);
+    }
+    // Of every ray that was added: the place of its table, from 0. Throws InputError where the file has both
+    // 0 and N.
+    const std::vector<std::uint32_t>& settle(Monitor& monitor) {
+        if (first_zero_ == 0) {
+            for (std::uint32_t& index : indices_) --index;
+        } else if (has_last_) {
+            refuse(first_zero_, 0);
+        } else {
+            monitor.warn(
+                fmt::format("{}: ray {} has the spectrum index 0 and no ray has {}; the indices are read as "
+                            "counted from 0, though IES TM-25 counts from 1",
+                            to_string(at_), first_zero_, tables_));
+        }
+        return indices_;
+    }
+
+  private:
+    [[noreturn]] void refuse(std::uint64_t number, float index) const {
+        input_error(at_,
+                    "ray {} has the spectrum index {}; expected a whole number from 1 to {}, the number of "
+                    "spectral tables",
+                    number, index, tables_);
+    }
+
+    std::size_t tables_;
+    Location at_;
+    std::uint64_t first_zero_ = 0;  // the first ray with the index 0; 0: there is none
+    bool has_last_ = false;         // whether a ray has the index N
+    std::vector<std::uint32_t> indices_;
+};
+
 // Which of a row's columns tells its colour.
 class RowColour {
   public:
-    RowColour(const Tm25Header& h, const Columns& columns, RaySet& set, std::vector<V3d> tables)
-        : columns_(columns), tables_(std::move(tables)), colours_(set) {
-        if (h.spectral == Spectral::single) tables_ = {cie_xyz(double{h.wavelength})};
+    RowColour(const Tm25Header& h, const Columns& columns, RaySet& set, std::vector<V3d> tables,
+              const Location& at)
+        : columns_(columns), tables_(std::move(tables)), indices_(tables_.size(), at), colours_(set) {
+        if (h.spectral == Spectral::single) tables_ = {cie_xyz(h.wavelength)};
         if (columns_.tristimulus >= 0 && columns_.luminous >= 0)
             mode_ = Mode::tristimulus;
         else if (columns_.tristimulus >= 0)
@@ -180,25 +227,30 @@ class RowColour {
             mode_ = Mode::wavelength;
         else if (h.spectral == Spectral::index_per_ray && columns_.spectrum >= 0)
             mode_ = Mode::index;
+        if (mode_ == Mode::index && tables_.empty())
+            throw InputError(at, "the rays have spectrum indices, but the file has no spectral table");
         if (!per_ray() && !tables_.empty()) colours_.all(tables_[0]);
     }
     bool per_ray() const { return mode_ != Mode::constant; }
     bool several_unused() const { return mode_ == Mode::constant && tables_.size() > 1; }
-    // Of the ray that was taken last.
-    void add(const float* row, double flux) {
+    // Of the ray that was taken last, which is ray `number` of the file, from 1.
+    void add(std::uint64_t number, const float* row, double flux) {
         if (mode_ == Mode::tristimulus) {
-            const double y = double{row[columns_.luminous]};
-            colours_.add(V3d(double{row[columns_.tristimulus]}, y, double{row[columns_.tristimulus + 1]}) /
-                         flux);
+            const double x = stated(row[columns_.tristimulus]), z = stated(row[columns_.tristimulus + 1]);
+            colours_.add(V3d(x, double{row[columns_.luminous]}, z) / flux);
         } else if (mode_ == Mode::wavelength) {
-            colours_.add_per_watt(cie_xyz(double{row[columns_.wavelength]}));
+            const double wavelength = stated(row[columns_.wavelength]);
+            colours_.add_per_watt(wavelength > 0 ? cie_xyz(wavelength) : V3d(NAN));
         } else if (mode_ == Mode::index) {
-            const float index = row[columns_.spectrum];
-            const bool known = index >= 0 && index < static_cast<float>(tables_.size());
-            colours_.add_per_watt(known ? tables_[static_cast<std::size_t>(index)] : V3d(NAN));
+            indices_.add(number, row[columns_.spectrum]);
         }
     }
-    void settle() { colours_.settle(); }
+    void settle(Monitor& monitor) {
+        if (mode_ == Mode::index) {
+            for (const std::uint32_t table : indices_.settle(monitor)) colours_.add_per_watt(tables_[table]);
+        }
+        colours_.settle();
+    }
 
   private:
     enum class Mode : std::uint8_t { constant, tristimulus, wavelength, index };
@@ -206,6 +258,7 @@ class RowColour {
     Columns columns_;
     std::vector<V3d> tables_;
     Mode mode_ = Mode::constant;
+    SpectrumIndices indices_;
     RayColours colours_;
 };
 
@@ -226,7 +279,7 @@ RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
     set.provenance = fmt::format("TM-25 ray file {}, {} rays{}{}{}{}", file.filename().string(), header.rays,
                                  header.date.empty() ? "" : ", ", header.date,
                                  header.text.empty() ? "" : "; ", header.text);
-    RowColour colour(header, columns, set, std::move(tables));
+    RowColour colour(header, columns, set, std::move(tables), source.at());
     source.require_rows(header.rays, static_cast<std::size_t>(columns.count), colour.per_ray());
     if (colour.several_unused()) {
         monitor.warn(
@@ -237,10 +290,12 @@ RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
     set.rays.reserve(header.rays);
     if (colour.per_ray()) set.tristimulus.reserve(header.rays);
     RayTaker taker(set, kMetresPerMillimetre);
+    std::uint64_t number = 0;
     read_rows(source, header.rays, static_cast<std::size_t>(columns.count), monitor, [&](const float* row) {
-        if (taker.take(row, row[flux_column])) colour.add(row, double{row[flux_column]});
+        ++number;
+        if (taker.take(row, row[flux_column])) colour.add(number, row, double{row[flux_column]});
     });
-    colour.settle();
+    colour.settle(monitor);
     taker.settle(header.has.radiant ? header.watts : header.lumens, source, monitor);
     return set;
 }

@@ -33,7 +33,7 @@ def planck(kelvin):
 
 
 def write_tm25(path, text, watts, rays, spectra, which=None):
-    """Rays of `watts` together. which[i]: the number of ray i's spectrum; None: all have the first."""
+    """Rays of `watts` together. which[i]: the place of ray i's spectrum in `spectra`, from 0; None: all have the first."""
     header = bytearray(36288)
 
     def put(form, at, *values):
@@ -56,7 +56,7 @@ def write_tm25(path, text, watts, rays, spectra, which=None):
         rows.extend(ray)
         rows.append(share)
         if which is not None:
-            rows.append(which[i])
+            rows.append(which[i] + 1)  # TM-25 counts spectra from 1
     if sys.byteorder == "big":
         rows.byteswap()
     os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)

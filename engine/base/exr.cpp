@@ -10,32 +10,51 @@
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
+#include <initializer_list>
 #include <new>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "engine/base/colour_space.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/memory.h"
+#include "engine/base/picture_colours.h"
 #include "engine/base/pictures.h"
 
 namespace lucerna {
 namespace {
 
-// Viewers and people expect R, G, B first; OpenEXR sorts channels by name.
-int channel_rank(const std::string& name) {
-    if (name == "R" || name == "Y") return 0;
-    if (name == "G") return 1;
-    if (name == "B") return 2;
-    return 3;
+// The place of a channel among those that come first, or behind them.
+std::size_t channel_rank(const std::string& name, std::string_view first) {
+    return name.size() == 1 ? std::min(first.find(name), first.size()) : first.size();
+}
+
+bool has_all(const std::vector<std::string>& channels, std::initializer_list<const char*> names) {
+    return std::ranges::all_of(names, [&](const char* n) { return std::ranges::count(channels, n) > 0; });
+}
+
+bool has_any(const std::vector<std::string>& channels, std::initializer_list<const char*> names) {
+    return std::ranges::any_of(names, [&](const char* n) { return std::ranges::count(channels, n) > 0; });
 }
 
 bool in_colour(const Image& image) {
-    const auto has = [&image](const char* name) { return std::ranges::count(image.channels, name) > 0; };
-    return has("R") && has("G") && has("B");
+    return has_all(image.channels, {"R", "G", "B"});
+}
+
+// Channels of colours; others may hold numbers of things.
+void refuse_integers(const Imf::ChannelList& channels) {
+    for (const char* name : {"R", "G", "B", "X", "Y", "Z"}) {
+        const Imf::Channel* channel = channels.findChannel(name);
+        if (channel && channel->type == Imf::UINT)
+            throw InputError(fmt::format("channel {} holds integers (UINT); expected half or float", name));
+    }
 }
 
 Imf::Chromaticities chromaticities_of(const ColourSpace* space) {
@@ -118,8 +137,12 @@ Stated read_stated(const std::filesystem::path& file) {
             names.emplace_back(c.name());
         }
         if (names.empty()) throw InputError("the image has no channels");
-        std::stable_sort(names.begin(), names.end(), [](const std::string& a, const std::string& b) {
-            return channel_rank(a) < channel_rank(b);
+        refuse_integers(in.header().channels());
+        const bool xyz = has_all(names, {"X", "Y", "Z"}) && !has_any(names, {"R", "G", "B"});
+        // Viewers and people expect R, G, B first; OpenEXR sorts channels by name.
+        const std::string_view first = xyz ? "XYZ" : has_any(names, {"R", "G", "B"}) ? "RGB" : "Y";
+        std::stable_sort(names.begin(), names.end(), [first](const std::string& a, const std::string& b) {
+            return channel_rank(a, first) < channel_rank(b, first);
         });
         require_memory(bytes_of(static_cast<std::uint64_t>(width * height), names.size() * sizeof(float)),
                        fmt::format("an image of {} x {} pixels", width, height), "use fewer pixels");
@@ -131,6 +154,10 @@ Stated read_stated(const std::filesystem::path& file) {
             if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute())) {
                 image.attributes[a.name()] = text->value();
             }
+        }
+        if (xyz) {
+            std::copy_n(std::array{"R", "G", "B"}.begin(), 3, image.channels.begin());
+            return {std::move(image), cie_xyz_space()};
         }
         if (!in_colour(image)) return {std::move(image), std::nullopt};
         const ColourSpace space = space_of(in.header());

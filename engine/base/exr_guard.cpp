@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/base/content.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
@@ -250,7 +251,7 @@ bool check_part(HeaderReader& reader, ExrKind kind) {
 int check_exr_header(const std::filesystem::path& file, ExrKind kind) {
     HeaderReader reader(file);
     if (reader.bytes() < 8 || reader.value<std::uint32_t>() != kMagic)
-        throw InputError("not an OpenEXR file: it does not start with the number 20000630");
+        throw InputError(fmt::format("not an OpenEXR file: {}", content_of(file)));
     const auto version = reader.value<std::uint32_t>();
     const bool several = (version & kSeveralParts) != 0;
     if (kind == ExrKind::light_field && (version & ~kLongNames) == (kVersion | kSeveralParts))

@@ -55,6 +55,8 @@ Image brought_to_srgb(Image image, bool held) {
         return image;
     }
     const RgbMatrix matrix = conversion(*image.space, srgb);
+    // Grey is grey in every space but CIE XYZ.
+    const bool keeps_grey = (matrix * V3d(1, 1, 1) - V3d(1, 1, 1)).length() < 1e-4;
     const V3d weights(srgb.primaries[0].y, srgb.primaries[1].y, srgb.primaries[2].y);
     image.space = nullptr;
     const auto r = find_channel(image, "R"), g = find_channel(image, "G"), b = find_channel(image, "B");
@@ -62,7 +64,7 @@ Image brought_to_srgb(Image image, bool held) {
     for (std::size_t at = 0; at < image.data.size(); at += image.channels.size()) {
         float *const red = &image.data[at + *r], *const green = &image.data[at + *g],
                      *const blue = &image.data[at + *b];
-        if (*red == *green && *green == *blue) continue;  // grey is grey in every space
+        if (keeps_grey && *red == *green && *green == *blue) continue;
         V3d c = matrix * V3d(double{*red}, double{*green}, double{*blue});
         if (held) c = held_in_gamut(c, weights);
         *red = static_cast<float>(c.x), *green = static_cast<float>(c.y), *blue = static_cast<float>(c.z);

@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
+#include "engine/base/picture_colours.h"
 #include "engine/base/pictures.h"
 #include "engine/base/units.h"
 
@@ -18,17 +19,6 @@ namespace {
 
 [[noreturn]] void unreadable(const std::filesystem::path& file, const std::string& why) {
     throw InputError({file.string()}, "not a readable photograph: " + one_line(why));
-}
-
-std::unique_ptr<PictureReader> open_raw(const std::filesystem::path& file) {
-    require_readable(file);
-    const Pictures& formats = pictures(file);
-    try {
-        check_header(file);
-        return formats.open(file, PictureUse::measurement);
-    } catch (const std::runtime_error& error) {
-        unreadable(file, error.what());
-    }
 }
 
 // The largest count of a whole-number format, 0 for floats.
@@ -68,11 +58,20 @@ struct Channels {
 
 Channels channels_of(const std::filesystem::path& file, const PictureHeader& header,
                      std::string_view wanted) {
+    const PictureChannels colours = colour_channels(header);
+    if (wanted == kLuminanceChannel && colours.xyz) {
+        const int y = colours.range.first + colours.place[1];
+        return {{y, y + 1}, false};
+    }
     if (wanted == kLuminanceChannel) {
         const bool colour = header.channels >= 3;
         return {{0, colour ? 3 : 1}, colour};
     }
     if (wanted == kColourChannels) {
+        if (colours.xyz) {
+            input_error({file.string()}, "channels X, Y and Z, but \"{}\" needs R, G and B; {} is Y",
+                        kColourChannels, kLuminanceChannel);
+        }
         if (header.channels >= 3) return {{0, 3}, false, 3};
         throw InputError({file.string()},
                          fmt::format("{} channels, but \"{}\" needs 3", header.channels, kColourChannels));
@@ -162,12 +161,18 @@ std::vector<Stored> rounded(const Photograph& photograph) {
 }  // namespace
 
 Photograph read_photograph(const std::filesystem::path& file, std::string_view channel) {
-    const std::unique_ptr<PictureReader> in = open_raw(file);
-    const PictureHeader& header = in->header();
+    const OpenedPicture opened = open_picture(file, PictureUse::measurement);
+    const PictureHeader& header = opened.header;
+    PictureReader& in = *opened.reader;
     check_size(file, header);
     Photograph photograph;
     photograph.most = most_of(file, header);
     const Channels channels = channels_of(file, header, channel);
+    for (int c = channels.read.first; photograph.most == 0 && c < channels.read.end; ++c) {
+        if (header.integer_channels[static_cast<std::size_t>(c)])
+            input_error({file.string()}, "channel \"{}\" holds integers; expected half or float",
+                        header.channel_names[static_cast<std::size_t>(c)]);
+    }
     photograph.size = {header.width, header.height};
     const auto read = static_cast<std::uint64_t>(channels.read.end - channels.read.first);
     require_memory(
@@ -177,11 +182,11 @@ Photograph read_photograph(const std::filesystem::path& file, std::string_view c
     photograph.channels = channels.given;
     photograph.counts.resize(pixels_of(header) * static_cast<std::size_t>(channels.given));
     if (photograph.most == 0) {
-        read_counts<float>(*in, channels, file, photograph.counts);
+        read_counts<float>(in, channels, file, photograph.counts);
     } else if (photograph.most == 255) {
-        read_counts<std::uint8_t>(*in, channels, file, photograph.counts);
+        read_counts<std::uint8_t>(in, channels, file, photograph.counts);
     } else {
-        read_counts<std::uint16_t>(*in, channels, file, photograph.counts);
+        read_counts<std::uint16_t>(in, channels, file, photograph.counts);
     }
     require_finite(file, photograph);
     return photograph;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <stdexcept>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -15,17 +16,17 @@ namespace {
 // What the known formats reach with runs of one value, packed twice.
 constexpr std::int64_t kBestCompression = 1 << 16;
 
-}  // namespace
+using Beginning = std::array<unsigned char, 10>;
 
-void check_header(const std::filesystem::path& file) {
-    std::array<unsigned char, 10> head{};
-    open_to_read(file).read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+// What the header says of colours that the library does not tell. Throws InputError (without the file's name)
+// for more than the file can hold.
+PngColours checked_header(const std::filesystem::path& file, const Beginning& head) {
     constexpr std::array<unsigned char, 4> kExr{0x76, 0x2F, 0x31, 0x01};
     constexpr std::array<unsigned char, 3> kGif{'G', 'I', 'F'};
-    const auto begins = [&](const auto& with) { return std::equal(with.begin(), with.end(), head.begin()); };
     constexpr std::array<unsigned char, 8> kPng{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+    const auto begins = [&](const auto& with) { return std::equal(with.begin(), with.end(), head.begin()); };
     if (begins(kExr)) check_exr_header(file, ExrKind::any);
-    if (begins(kPng)) check_png_chunks(file);
+    if (begins(kPng)) return check_png_chunks(file);
     if (begins(kGif)) {
         // The screen on which its pictures lie, 16 bits for each side.
         PictureHeader screen;
@@ -33,6 +34,27 @@ void check_header(const std::filesystem::path& file) {
         screen.height = head[8] | head[9] << 8;
         if (!is_credible(file, screen))
             throw InputError(fmt::format("image size {} × {} is not plausible", screen.width, screen.height));
+    }
+    return {};
+}
+
+}  // namespace
+
+OpenedPicture open_picture(const std::filesystem::path& file, PictureUse use) {
+    require_readable(file);
+    Beginning head{};
+    open_to_read(file).read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+    const bool radiance = head[0] == '#' && head[1] == '?';
+    const Pictures* formats = radiance ? nullptr : &pictures(file);
+    const char* what = use == PictureUse::measurement ? "photograph" : "image";
+    try {
+        const PngColours png = checked_header(file, head);
+        OpenedPicture opened{radiance ? open_radiance(file) : formats->open(file, use), {}, !radiance};
+        opened.header = opened.reader->header();
+        opened.header.png = png;
+        return opened;
+    } catch (const std::runtime_error& error) {
+        input_error({file.string()}, "not a readable {}: {}", what, one_line(error.what()));
     }
 }
 
@@ -48,8 +70,8 @@ bool is_credible(const std::filesystem::path& file, const PictureHeader& header)
 
 const Pictures& pictures(const std::filesystem::path& file,
                          const std::vector<std::filesystem::path>& folders) {
-    const Module module{"liblucerna_pictures.so", "lucerna_pictures_2", "pictures need"};
-    return *reinterpret_cast<decltype(&lucerna_pictures_2)>(load_module(module, {file.string()}, folders))();
+    const Module module{"liblucerna_pictures.so", "lucerna_pictures_3", "pictures need"};
+    return *reinterpret_cast<decltype(&lucerna_pictures_3)>(load_module(module, {file.string()}, folders))();
 }
 
 }  // namespace lucerna

@@ -35,6 +35,14 @@ constexpr bool are_whole(PictureNumbers numbers) {
     return numbers <= PictureNumbers::other_whole;
 }
 
+// What the chunks of a PNG say of its colours.
+struct PngColours {
+    bool srgb = false;                                        // sRGB
+    bool coding_points = false;                               // cICP, of other colours than sRGB
+    std::optional<double> gamma = {};                         // gAMA: the numbers are light to this power
+    std::optional<std::array<float, 8>> chromaticities = {};  // cHRM: x and y of red, green, blue and white
+};
+
 // What a file says of itself. It may lie: check before allocating.
 struct PictureHeader {
     int width = 0, height = 0;
@@ -44,13 +52,12 @@ struct PictureHeader {
     int bits = 0;      // of a whole number in the file; it may hold fewer than `numbers` has room for
     int channels = 0;  // may be 0 in a bad file
     std::vector<std::string> channel_names;
-    // x and y of red, green, blue and white that an OpenEXR file states.
+    std::vector<bool> integer_channels;  // those of whole numbers, in a file of several kinds
+    // x and y of red, green, blue and white that an OpenEXR file or a Radiance picture states.
     std::optional<std::array<float, 8>> chromaticities = {};
+    std::vector<std::uint8_t> icc_profile = {};
+    PngColours png = {};
 };
-
-// Before a file is opened: decoders of some formats make room for all that a header tells of. Throws
-// InputError (without the file's name) for more than the file can hold; what passes may still be damaged.
-void check_header(const std::filesystem::path& file);
 
 // Whether a file may hold so many pixels: none of the formats packs them better than 65536 to a byte. A lying
 // header must not make us allocate what the machine does not have.
@@ -91,9 +98,9 @@ class TiledPicture {
 class TileCache {
   public:
     virtual ~TileCache() = default;
-    // The file's first `channels` channels. Throws std::runtime_error with the library's words.
+    // Those channels of the file. Throws std::runtime_error with the library's words.
     virtual std::unique_ptr<const TiledPicture> open(const std::filesystem::path& file,
-                                                     int channels) const = 0;
+                                                     const ChannelRange& channels) const = 0;
 };
 
 enum class PictureFormat : std::uint8_t { png, tiff, exr };
@@ -135,6 +142,19 @@ class Pictures {
 const Pictures& pictures(const std::filesystem::path& file,
                          const std::vector<std::filesystem::path>& folders = library_folders());
 
+// A picture of any format: the one way in which files are opened to read pixels. Before a library opens one,
+// its header is checked, because decoders of some formats make room for all that a header tells of. Throws
+// InputError naming the file: not readable, or more than the file can hold. What passes may still be damaged.
+struct OpenedPicture {
+    std::unique_ptr<PictureReader> reader;
+    PictureHeader header;  // with what is known of the file besides the reader
+    bool tiled;            // whether a TileCache opens it
+};
+OpenedPicture open_picture(const std::filesystem::path& file, PictureUse use);
+
+// A Radiance picture (.hdr). Throws InputError (without the file's name) for a header that is none.
+std::unique_ptr<PictureReader> open_radiance(const std::filesystem::path& file);
+
 // A look at an OpenEXR file's header before a library reads it: what the library allocates on the header's
 // word alone must be something that the file can hold.
 
@@ -150,13 +170,13 @@ int check_exr_header(const std::filesystem::path& file, ExrKind kind);
 // A look at a PNG's chunks before a library reads them: libpng would say what is wrong with them on standard
 // error, too, beside the error that names the file.
 
-// Throws InputError (without the file's name) for a header that PNG does not know [PNG 11.2.2], a chunk that
-// the picture needs and that is cut off, damaged or unknown, and where one is missing. What passes may still
-// be damaged inside its compressed data.
-void check_png_chunks(const std::filesystem::path& file);
+// What the chunks say of the picture's colours. Throws InputError (without the file's name) for a header that
+// PNG does not know [PNG 11.2.2], a chunk that the picture needs and that is cut off, damaged or unknown, and
+// where one is missing. What passes may still be damaged inside its compressed data.
+PngColours check_png_chunks(const std::filesystem::path& file);
 
 }  // namespace lucerna
 
 // The one thing that liblucerna_pictures.so gives away. The number changes with the types above, so that a
 // library of another age is refused.
-extern "C" const lucerna::Pictures* lucerna_pictures_2();
+extern "C" const lucerna::Pictures* lucerna_pictures_3();

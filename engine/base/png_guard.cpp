@@ -119,14 +119,31 @@ Header first_of(Chunks& chunks) {
     return header;
 }
 
+// sRGB, gAMA, cHRM [PNG 11.3.3] and cICP; those of another length are none.
+void read_colours(const Chunk& chunk, std::span<const unsigned char> content, PngColours& colours) {
+    const auto share = [&](std::size_t i) { return word_at(&content[4 * i]) / 1e5; };
+    if (chunk.type == "sRGB" && chunk.length == 1) colours.srgb = true;
+    if (chunk.type == "gAMA" && chunk.length == 4) colours.gamma = share(0);
+    if (chunk.type == "cICP" && chunk.length == 4)
+        colours.coding_points = content[0] != 1 || content[1] != 13;
+    if (chunk.type == "cHRM" && chunk.length == 32) {  // white comes first
+        auto& c = colours.chromaticities.emplace();
+        for (std::size_t i = 0; i < 8; ++i) c[(i + 6) % 8] = static_cast<float>(share(i));
+    }
+}
+
 }  // namespace
 
-void check_png_chunks(const std::filesystem::path& file) {
+PngColours check_png_chunks(const std::filesystem::path& file) {
     Chunks chunks(file);
     const Header header = first_of(chunks);
     bool palette = false, pixels = false;
+    PngColours colours;
     for (Chunk chunk = chunks.next(); chunk.type != "IEND"; chunk = chunks.next()) {
-        chunks.read(chunk, {});
+        std::array<unsigned char, 32> content{};
+        chunks.read(chunk, content);
+        // A decoder passes over what stands behind the pixels, and behind the palette.
+        if (!palette && !pixels) read_colours(chunk, content, colours);
         if (!chunk.is_critical()) continue;
         const bool is_palette = chunk.type == "PLTE", is_pixels = chunk.type == "IDAT";
         if (!is_palette && !is_pixels) Chunks::refuse(chunk, "is of an unknown critical type");
@@ -143,6 +160,7 @@ void check_png_chunks(const std::filesystem::path& file) {
         pixels = pixels || is_pixels;
     }
     if (!pixels) throw InputError("the PNG has no pixels");
+    return colours;
 }
 
 }  // namespace lucerna

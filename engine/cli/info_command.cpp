@@ -271,7 +271,7 @@ void act(const InfoOptions& options, const CommandContext& context) {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
         return print_photometric(context.out, read_photometric(options.file, monitor), FluxUnit::lumen);
     }
-    if (suffix == ".tm25ray" || suffix == ".dat" || suffix == ".ray") {
+    if (suffix == ".tm25ray" || suffix == ".dat" || suffix == ".sdf" || suffix == ".ray") {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
         return print_ray_set(context.out, read_rays(options.file, monitor));
     }

@@ -168,13 +168,14 @@ Projector projector_of(const EmitterDescription& from) {
     return projector;
 }
 
-NamedEmitter emitter_of(const RigDescription& description) {
+NamedEmitter emitter_of(const RigDescription& description, Monitor& monitor) {
     const EmitterDescription& from = description.emitter;
     NamedEmitter emitter;
     WordHash key;  // of the description, of the slide it names, and of the program
     key.add(description_key(description));
     if (from.kind == EmitterDescription::Kind::projector) {
-        const std::shared_ptr<const Image> slide = read_texture_image(from.slide);
+        const std::shared_ptr<const Image> slide =
+            read_texture_image(from.slide, {}, [&monitor](const std::string& text) { monitor.warn(text); });
         emitter.model =
             naming(from.slide.string(), [&] { return projector_emitter(projector_of(from), *slide); });
         key.add(slide->width);
@@ -225,7 +226,7 @@ struct AcquireWork {
 // What the sensor sees; work that was begun is taken up from the part.
 FilterImages acquire_formula(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     const std::filesystem::path& part_file = work.part;
-    const NamedEmitter emitter = emitter_of(description);
+    const NamedEmitter emitter = emitter_of(description, monitor);
     require_same_emitter(work.workers, emitter);
     std::optional<AcquirePart> part;
     if (!part_file.empty()) part.emplace(part_file, emitter.key);
@@ -306,7 +307,7 @@ void declare_files(const AcquireCommand& command, const RigDescription& descript
 
 // Through pinholes.
 LightField acquire_canned(const RigDescription& description, const Workers& workers, Monitor& monitor) {
-    const NamedEmitter emitter = emitter_of(description);
+    const NamedEmitter emitter = emitter_of(description, monitor);
     require_same_emitter(workers, emitter);
     EmitterModel model = emitter.model;
     model.info.provenance += "; without an optical filter";

@@ -242,7 +242,7 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
     CLI::App& app = *light.add_subcommand("import", "Make a light field from a measured lamp's rays");
     app.footer(kLightImportFooter);
     app.add_option("RAYS", options->rays,
-                   "ray files of one lamp: IES TM-25 (.tm25ray), Zemax (.dat) or LightTools (.ray)")
+                   "ray files of one lamp: IES TM-25 (.tm25ray), Zemax (.dat, .sdf) or LightTools (.ray)")
         ->type_name("FILE")
         ->required();
     add_word(app, "--drive", "NUMBERS",

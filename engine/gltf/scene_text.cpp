@@ -124,11 +124,12 @@ std::string material_text(const GltfModel& model, int index,
     std::string before, color = fmt::format("\"rgb reflectance\" {}", color_text(material.base));
     if (material.base_texture.image >= 0) {
         const bool grey = material.base.x == material.base.y && material.base.y == material.base.z;
-        before +=
-            fmt::format("Texture \"{} base\" \"spectrum\" \"imagemap\" \"string filename\" \"{}\"{}{}\n",
-                        name, image_file(material.base_texture.image), texture_mapping(material.base_texture),
-                        grey && material.base.x != 1 ? fmt::format(" \"float scale\" {:.6g}", material.base.x)
-                                                     : std::string());
+        before += fmt::format(
+            "Texture \"{} base\" \"spectrum\" \"imagemap\" \"string filename\" \"{}\" "
+            "\"string encoding\" \"sRGB\"{}{}\n",
+            name, image_file(material.base_texture.image), texture_mapping(material.base_texture),
+            grey && material.base.x != 1 ? fmt::format(" \"float scale\" {:.6g}", material.base.x)
+                                         : std::string());
         if (!grey) {
             before += fmt::format(
                 "Texture \"{0} tinted\" \"spectrum\" \"scale\" \"texture tex\" \"{0} base\" \"rgb scale\" "

@@ -33,7 +33,10 @@ NamedImage read_image(Reading& reading, Params& params) {
         return grey(0.5F);
     }
     try {
-        return {read_texture_image(file, reading.colours()), version4};
+        const auto warn = [&](const std::string& text) {
+            reading.warn(params.place_of(parameter), printable(text));
+        };
+        return {read_texture_image(file, reading.colours(), warn), version4};
     } catch (const InputError& error) {
         fail_always(params.place_of(parameter), "{}", printable(error.what()));
     }

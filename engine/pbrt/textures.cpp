@@ -198,8 +198,9 @@ Encoding read_encoding(Params& params) {
         }
         return {params.boolean("gamma", true) ? Encoding::Kind::srgb : Encoding::Kind::linear};
     }
+    if (!params.has("encoding")) return {};
     const std::string name = params.string("encoding", "sRGB");
-    if (name == "sRGB") return {};
+    if (name == "sRGB") return {Encoding::Kind::srgb};
     if (name == "linear") return {Encoding::Kind::linear};
     if (name.starts_with("gamma ")) {
         const double exponent = number_value(std::string_view(name).substr(6), params.place_of("encoding"));
@@ -210,7 +211,7 @@ Encoding read_encoding(Params& params) {
         fmt::format("encoding \"{}\" is unknown; expected sRGB, linear or \"gamma x\" (0.01 to 100)",
                     shown(name)),
         "sRGB is used");
-    return {};
+    return {Encoding::Kind::srgb};
 }
 
 Wrap read_wrap(Reading& reading, Params& params) {
@@ -250,7 +251,10 @@ Texture<Value> read_imagemap(Reading& reading, Params& params) {
     try {
         // Of a number's picture the luminance counts.
         const WorkingSpace colours = std::is_same_v<Value, float> ? WorkingSpace() : reading.colours();
-        return image_texture<Value>(reading.images->open(file, encoding, colours), lookup);
+        const auto warn = [&](const std::string& text) {
+            reading.warn(params.place_of("filename"), printable(text));
+        };
+        return image_texture<Value>(reading.images->open(file, encoding, colours, warn), lookup);
     } catch (const InputError& error) {
         fail_always(params.place_of("filename"), "{}", printable(error.what()));
     }

@@ -45,9 +45,16 @@ PictureHeader header_of(const OIIO::ImageSpec& spec) {
     header.bits = spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(8 * spec.format.basesize()));
     header.channels = spec.nchannels;
     header.channel_names = spec.channelnames;
+    for (int c = 0; c < spec.nchannels; ++c)
+        header.integer_channels.push_back(!spec.channelformat(c).is_floating_point());
     const auto* stated = spec.find_attribute("chromaticities");
     if (stated && stated->type() == OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8))
         std::copy_n(static_cast<const float*>(stated->data()), 8, header.chromaticities.emplace().begin());
+    const auto* profile = spec.find_attribute("ICCProfile");
+    if (profile && profile->type().basetype == OIIO::TypeDesc::UINT8) {
+        const auto* bytes = static_cast<const std::uint8_t*>(profile->data());
+        header.icc_profile.assign(bytes, bytes + profile->type().size());
+    }
     return header;
 }
 
@@ -77,7 +84,8 @@ class Reader final : public PictureReader {
 
 class Tiled final : public TiledPicture {
   public:
-    Tiled(std::shared_ptr<OIIO::ImageCache> cache, const std::filesystem::path& file, int channels)
+    Tiled(std::shared_ptr<OIIO::ImageCache> cache, const std::filesystem::path& file,
+          const ChannelRange& channels)
         : cache_(std::move(cache)),
           handle_(cache_->get_image_handle(OIIO::ustring(file.string()))),
           channels_(channels) {
@@ -91,16 +99,16 @@ class Tiled final : public TiledPicture {
     template <typename Number>
     void read_into(const PictureRegion& b, std::span<Number> out) const {
         assert(out.size() == static_cast<std::size_t>(b.x1 - b.x0) * static_cast<std::size_t>(b.y1 - b.y0) *
-                                 static_cast<std::size_t>(channels_));
-        if (!cache_->get_pixels(handle_, cache_->get_perthread_info(), 0, 0, b.x0, b.x1, b.y0, b.y1, 0, 1, 0,
-                                channels_, kTypeOf<Number>, out.data())) {
+                                 static_cast<std::size_t>(channels_.end - channels_.first));
+        if (!cache_->get_pixels(handle_, cache_->get_perthread_info(), 0, 0, b.x0, b.x1, b.y0, b.y1, 0, 1,
+                                channels_.first, channels_.end, kTypeOf<Number>, out.data())) {
             throw std::runtime_error(cache_->geterror());
         }
     }
 
     std::shared_ptr<OIIO::ImageCache> cache_;
     OIIO::ImageCache::ImageHandle* handle_;  // the cache's
-    int channels_;
+    ChannelRange channels_;
 };
 
 // Private: not the one that the library shares among all who ask.
@@ -112,7 +120,8 @@ class Cache final : public TileCache {
         cache_->attribute("autotile", 64);
         cache_->attribute("unassociatedalpha", 1);
     }
-    std::unique_ptr<const TiledPicture> open(const std::filesystem::path& file, int channels) const override {
+    std::unique_ptr<const TiledPicture> open(const std::filesystem::path& file,
+                                             const ChannelRange& channels) const override {
         return std::make_unique<Tiled>(cache_, file, channels);
     }
 
@@ -186,7 +195,7 @@ class OpenImageIo final : public Pictures {
 }  // namespace
 }  // namespace lucerna
 
-extern "C" const lucerna::Pictures* lucerna_pictures_2() {
+extern "C" const lucerna::Pictures* lucerna_pictures_3() {
     static const lucerna::OpenImageIo all;
     return &all;
 }

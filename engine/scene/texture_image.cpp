@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -24,14 +25,16 @@ namespace {
 // What a file says of itself.
 struct Header {
     int width, height;
-    int channels;  // that are read: 1 or 3
+    PictureChannels channels;
     bool whole_numbers;
     bool bytes;
-    std::optional<Chromaticities> stated = {};
-    std::size_t values() const {
-        return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
-               static_cast<std::size_t>(channels);
+    std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
+    std::size_t values() const { return pixels() * static_cast<std::size_t>(channels.count); }
+    // With the channels that lie between those that are wanted.
+    std::size_t read_values() const {
+        return pixels() * static_cast<std::size_t>(channels.range.end - channels.range.first);
     }
+    Header part(int w, int h) const { return {w, h, channels, whole_numbers, bytes}; }
 };
 
 Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
@@ -40,12 +43,20 @@ Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
                          fmt::format("image size {} × {} is not plausible", spec.width, spec.height));
     }
     if (spec.channels < 1) throw InputError({file.string()}, "the image has no channels");
-    return {spec.width,
-            spec.height,
-            spec.channels < 3 ? 1 : 3,
-            are_whole(spec.numbers),
-            spec.numbers == PictureNumbers::bytes,
-            spec.chromaticities};
+    const PictureChannels channels = colour_channels(spec);
+    for (int c = channels.range.first; c < channels.range.end; ++c) {
+        const bool integer = spec.integer_channels[static_cast<std::size_t>(c)];
+        // Whole numbers of other kinds have no largest value that stands for white.
+        const bool known = spec.numbers == PictureNumbers::bytes || spec.numbers == PictureNumbers::words;
+        if (integer && !known) {
+            input_error({file.string()},
+                        "channel {} holds integers ({}); expected half, float, or integers of 8 or 16 bits "
+                        "without a sign",
+                        spec.channel_names[static_cast<std::size_t>(c)], spec.kind);
+        }
+    }
+    return {spec.width, spec.height, channels, are_whole(spec.numbers),
+            spec.numbers == PictureNumbers::bytes};
 }
 
 // What the library of picture formats reports becomes an error about the file.
@@ -58,26 +69,32 @@ auto with_input_errors(const std::filesystem::path& file, Work&& work) {
     }
 }
 
-std::unique_ptr<PictureReader> open_input(const std::filesystem::path& file) {
-    require_readable(file);
-    const Pictures& formats = pictures(file);
-    return with_input_errors(file, [&] {
-        check_header(file);
-        return formats.open(file, PictureUse::colour);
-    });
+// Of the pixels of a range of channels, those that are wanted, in their order, in the same place.
+template <typename Stored>
+void pick_channels(const PictureChannels& channels, std::span<Stored> values) {
+    if (channels.in_order()) return;
+    const auto read = static_cast<std::size_t>(channels.range.end - channels.range.first);
+    const auto count = static_cast<std::size_t>(channels.count);
+    for (std::size_t pixel = 0; pixel < values.size() / read; ++pixel) {
+        std::array<Stored, 3> picked{};
+        for (std::size_t c = 0; c < count; ++c)
+            picked[c] = values[pixel * read + static_cast<std::size_t>(channels.place[c])];
+        std::copy_n(picked.begin(), count, &values[pixel * count]);
+    }
 }
 
 // `copies`: floats of RGB for each pixel that are made of the values.
 template <typename Stored>
 std::vector<Stored> read_values(PictureReader& in, const Header& header, const std::filesystem::path& file,
                                 int copies = 0) {
-    const std::uint64_t pixels = header.values() / static_cast<std::uint64_t>(header.channels);
-    require_memory(
-        header.values() * sizeof(Stored) + pixels * 3 * sizeof(float) * static_cast<unsigned>(copies),
-        fmt::format("{}: an image of {} x {} pixels", file.string(), header.width, header.height),
-        "use fewer pixels");
-    std::vector<Stored> values(header.values());
-    with_input_errors(file, [&] { in.read({0, header.channels}, std::span(values)); });
+    require_memory(header.read_values() * sizeof(Stored) +
+                       header.pixels() * 3 * sizeof(float) * static_cast<unsigned>(copies),
+                   fmt::format("{}: an image of {} x {} pixels", file.string(), header.width, header.height),
+                   "use fewer pixels");
+    std::vector<Stored> values(header.read_values());
+    with_input_errors(file, [&] { in.read(header.channels.range, std::span(values)); });
+    pick_channels(header.channels, std::span(values));
+    values.resize(header.values());
     return values;
 }
 
@@ -125,7 +142,7 @@ class MemoryTexels final : public Texels {
     MemoryTexels(const Header& header, std::vector<Stored> values, const Encoding& encoding,
                  const std::filesystem::path& file)
         : header_(header), values_(std::move(values)), table_(decoded_bytes(encoding)) {
-        RangeFinder finder(file, header.width, header.channels);
+        RangeFinder finder(file, header.width, header.channels.count);
         for (Stored& value : values_) {
             if constexpr (std::is_same_v<Stored, float>) {
                 if (header.whole_numbers) value = encoding.decode(value);
@@ -151,7 +168,7 @@ class MemoryTexels final : public Texels {
     std::size_t place(int x, int y) const {
         const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(header_.width) +
                                   static_cast<std::size_t>(x);
-        return pixel * static_cast<std::size_t>(header_.channels);
+        return pixel * static_cast<std::size_t>(header_.channels.count);
     }
     float decoded(Stored value) const {
         if constexpr (std::is_same_v<Stored, float>) {
@@ -162,7 +179,7 @@ class MemoryTexels final : public Texels {
     }
     Rgb texel(int x, int y) const {
         const Stored* v = &values_[place(x, y)];
-        if (header_.channels == 1) return Rgb(decoded(v[0]));
+        if (header_.channels.count == 1) return Rgb(decoded(v[0]));
         return {decoded(v[0]), decoded(v[1]), decoded(v[2])};
     }
 
@@ -197,16 +214,16 @@ class CachedTexels final : public Texels {
     CachedTexels(const TileCache& cache, const std::filesystem::path& file, const Header& header,
                  const Encoding& encoding)
         : file_(file),
-          picture_(with_input_errors(file, [&] { return cache.open(file, header.channels); })),
+          picture_(with_input_errors(file, [&] { return cache.open(file, header.channels.range); })),
           header_(header),
           encoding_(encoding),
           table_(decoded_bytes(encoding)) {
         // Once through all of it, in bands of tiles, for its range and its faults.
-        RangeFinder finder(file_, header.width, header.channels);
+        RangeFinder finder(file_, header.width, header.channels.count);
         std::vector<float> band;
         for (int y = 0; y < header.height; y += kBand) {
             const int end = std::min(header.height, y + kBand);
-            band.resize(Header{header.width, end - y, header.channels, false, false}.values());
+            band.resize(header.part(header.width, end - y).values());
             read(0, header.width, y, end, band.data());
             for (const float value : band) finder.add(value);
         }
@@ -219,7 +236,7 @@ class CachedTexels final : public Texels {
 
     std::array<Rgb, 4> square(const TexelSquare& at) const override {
         std::array<float, 12> v{};
-        const int n = header_.channels;
+        const int n = header_.channels.count;
         if (at.x[1] == at.x[0] + 1 && at.y[1] == at.y[0] + 1) {  // all but the edges
             read(at.x[0], at.x[0] + 2, at.y[0], at.y[0] + 2, v.data());
         } else {
@@ -237,18 +254,23 @@ class CachedTexels final : public Texels {
 
     void read(int x0, int x1, int y0, int y1, float* out) const {
         const PictureRegion box{x0, x1, y0, y1};
-        const std::size_t count = Header{x1 - x0, y1 - y0, header_.channels, false, false}.values();
+        const Header part = header_.part(x1 - x0, y1 - y0);
         if (header_.bytes) {
-            std::array<std::uint8_t, 12> few{};
-            std::vector<std::uint8_t> many(count > few.size() ? count : 0);
-            std::uint8_t* bytes = many.empty() ? few.data() : many.data();
-            with_input_errors(file_, [&] { picture_->read(box, std::span(bytes, count)); });
-            for (std::size_t i = 0; i < count; ++i) out[i] = table_[bytes[i]];
-            return;
+            read_into<std::uint8_t>(box, part, [&](std::size_t i, std::uint8_t v) { out[i] = table_[v]; });
+        } else {
+            read_into<float>(box, part, [&](std::size_t i, float v) {
+                out[i] = header_.whole_numbers ? encoding_.decode(v) : v;
+            });
         }
-        with_input_errors(file_, [&] { picture_->read(box, std::span(out, count)); });
-        if (!header_.whole_numbers) return;
-        for (std::size_t i = 0; i < count; ++i) out[i] = encoding_.decode(out[i]);
+    }
+    template <typename Stored, typename Put>
+    void read_into(const PictureRegion& box, const Header& part, Put&& put) const {
+        std::array<Stored, 16> few;
+        std::vector<Stored> many(part.read_values() > few.size() ? part.read_values() : 0);
+        const std::span<Stored> values(many.empty() ? few.data() : many.data(), part.read_values());
+        with_input_errors(file_, [&] { picture_->read(box, values); });
+        pick_channels(part.channels, values);
+        for (std::size_t i = 0; i < part.values(); ++i) put(i, values[i]);
     }
 
     std::filesystem::path file_;
@@ -259,6 +281,17 @@ class CachedTexels final : public Texels {
     ValueRange range_;
 };
 
+StatedColours colours_of(const std::filesystem::path& file, const PictureHeader& header,
+                         const PictureWarning& warn) {
+    try {
+        StatedColours stated = stated_colours(header);
+        if (warn && !stated.ignored.empty()) warn(fmt::format("{}: {}", file.string(), stated.ignored));
+        return stated;
+    } catch (const InputError& error) {
+        throw InputError({file.string()}, error.what());
+    }
+}
+
 // From a file's colours to ratios of a working space.
 class Conversion {
   public:
@@ -267,37 +300,28 @@ class Conversion {
         for (const V3d& row : matrix_.rows) {
             inside_ = inside_ && row.x >= 0 && row.y >= 0 && row.z >= 0;
             most_ = std::max(most_, std::max(0.0, row.x) + std::max(0.0, row.y) + std::max(0.0, row.z));
+            keeps_grey_ = keeps_grey_ && std::fabs(row.x + row.y + row.z - 1) < 1e-4;
         }
     }
     // None if there is nothing to do.
-    static std::optional<Conversion> of(const std::filesystem::path& file,
-                                        const std::optional<Chromaticities>& stated, const WorkingSpace& to) {
-        ColourSpace from = colour_spaces().front();
-        if (stated) {
-            const std::optional<ColourSpace> space = colour_space_of(*stated);
-            if (!space) {
-                throw InputError({file.string()},
-                                 fmt::format("its chromaticities ({:g}) do not span a colour space",
-                                             fmt::join(*stated, " ")));
-            }
-            from = *space;
-        }
+    static std::optional<Conversion> of(const std::optional<ColourSpace>& stated, const WorkingSpace& to) {
+        const ColourSpace& from = stated ? *stated : colour_spaces().front();
         if (!from.name.empty() && from.name == to.name()) return std::nullopt;
         return Conversion(from, to);
     }
 
     Rgb operator()(const Rgb& c) const {
-        if (c.x == c.y && c.y == c.z) return c;  // grey is grey in every space
+        if (keeps_grey_ && c.x == c.y && c.y == c.z) return c;
         return Rgb(held_in_gamut(matrix_ * V3d(c), weights_));
     }
     ValueRange operator()(const ValueRange& range) const {
-        if (inside_) return range;  // means of the channels
+        if (inside_ && keeps_grey_) return range;  // means of the channels
         return {0, range.most * static_cast<float>(most_)};
     }
     // Means do not leave what they are taken of but by rounding.
     Rgb within(const ValueRange& range, const Rgb& c) const {
         const Rgb made = (*this)(c);
-        if (!inside_) return made;
+        if (!inside_ || !keeps_grey_) return made;
         return {std::clamp(made.x, range.least, range.most), std::clamp(made.y, range.least, range.most),
                 std::clamp(made.z, range.least, range.most)};
     }
@@ -305,8 +329,9 @@ class Conversion {
   private:
     RgbMatrix matrix_;
     V3d weights_;
-    bool inside_ = true;  // the one gamut is within the other
-    double most_ = 1;     // of a component, of colours up to 1
+    bool inside_ = true;      // the one gamut is within the other
+    bool keeps_grey_ = true;  // grey is grey in every space but CIE XYZ
+    double most_ = 1;         // of a component, of colours up to 1
 };
 
 // Converted whenever they are asked for: in sRGB files of bytes stay bytes.
@@ -333,51 +358,46 @@ class ConvertedTexels final : public Texels {
 
 }  // namespace
 
-float Encoding::decode(float x) const {
-    switch (kind) {
-        case Kind::srgb:
-            return srgb_decoded(x);
-        case Kind::linear:
-            return x;
-        case Kind::power:
-            return std::pow(x, exponent);
-    }
-    return x;
-}
-
 TextureImages::TextureImages(const TextureMemory& memory) : memory_(memory) {}
 TextureImages::~TextureImages() = default;
 
 std::shared_ptr<const Texels> TextureImages::open(const std::filesystem::path& file, const Encoding& encoding,
-                                                  const std::optional<WorkingSpace>& colours) {
-    const Opened numbers = open_numbers(file, encoding);
+                                                  const std::optional<WorkingSpace>& colours,
+                                                  const PictureWarning& warn) {
+    const Opened numbers = open_numbers(file, encoding, warn);
     if (!colours) return numbers.texels;
-    const auto conversion = Conversion::of(file, numbers.stated, *colours);
+    const auto conversion = Conversion::of(numbers.space, *colours);
     if (!conversion) return numbers.texels;
     return std::make_shared<ConvertedTexels>(numbers.texels, *conversion);
 }
 
-TextureImages::Opened TextureImages::open_numbers(const std::filesystem::path& file,
-                                                  const Encoding& encoding) {
+TextureImages::Opened TextureImages::open_numbers(const std::filesystem::path& file, const Encoding& asked,
+                                                  const PictureWarning& warn) {
     Opened& opened =
-        opened_[fmt::format("{} {} {}", static_cast<int>(encoding.kind), encoding.exponent, file.string())];
+        opened_[fmt::format("{} {} {}", static_cast<int>(asked.kind), asked.exponent, file.string())];
     std::shared_ptr<const Texels>& known = opened.texels;
     if (known) return opened;
-    auto in = open_input(file);
-    const Header header = header_of(file, in->header());
-    if (header.channels == 3) opened.stated = header.stated;
+    OpenedPicture in = open_picture(file, PictureUse::colour);
+    const Header header = header_of(file, in.header);
+    Encoding encoding = asked;
+    if (asked.kind == Encoding::Kind::of_file || !header.whole_numbers) {
+        const StatedColours stated = colours_of(file, in.header, warn);
+        encoding = stated.encoding;
+        if (header.channels.count == 3) opened.space = stated.space;
+    }
     const std::size_t bytes = header.values() * (header.bytes ? 1 : sizeof(float));
-    if (bytes > memory_.one || bytes > memory_.all - std::min(in_memory_, memory_.all)) {
-        in.reset();
+    const bool fits = bytes <= memory_.one && bytes <= memory_.all - std::min(in_memory_, memory_.all);
+    if (!fits && in.tiled) {
+        in.reader.reset();
         if (!cache_) cache_ = pictures(file).tiles(memory_.cache);
         known = std::make_shared<CachedTexels>(*cache_, file, header, encoding);
     } else if (header.bytes) {
         known = std::make_shared<MemoryTexels<std::uint8_t>>(
-            header, read_values<std::uint8_t>(*in, header, file), encoding, file);
+            header, read_values<std::uint8_t>(*in.reader, header, file), encoding, file);
         in_memory_ += bytes;
     } else {
-        known = std::make_shared<MemoryTexels<float>>(header, read_values<float>(*in, header, file), encoding,
-                                                      file);
+        known = std::make_shared<MemoryTexels<float>>(header, read_values<float>(*in.reader, header, file),
+                                                      encoding, file);
         in_memory_ += bytes;
     }
     return opened;
@@ -388,15 +408,16 @@ std::shared_ptr<const Texels> texels_of(std::shared_ptr<const Image> image) {
 }
 
 std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file,
-                                                const WorkingSpace& colours) {
-    const auto in = open_input(file);
-    const Header header = header_of(file, in->header());
-    const std::vector<float> stored = read_values<float>(*in, header, file, 2);  // its distribution
+                                                const WorkingSpace& colours, const PictureWarning& warn) {
+    const OpenedPicture in = open_picture(file, PictureUse::colour);
+    const Header header = header_of(file, in.header);
+    const StatedColours stated = colours_of(file, in.header, warn);
+    const std::vector<float> stored = read_values<float>(*in.reader, header, file, 2);  // its distribution
     auto image = std::make_shared<Image>(Image::rgb(header.width, header.height));
-    RangeFinder finder(file, header.width, header.channels);
-    const auto channels = static_cast<std::size_t>(header.channels);
+    RangeFinder finder(file, header.width, header.channels.count);
+    const auto channels = static_cast<std::size_t>(header.channels.count);
     for (std::size_t i = 0; i < stored.size(); ++i) {
-        const float value = header.whole_numbers ? Encoding{}.decode(stored[i]) : stored[i];
+        const float value = header.whole_numbers ? stated.encoding.decode(stored[i]) : stored[i];
         finder.add(value);
         if (channels == 1) {
             std::fill_n(&image->data[3 * i], 3, value);
@@ -404,7 +425,7 @@ std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& fil
             image->data[i] = value;
         }
     }
-    const auto conversion = channels == 3 ? Conversion::of(file, header.stated, colours) : std::nullopt;
+    const auto conversion = channels == 3 ? Conversion::of(stated.space, colours) : std::nullopt;
     for (int y = 0; conversion && y < image->height; ++y) {
         for (int x = 0; x < image->width; ++x)
             image->set_rgb(x, y, conversion->within(finder.range(), image->rgb_at(x, y)));

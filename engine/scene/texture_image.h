@@ -2,19 +2,22 @@
 //
 // Images that are small once decoded stay in memory, bytes as bytes. Larger ones, and all that come after a
 // budget is spent, are read tile by tile through a cache of bounded size: memory does not grow with the
-// scene's textures. Both give the same values, bit for bit: texels are decoded before they are interpolated.
+// scene's textures, except with those that are Radiance pictures, which stay in memory. Both give the same
+// values, bit for bit: texels are decoded before they are interpolated.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "engine/base/image.h"
+#include "engine/base/picture_colours.h"
 #include "engine/base/working_space.h"
 #include "engine/scene/texture.h"
 
@@ -22,14 +25,8 @@ namespace lucerna {
 
 class TileCache;
 
-// How whole-number formats store light; half and float are linear already and are taken as they are.
-struct Encoding {
-    enum class Kind : std::uint8_t { srgb, linear, power };
-    Kind kind = Kind::srgb;
-    float exponent = 1;  // of `power`: value^exponent
-
-    float decode(float stored) const;  // [0,1] to [0,1]
-};
+// Is told what of a file's colours is not followed, in a sentence that names the file.
+using PictureWarning = std::function<void(const std::string&)>;
 
 // Two neighbours in each direction; equal ones at an edge.
 struct TexelSquare {
@@ -68,21 +65,25 @@ class TextureImages {
     TextureImages& operator=(const TextureImages&) = delete;
 
     // Any format that pictures.h reads. Grey files are grey, alpha is left out. With `colours` texels are
-    // ratios of that space: files are in linear sRGB once decoded, OpenEXR's in the chromaticities that they
-    // state, and what is outside the space's gamut is mixed with grey. Without it numbers are no colours and
-    // stay as they are (normals). Throws InputError naming file and cause: not readable, not credible in
-    // size, chromaticities that span no space, or a value that is negative or not finite.
+    // ratios of that space: files are in the space that they state (picture_colours.h) once decoded, linear
+    // sRGB where they state none, and what is outside the working space's gamut is mixed with grey. Without
+    // it numbers are no colours and stay as they are (normals). An encoding other than the file's own stands
+    // for all that the file says of whole numbers. Throws InputError naming file and cause: not readable, not
+    // credible in size, integers of other sizes than 8 and 16 bits, chromaticities that span no space, or a
+    // value that is negative or not finite.
     std::shared_ptr<const Texels> open(const std::filesystem::path& file, const Encoding& encoding,
-                                       const std::optional<WorkingSpace>& colours = {});
+                                       const std::optional<WorkingSpace>& colours = {},
+                                       const PictureWarning& warn = {});
 
     std::size_t bytes_in_memory() const { return in_memory_; }
 
   private:
     struct Opened {
         std::shared_ptr<const Texels> texels;
-        std::optional<Chromaticities> stated;
+        std::optional<ColourSpace> space;
     };
-    Opened open_numbers(const std::filesystem::path& file, const Encoding& encoding);
+    Opened open_numbers(const std::filesystem::path& file, const Encoding& encoding,
+                        const PictureWarning& warn);
 
     TextureMemory memory_;
     std::size_t in_memory_ = 0;
@@ -105,8 +106,9 @@ template <typename Value>
 Texture<Value> image_texture(std::shared_ptr<const Texels> texels, const ImageLookup& lookup);
 
 // The same formats as a whole image R, G, B, for lights: ratios of `colours`, as TextureImages::open makes
-// them. Whole-number formats (8 or 16 bits) are decoded from sRGB. Throws as TextureImages::open does.
+// them with the file's own encoding. Throws as TextureImages::open does.
 std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file,
-                                                const WorkingSpace& colours = {});
+                                                const WorkingSpace& colours = {},
+                                                const PictureWarning& warn = {});
 
 }  // namespace lucerna

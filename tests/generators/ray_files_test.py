@@ -59,14 +59,14 @@ class RayFiles(unittest.TestCase):
         self.assertEqual(len(lamp.rows), 200_000)
         self.assertEqual(lamp.numbers("flux")[0], 1)
         self.assertIn("each ray with its own", lamp.said)
-        blue = [row for row in lamp.rows if row[7] == 0]
+        blue = [row for row in lamp.rows if row[7] == 1]
         self.assertEqual(len(blue), 48_000)
         self.assertTrue(all(max(abs(row[0]), abs(row[1])) <= 0.5 for row in blue))
         self.assertTrue(all(math.hypot(row[0], row[1]) <= 1.75 + 1e-6 for row in lamp.rows))
         # Of the phosphor's light 1 mm^2 at half density in a disc of 3.5 mm: to five standard errors.
         core, ring = 0.5, math.pi * 1.75 ** 2 - 1
         share = core / (core + ring)
-        phosphor = [row for row in lamp.rows if row[7] == 1]
+        phosphor = [row for row in lamp.rows if row[7] == 2]
         inside = sum(max(abs(row[0]), abs(row[1])) < 0.5 for row in phosphor)
         self.assertAlmostEqual(inside / len(phosphor), share,
                                delta=5 * math.sqrt(share / len(phosphor)))

@@ -5,6 +5,9 @@
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/spectrum.h"
@@ -208,13 +211,110 @@ TEST_F(RayFiles, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
 TEST_F(RayFiles, ContentSpeaksBeforeTheName) {
     expect_the_two_rays(read(lighttools(), "rays.dat"));
     expect_the_two_rays(read(zemax(), "rays.ray"));
-    // What no reader knows is explained by the one that the name asks for.
-    EXPECT_THAT(testing::error_of([&] { read("rubbish", "rays.tm25ray"); }),
-                HasSubstr("does not start with TM25"));
-    EXPECT_THAT(testing::error_of([&] { read(std::string(300, 'x'), "rays.DAT"); }),
-                HasSubstr("not a Zemax ray file"));
     EXPECT_THAT(error_text("rubbish"), AllOf(HasSubstr(".tm25ray"), HasSubstr(".dat"), HasSubstr(".ray")));
     EXPECT_THAT(error_text("r"), HasSubstr("not a ray file"));
+}
+
+TEST_F(RayFiles, OtherFiles_AreNamedForWhatTheyAre) {
+    const auto bytes = [](std::initializer_list<int> values, std::size_t size = 600) {
+        std::string text;
+        for (const int value : values) text += static_cast<char>(value);
+        return text + std::string(size, '\0');
+    };
+    std::string speos(28, '\0');
+    set(speos, 0, 1.0F);
+    speos += rows({{1, 2, 3, 0, 0.6F, 0.8F, 550, 0.01F}, {1, 2, 3, 0, 0, 1, 550, 0.01F}});
+    const std::vector<std::pair<std::string, std::string>> files = {
+        {"rays of a lamp\n1 2 3", "text that begins with \"rays of a lamp\""},
+        {"# Ray data of LightTools 8.4\n1 2 3 0 0 1 1\n", "text of LightTools"},
+        {"200 4 7\n0 0 0 0 0 1 1\n", "text that begins with \"200 4 7\""},
+        {bytes({0x1F, 0x8B, 8}), "gzip"},
+        {bytes({'P', 'K', 3, 4}), "a zip archive"},
+        {bytes({'7', 'z', 0xBC, 0xAF, 0x27, 0x1C}), "a 7z archive"},
+        {bytes({0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}), "a PNG picture"},
+        {bytes({0xFF, 0xD8, 0xFF, 0xE0}), "a JPEG picture"},
+        {bytes({0x76, 0x2F, 0x31, 0x01}), "an OpenEXR file"},
+        {"%PDF-1.7\n", "a PDF document"},
+        {"<!DOCTYPE html><html>", "a web page"},
+        {"IESNA:LM-63-2002\nTILT=NONE\n", "an IES LM-63 photometric file"},
+        {bytes({0xF7, 0x1C, 0, 0}), "a ray file of ASAP"},
+        {speos, "a ray file of SPEOS"},
+        {bytes({1, 2, 3, 4}), "of no format that is known"}};
+    for (const auto& [content, name] : files) {
+        for (const char* file : {"rays.dat", "rays.ray", "rays.tm25ray", "rays.bin"}) {
+            const std::string message = testing::error_of([&] { read(content, file); });
+            EXPECT_THAT(message, AllOf(HasSubstr(std::string(file) + ": not a ray file: "), HasSubstr(name),
+                                       HasSubstr("expected"), Not(HasSubstr("\n"))));
+        }
+        for (const auto reader : {read_tm25, read_zemax, read_lighttools}) {
+            if (content.size() < 208) continue;
+            EXPECT_THAT(testing::error_of([&] { reader(folder_ / "rays.bin", monitor_); }), HasSubstr(name));
+        }
+    }
+}
+
+// The same two rays as text; the unit is mm, the fluxes are 1 and 3 W.
+constexpr const char* kTwoRays = "1 2 3 0 0 1 1\n-1 0 0 0 3 4 3\n";
+
+TEST_F(RayFiles, ZemaxText_IsReadByItsContent) {
+    const std::vector<std::string> texts = {
+        "2 4\n" + std::string(kTwoRays), "\n  2\t4 \r\n\r\n\t1 2 3 0 0 1 1.0\r\n -1e0 +0 0 0 3 .4E1 3",
+        "2 2\n.1 .2 .3 0 0 1 1 0\n-.1 0 0 0 3 4 3 0\n", "2 0\n1e-3 .002 3E-3 0 0 1 1\n-.001 0 0 0 3 4 3"};
+    for (const std::string& text : texts) {
+        monitor_.warnings.clear();
+        expect_the_two_rays(read(text, "rays.dat"));
+        ASSERT_EQ(monitor_.warnings.size(), 1U) << text;
+        EXPECT_THAT(monitor_.warnings[0], HasSubstr("watts are assumed"));
+    }
+    EXPECT_NEAR(read("1 1\n1 0 0 0 0 1 1\n").rays[0].o.x, 0.0254F, 1e-8F);
+    EXPECT_NEAR(read("1 3\n1 0 0 0 0 1 1\n").rays[0].o.x, 0.3048F, 1e-7F);
+}
+
+TEST_F(RayFiles, ZemaxText_WavelengthsGiveEachRayItsColour) {
+    const RaySet set = read("3 4\n0 0 0 0 0 1 1 0.48\n0 0 0 0 0 1 1 0.62\n0 0 0 0 0 1 1 0\n");
+    ASSERT_EQ(set.tristimulus.size(), 3U);
+    const double mean = (cie_xyz(480).y + cie_xyz(620).y) / 2;
+    EXPECT_NEAR(double{set.tristimulus[0].y}, cie_xyz(480).y / mean, 1e-5);
+    EXPECT_NEAR(double{set.tristimulus[1].x}, cie_xyz(620).x / mean, 1e-5);
+    EXPECT_NEAR(set.lumens_per_watt, 683 * mean, 1e-2);
+    const RaySet one = read("2 4\n0 0 0 0 0 1 1 .55\n0 0 0 0 0 1 2 .55\n");
+    EXPECT_FALSE(one.coloured());
+    EXPECT_NEAR(one.lumens_per_watt, 683 * cie_xyz(550).y, 1e-3);
+}
+
+TEST_F(RayFiles, ZemaxText_SaysWhatIsWrongAndWhere) {
+    EXPECT_THAT(error_text("2 5\n" + std::string(kTwoRays)),
+                HasSubstr(":1:1: length unit 5; expected 0 (m)"));
+    EXPECT_THAT(error_text("0 4\n" + std::string(kTwoRays)), HasSubstr(":1:1: the file states 0 rays"));
+    EXPECT_THAT(error_text("-1 4\n" + std::string(kTwoRays)), HasSubstr("the file states -1 rays"));
+    EXPECT_THAT(error_text("3 4\n" + std::string(kTwoRays)), HasSubstr("3 rays stated"));
+    EXPECT_THAT(error_text("3 4\n" + std::string(kTwoRays) + std::string(40, '\n')),
+                HasSubstr("3 rays stated, 2 there"));
+    EXPECT_THAT(error_text("900000000000 4\n" + std::string(kTwoRays)), HasSubstr("room for at most 2"));
+    EXPECT_THAT(error_text("2 4\n0 0 0 0 0 1 1\n0 0 x 0 0 1 1\n"), HasSubstr(":3:1: \"x\" is not a number"));
+    EXPECT_THAT(error_text("1 4\n0,5 0 0 0 0 1 1\n"), HasSubstr(":2:1: \"0,5\" is not a number"));
+    EXPECT_THAT(error_text("2 4\n0 0 0 0 0 1 1\n0 0 0 0 0 1 1 .55\n"),
+                HasSubstr(":3:1: 8 numbers; expected 7"));
+    EXPECT_THAT(error_text("1 4\n0 0 0 0 0 1             \n"), HasSubstr(":2:1: 6 numbers; expected 7 or 8"));
+    EXPECT_THAT(error_text("1 4\n0 0 0 0 0 1 1 1 1\n"), HasSubstr(":2:1: 9 numbers; expected 7 or 8"));
+    EXPECT_THAT(error_text("1 4\n" + std::string(100000, '1') + "\n"),
+                HasSubstr("more than 4096 characters"));
+    EXPECT_THAT(error_text("1 4\nnan 0 0 0 0 1 1\n"), HasSubstr("no ray is usable"));
+    monitor_.warnings.clear();
+    EXPECT_EQ(read("1 4\n" + std::string(kTwoRays)).rays.size(), 1U);
+    EXPECT_THAT(monitor_.warnings, ::testing::Contains(HasSubstr("1 lines after the last ray are ignored")));
+}
+
+TEST(RayFilesData, ZemaxText_IsALambertianDiscOfGreen) {
+    LUCERNA_NEED_DATA(path, "faults/rays/zemax-text.dat");
+    testing::ListeningMonitor monitor;
+    const RaySet set = read_rays(path, monitor);
+    ASSERT_EQ(set.rays.size(), 200U);
+    EXPECT_NEAR(set.flux, 1, 1e-6);
+    EXPECT_FALSE(set.coloured());
+    EXPECT_NEAR(set.lumens_per_watt, 683 * cie_xyz(550).y, 1e-3);
+    EXPECT_NEAR(set.rays[0].o.x, 0.105324e-3F, 1e-10F);
+    EXPECT_NEAR(set.rays[0].d.z, 0.486030F, 1e-6F);
 }
 
 TEST(RayFilesData, ThreeRays_OfBothVendors_AreTheSame) {

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -183,8 +185,8 @@ TEST_F(Tm25, Spectra_OfEveryKind_GiveTheColour) {
     index.table({{480, 1}});
     index.table({{620, 1}});
     index.pad();
-    index.row({0, 0, 0, 0, 0, 1, 2, 0});
-    index.row({0, 0, 0, 0, 0, 1, 1, 1});
+    index.row({0, 0, 0, 0, 0, 1, 2, 1});
+    index.row({0, 0, 0, 0, 0, 1, 1, 2});
     expect_colour(read(index.bytes()), 2.0 * cie_xyz(480) + cie_xyz(620));
 }
 
@@ -275,9 +277,8 @@ TEST_F(Tm25, Spectra_ByIndex_CountByTheirWattsNotTheirScale) {
     file.table({{450, 1000}, {470, 1000}});
     file.table({{600, 0.001F}, {640, 0.001F}});
     file.pad();
-    file.row({0, 0, 0, 0, 0, 1, 2, 0});
-    file.row({0, 0, 0, 0, 0, 1, 1, 1});
-    file.row({0, 0, 0, 0, 0, 1, 1, 7});  // of no table
+    file.row({0, 0, 0, 0, 0, 1, 2, 1});
+    file.row({0, 0, 0, 0, 0, 1, 1, 2});
     const RaySet set = read(file.bytes());
     const std::array<SpectralSample, 2> blue{{{450, 1}, {470, 1}}}, red{{{600, 1}, {640, 1}}};
     const V3d b = spectrum_to_xyz(blue) / 20.0, r = spectrum_to_xyz(red) / 40.0;
@@ -285,8 +286,110 @@ TEST_F(Tm25, Spectra_ByIndex_CountByTheirWattsNotTheirScale) {
     expect_mean(set);
     expect_ray(set, 0, b / mean);
     expect_ray(set, 1, r / mean);
-    expect_ray(set, 2, set.xyz);
     EXPECT_NEAR(set.lumens_per_watt, 683 * mean, 1e-3);
+    EXPECT_TRUE(monitor_.warnings.empty());
+}
+
+// Rays of 1 W each whose spectra are blue, green and red, by these indices.
+File indexed(std::initializer_list<float> indices) {
+    File file;
+    file.spectral = 4;
+    file.flags = {1, 1, 1, 0, 0, 0, 0, 1};
+    for (const float nm : {480.0F, 530.0F, 620.0F}) file.table({{nm, 1}});
+    file.pad();
+    for (const float index : indices) file.row({0, 0, 0, 0, 0, 1, 1, index});
+    return file;
+}
+
+TEST_F(Tm25, SpectrumIndices_CountFromOne) {
+    const V3d blue = cie_xyz(480), green = cie_xyz(530), red = cie_xyz(620);
+    const RaySet all = read(indexed({3, 1, 2}).bytes());
+    const double mean = (blue.y + green.y + red.y) / 3;
+    expect_ray(all, 0, red / mean);
+    expect_ray(all, 1, blue / mean);
+    expect_ray(all, 2, green / mean);
+    EXPECT_NEAR((read(indexed({1, 1}).bytes()).xyz - blue / blue.y).length(), 0, 1e-6) << "none has the last";
+    EXPECT_NEAR((read(indexed({3, 3}).bytes()).xyz - red / red.y).length(), 0, 1e-6);
+    EXPECT_TRUE(monitor_.warnings.empty());
+}
+
+TEST_F(Tm25, SpectrumIndices_WithZeroAndWithoutTheLast_CountFromZeroWithAWarning) {
+    const V3d blue = cie_xyz(480), red = cie_xyz(620);
+    const RaySet set = read(indexed({2, 0}).bytes());
+    const double mean = (blue.y + red.y) / 2;
+    expect_ray(set, 0, red / mean);
+    expect_ray(set, 1, blue / mean);
+    ASSERT_EQ(monitor_.warnings.size(), 1U);
+    EXPECT_THAT(monitor_.warnings[0], HasSubstr("ray 2 has the spectrum index 0"));
+}
+
+TEST_F(Tm25, SpectrumIndices_OutOfRange_NameTheRayAndTheRange) {
+    const auto expect_refused = [&](std::initializer_list<float> indices, const char* what) {
+        const std::string error = error_text(indexed(indices).bytes());
+        EXPECT_THAT(error, HasSubstr(what));
+        EXPECT_THAT(error, HasSubstr("from 1 to 3"));
+    };
+    expect_refused({1, 2, 4}, "ray 3 has the spectrum index 4");
+    expect_refused({1, 0, 3, 0}, "ray 2 has the spectrum index 0");
+    expect_refused({1, -1}, "ray 2 has the spectrum index -1");
+    expect_refused({1, 1.5F}, "ray 2 has the spectrum index 1.5");
+    expect_refused({NAN, 1}, "ray 1 has the spectrum index nan");
+    expect_refused({INFINITY}, "ray 1 has the spectrum index inf");
+    // A ray that is left out needs no spectrum, and counts.
+    File file = indexed({1});
+    file.row({NAN, 0, 0, 0, 0, 1, 1, 99});
+    EXPECT_EQ(read(file.bytes()).rays.size(), 1U);
+    file.row({0, 0, 0, 0, 0, 1, 1, 99});
+    EXPECT_THAT(error_text(file.bytes()), HasSubstr("ray 3 has the spectrum index 99"));
+    File none;
+    none.spectral = 4;
+    none.flags = {1, 1, 1, 0, 0, 0, 0, 1};
+    none.row({0, 0, 0, 0, 0, 1, 1, 1});
+    EXPECT_THAT(error_text(none.bytes()), HasSubstr("no spectral table"));
+}
+
+// NaN as programs write it, with its bytes in order and in the wrong order.
+constexpr std::uint32_t kNaNs[] = {0x7FC00001, 0xFFC00000, 0x7FA00000, 0x0100C07F,
+                                   0x0000C07F, 0x0000A07F, 0x8000C07F};
+
+TEST_F(Tm25, UnknownValues_AsNaNOfEitherByteOrder_AreUnknown) {
+    for (const std::uint32_t bits : kNaNs) {
+        SCOPED_TRACE(bits);
+        const float unknown = std::bit_cast<float>(bits);
+        File file;
+        file.flags = {1, 1, 1, 0, 0, 0, 0, 0};
+        file.row({0, 0, 0, 0, 0, 1, 5});
+        file.row({0, 0, 0, 0, 0, 1, 15});
+        file.lumens = file.watts = unknown;
+        file.spectral = 1;
+        file.wavelength = unknown;
+        const RaySet set = read(file.bytes());
+        EXPECT_EQ(set.flux, 20);
+        EXPECT_EQ(set.rays[1].flux, 15);
+        EXPECT_TRUE(std::isnan(set.header_watts) && std::isnan(set.header_lumens));
+        EXPECT_EQ(set.lumens_per_watt, 0);
+        EXPECT_EQ(set.xyz, kWhiteXyz);
+        EXPECT_TRUE(monitor_.warnings.empty());
+
+        // Of single rays: those of unknown colour have the mean of the others.
+        File rays;
+        rays.spectral = 2;
+        rays.flags = {1, 1, 1, 1, 0, 0, 0, 0};
+        rays.row({0, 0, 0, 0, 0, 1, 1, 480});
+        rays.row({0, 0, 0, 0, 0, 1, 1, 620});
+        rays.row({0, 0, 0, 0, 0, 1, 1, unknown});
+        const RaySet coloured = read(rays.bytes());
+        expect_ray(coloured, 2, coloured.xyz);
+        EXPECT_NEAR(coloured.lumens_per_watt, 683 * (cie_xyz(480).y + cie_xyz(620).y) / 2, 1e-3);
+        File xyz;
+        xyz.flags = {1, 1, 0, 0, 1, 0, 1, 0};
+        xyz.row({0, 0, 0, 0, 0, 1, 2, 3, 0});
+        xyz.row({0, 0, 0, 0, 0, 1, 2, 1, 4});
+        xyz.row({0, 0, 0, 0, 0, 1, 2, unknown, unknown});
+        const RaySet tristimulus = read(xyz.bytes());
+        expect_ray(tristimulus, 0, {1.5, 1, 0});
+        expect_ray(tristimulus, 2, {1, 1, 1});
+    }
 }
 
 TEST_F(Tm25, OneColour_TakesNoMemoryPerRay) {
@@ -341,7 +444,7 @@ TEST_F(Tm25, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
     EXPECT_THAT(error_text(with([](File& f) { f.flags[1] = 0; })), HasSubstr("direction"));
     EXPECT_THAT(error_text(with([](File& f) { f.flags[4] = 0; })), HasSubstr("flux"));
     EXPECT_THAT(error_text(with([](File& f) { f.flags[6] = 77; })), HasSubstr("tristimulus"));
-    EXPECT_THAT(error_text("IESNA:LM-63-2002"), HasSubstr("TM25"));
+    EXPECT_THAT(error_text("IESNA:LM-63-2002"), HasSubstr("it is an IES LM-63 photometric file"));
     EXPECT_THAT(error_text("TM25"), HasSubstr("truncated in the header"));
     EXPECT_THAT(error_text("T"), HasSubstr("truncated"));
     File blind;
@@ -368,6 +471,28 @@ TEST_F(Tm25, Damage_AnyByteOrLength_NeverCrashes) {
         survives(bad);
     }
     for (std::size_t cut = 0; cut < 60; ++cut) survives(good.substr(0, good.size() - cut));
+}
+
+// By the two-table file's own spectra: 1000 rays of each, of 0.5 mW.
+TEST(Tm25Data, IndicesOneAndTwo_GiveBothSpectra) {
+    LUCERNA_NEED_DATA(path, "faults/rays/spectra-index-1-and-2.tm25ray");
+    testing::ListeningMonitor monitor;
+    const RaySet set = read_tm25(path, monitor);
+    EXPECT_TRUE(monitor.warnings.empty());
+    EXPECT_TRUE(set.coloured());
+    EXPECT_NEAR(set.lumens_per_watt, 177.6, 0.05);
+    const double sum = set.xyz.x + set.xyz.y + set.xyz.z;
+    EXPECT_NEAR(set.xyz.x / sum, 0.4161, 5e-5);
+    EXPECT_NEAR(set.xyz.y / sum, 0.2278, 5e-5);
+}
+
+TEST(Tm25Data, FluxUnknownByByteSwappedNaN_IsTheSumOfTheRays) {
+    LUCERNA_NEED_DATA(path, "faults/rays/unknown-flux-byte-swapped.tm25ray");
+    testing::ListeningMonitor monitor;
+    const RaySet set = read_tm25(path, monitor);
+    EXPECT_TRUE(monitor.warnings.empty());
+    EXPECT_NEAR(set.flux, 1, 1e-6);
+    EXPECT_EQ(set.lumens_per_watt, 0) << "neither flux is stated";
 }
 
 TEST(Tm25Data, OsramGreen_MatchesItsCheckValues) {

@@ -1,0 +1,24 @@
+// What a file is by its first bytes, for messages that a reader expected something else.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lucerna {
+
+// "a PNG picture" and the like. `first` holds at least the first 262 bytes, if the file has as many.
+// kPlainText for text of no format that is known here; empty for other bytes.
+inline constexpr std::string_view kPlainText = "text";
+std::string_view content_name(std::span<const std::byte> first);
+
+// The bytes by which content_name() tells, and more, from the file's beginning. Throws InputError.
+std::vector<std::byte> first_bytes(const std::filesystem::path& file);
+
+// What the file is, as a clause: "it is a PNG picture". Throws InputError.
+std::string content_of(const std::filesystem::path& file);
+
+}  // namespace lucerna
