@@ -86,13 +86,16 @@ double invert_rim(double u) {
 
 class SpotLight final : public Light {
   public:
-    SpotLight(const V3f& position, const V3f& axis, const Rgb& intensity, float cone_degrees,
-              float delta_degrees, FluxUnit unit)
-        : Light(unit), position_(position), frame_(axis.normalized()), intensity_(intensity) {
-        const double cone = std::clamp(static_cast<double>(cone_degrees), 0.0, 180.0);
-        const double start = std::clamp(cone - static_cast<double>(delta_degrees), 0.0, cone);
+    SpotLight(const V3f& position, const V3f& axis, const Rgb& intensity, const SpotCone& cone, FluxUnit unit)
+        : Light(unit),
+          position_(position),
+          frame_(axis.normalized()),
+          intensity_(intensity),
+          falloff_(cone.falloff) {
+        const double end = std::clamp(static_cast<double>(cone.degrees), 0.0, 180.0);
+        const double start = std::clamp(end - static_cast<double>(cone.delta_degrees), 0.0, end);
         start_ = one_minus_cos(start * kRadiansPerDegree);
-        total_ = one_minus_cos(cone * kRadiansPerDegree);
+        total_ = one_minus_cos(end * kRadiansPerDegree);
     }
 
     std::string_view kind() const override { return "spot"; }
@@ -101,9 +104,9 @@ class SpotLight final : public Light {
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (is_black(intensity_) || !(solid_angle() > 0)) return std::nullopt;
-        const double part = static_cast<double>(u.direction.x) * (start_ + rim() / 2);
+        const double part = static_cast<double>(u.direction.x) * (start_ + rim_integral());
         // Within the full part uniform in the cosine; within the rim by the inverse of its integral.
-        const double h = part < start_ ? part : total_ - rim() * invert_rim(rim_u(part));
+        const double h = part < start_ ? part : total_ - rim() * t_of_rim(rim_u(part));
         const double r = std::sqrt(std::max(0.0, h * (2 - h)));
         const float phi = 2 * kPi * u.direction.y;
         const V3f local(static_cast<float>(r) * std::cos(phi), static_cast<float>(r) * std::sin(phi),
@@ -127,31 +130,39 @@ class SpotLight final : public Light {
 
   private:
     double rim() const { return total_ - start_; }
-    double solid_angle() const { return 2 * kPiD * (start_ + rim() / 2); }  // sr, weighted
+    // Of the falloff over 1 - cos within the rim.
+    double rim_integral() const { return falloff_ == SpotFalloff::quadratic ? rim() / 3 : rim() / 2; }
+    double solid_angle() const { return 2 * kPiD * (start_ + rim_integral()); }  // sr, weighted
 
     // The rim is emptiest at its outer edge: u = 0 there.
     double rim_u(double part) const {
-        return rim() > 0 ? std::clamp(1 - (part - start_) / (rim() / 2), 0.0, 1.0) : 1.0;
+        return rim() > 0 ? std::clamp(1 - (part - start_) / rim_integral(), 0.0, 1.0) : 1.0;
+    }
+
+    // Where the falloff's integral from the outer edge is the share u of the whole rim's.
+    double t_of_rim(double u) const {
+        return falloff_ == SpotFalloff::quadratic ? std::cbrt(u) : invert_rim(u);
     }
 
     double falloff(double h) const {
         if (h <= start_) return 1;
         if (h >= total_) return 0;
         const double t = (total_ - h) / rim();  // > 0: start < h < total
-        return t * t * (3 - 2 * t);
+        return falloff_ == SpotFalloff::quadratic ? t * t : t * t * (3 - 2 * t);
     }
 
-    V3f position_;                  // scene units
-    Frame frame_;                   // n is the axis
-    Rgb intensity_;                 // W/sr on the axis
+    V3f position_;   // scene units
+    Frame frame_;    // n is the axis
+    Rgb intensity_;  // W/sr on the axis
+    SpotFalloff falloff_;
     double start_ = 0, total_ = 0;  // 1 - cos of where the fall starts and where it ends
 };
 
 }  // namespace
 
 std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
-                                       float cone_degrees, float delta_degrees, FluxUnit unit) {
-    return std::make_unique<SpotLight>(position, axis, intensity, cone_degrees, delta_degrees, unit);
+                                       const SpotCone& cone, FluxUnit unit) {
+    return std::make_unique<SpotLight>(position, axis, intensity, cone, unit);
 }
 
 // Parallel light, as from the sun.

@@ -3,8 +3,10 @@
 // W is said here, lm is meant with FluxUnit::lumen (W/sr is then cd, W/m² lx, W/(m² sr) cd/m²).
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -22,10 +24,19 @@ std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensit
 // sample: it is dark, or x is the light itself.
 std::optional<LightSample> sample_Li_from_point(const V3f& position, const V3f& x, const Rgb& intensity);
 
-// pbrt's spot: full intensity within `cone - delta`, a smooth fall to 0 at `cone` (half-angles, degrees).
+// How a spot's intensity falls from 1 to 0, as a function of t, which runs from 1 where the fall starts to 0
+// where it ends, linearly in the cosine of the angle from the axis.
+enum class SpotFalloff : std::uint8_t {
+    smoothstep,  // t² (3 - 2 t), pbrt's
+    quadratic,   // t², that of glTF's KHR_lights_punctual
+};
+struct SpotCone {
+    float degrees;        // the half-angle at which the intensity is 0
+    float delta_degrees;  // the intensity is full within `degrees - delta_degrees`
+    SpotFalloff falloff = SpotFalloff::smoothstep;
+};
 std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
-                                       float cone_degrees, float delta_degrees,
-                                       FluxUnit unit = FluxUnit::watt);
+                                       const SpotCone& cone, FluxUnit unit = FluxUnit::watt);
 
 // Parallel light that travels along `direction`; `irradiance` on a plane facing it, W/m². Photons start on a
 // disc that covers the scene.
@@ -54,9 +65,13 @@ struct DiskEmitter {
 };
 using EmitterShape = std::variant<TriangleEmitter, SphereEmitter, DiskEmitter>;
 
-// Lambertian emission of constant radiance, W/(m² sr).
-std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided,
+// Lambertian emission of constant radiance on the emitting side, and of another one on its back, W/(m² sr).
+std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& front, const Rgb& back,
                                        FluxUnit unit = FluxUnit::watt);
+inline std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided,
+                                              FluxUnit unit = FluxUnit::watt) {
+    return make_area_light(std::move(shape), radiance, two_sided ? radiance : Rgb(0.0F), unit);
+}
 // The same light on geometry that lets all rays pass: it shines, and only sample_Li() and particles find it.
 std::unique_ptr<Light> make_unseen_light(std::unique_ptr<Light> light);
 

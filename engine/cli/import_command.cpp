@@ -21,8 +21,9 @@ pictures are in a folder beside it, room-parts for room.pbrt. A model without a 
 a model without lights gets a sky and a sun.
 
 Conversion: metals become conductors of the base colour; everything else becomes coated diffuse, or glass if it
-transmits; emissive surfaces become area lights; KHR_lights_punctual become point, spot and distant lights. Animations,
-skins, points and lines are left out, with a warning.
+transmits: a thin pane, unless KHR_materials_volume gives it a thickness. Emissive surfaces become area lights;
+KHR_lights_punctual become point, spot and distant lights, EXT_lights_ies lights of photometric files. Animations, skins,
+points and lines are left out, with a warning, and so is what extensions say that are not read.
 
 Examples:
   lucerna import model.glb -o model.pbrt

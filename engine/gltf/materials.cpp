@@ -7,9 +7,7 @@
 #include "engine/gltf/reader.h"
 
 namespace lucerna {
-namespace {
 
-// "%20" and its like.
 std::string decoded_uri(const std::string& uri) {
     std::string out;
     for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -29,11 +27,9 @@ std::string decoded_uri(const std::string& uri) {
     return out;
 }
 
-}  // namespace
-
 void GltfReader::read_images() {
     for (const tinygltf::Image& image : in_.images) {
-        GltfImage made;
+        GltfFile made;
         if (!image.uri.empty()) {
             made.file = file_.parent_path() / decoded_uri(image.uri);
             out_.files.push_back(made.file);
@@ -51,7 +47,7 @@ void GltfReader::read_images() {
 
 std::optional<Pixels> GltfReader::pixels(const GltfTexture& texture) const {
     if (texture.image < 0) return std::nullopt;
-    const GltfImage& image = out_.images[static_cast<std::size_t>(texture.image)];
+    const GltfFile& image = out_.images[static_cast<std::size_t>(texture.image)];
     const std::vector<std::byte> bytes = image.file.empty() ? image.bytes : read_bytes(image.file);
     if (const auto size = picture_size(bytes)) {
         constexpr std::uint64_t kDecoding = 4 * 4;  // bytes for a pixel: rows, planes, RGBA and its copy
@@ -77,12 +73,16 @@ std::optional<Pixels> GltfReader::pixels(const GltfTexture& texture) const {
     return Pixels{decoded.width, decoded.height, std::move(decoded.image)};
 }
 
+const tinygltf::Value* object_in(const tinygltf::ExtensionMap& extensions, const char* extension) {
+    const auto found = extensions.find(extension);
+    return found != extensions.end() && found->second.IsObject() ? &found->second : nullptr;
+}
+
 std::optional<double> number_in(const tinygltf::ExtensionMap& extensions, const char* extension,
                                 const char* key) {
-    const auto found = extensions.find(extension);
-    if (found == extensions.end() || !found->second.IsObject() || !found->second.Has(key))
-        return std::nullopt;
-    const tinygltf::Value& value = found->second.Get(key);
+    const tinygltf::Value* object = object_in(extensions, extension);
+    if (!object || !object->Has(key)) return std::nullopt;
+    const tinygltf::Value& value = object->Get(key);
     if (!value.IsNumber()) return std::nullopt;
     return value.GetNumberAsDouble();
 }
@@ -155,6 +155,29 @@ void GltfReader::read_alpha(GltfMaterial& made, const tinygltf::Material& from) 
     }
 }
 
+// [KHR_materials_transmission, KHR_materials_volume]: without a thickness the surface is a thin pane.
+void GltfReader::read_transmission(GltfMaterial& made, const tinygltf::Material& from) const {
+    constexpr const char* kExtension = "KHR_materials_transmission";
+    made.transmission = in_unit(number_in(from.extensions, kExtension, "transmissionFactor").value_or(0));
+    if (!(made.transmission > 0)) return;
+    made.thin = !(number_in(from.extensions, "KHR_materials_volume", "thicknessFactor").value_or(0) > 0);
+    const tinygltf::Value* transmission = object_in(from.extensions, kExtension);
+    if (transmission && transmission->Has("transmissionTexture"))
+        warn("material \"{}\": its transmission texture is not read; its factor alone is used", from.name);
+    if (made.transmission < 1) {
+        warn("material \"{}\": its transmission of {} is read as {}", from.name, made.transmission,
+             is_glass(made) ? "1; its base is lost" : "0; what passes through it is lost");
+    }
+    if (!is_glass(made)) return;
+    if (made.thin && made.roughness > 0)
+        warn("material \"{}\": it is a thin pane; its roughness is ignored", from.name);
+    if (made.base != Rgb(1.0F) || made.base_texture.image >= 0)
+        warn("material \"{}\": it is glass; its base colour is ignored", from.name);
+    const auto distance = number_in(from.extensions, "KHR_materials_volume", "attenuationDistance");
+    if (!made.thin && distance && std::isfinite(*distance))
+        warn("material \"{}\": it is clear glass; the attenuation in its volume is ignored", from.name);
+}
+
 GltfMaterial GltfReader::material(const tinygltf::Material& from) const {
     GltfMaterial made;
     made.name = from.name;
@@ -183,8 +206,7 @@ GltfMaterial GltfReader::material(const tinygltf::Material& from) const {
             warn("material \"{}\": the mean of its emissive texture is used", from.name);
         }
     }
-    made.transmission =
-        in_unit(number_in(from.extensions, "KHR_materials_transmission", "transmissionFactor").value_or(0));
+    read_transmission(made, from);
     made.ior = std::clamp(number_in(from.extensions, "KHR_materials_ior", "ior").value_or(1.5), 1.0, 100.0);
     made.two_sided = from.doubleSided;
     made.unlit = from.extensions.contains("KHR_materials_unlit");

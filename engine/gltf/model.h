@@ -21,10 +21,11 @@ namespace lucerna {
 
 using Imath::V2d;
 
-struct GltfImage {
+// A picture (PNG or JPEG) or a photometric file (IES) that the model refers to or holds.
+struct GltfFile {
     std::filesystem::path file;    // where it lies; empty: it was embedded, and here it is
-    std::vector<std::byte> bytes;  // a PNG or JPEG file
-    std::string suffix;            // ".png" or ".jpg"
+    std::vector<std::byte> bytes;  // its content, if it was embedded
+    std::string suffix;            // ".png", ".jpg" or ".ies"
 };
 
 // One use of an image: uv scaled, then moved.
@@ -52,10 +53,16 @@ struct GltfMaterial {
     std::optional<GltfCutout> cutout;
     GltfTexture cutout_texture;  // whose uv the cutout takes
     double transmission = 0;
+    bool thin = true;  // what transmits has no volume: a pane
     double ior = 1.5;
     bool two_sided = false;
     bool unlit = false;
 };
+
+// pbrt's glass transmits all or nothing.
+inline bool is_glass(const GltfMaterial& material) {
+    return material.transmission >= 0.5;
+}
 
 // One primitive of a mesh: triangles of one material.
 struct GltfMesh {
@@ -82,20 +89,22 @@ struct GltfCamera {
 };
 
 struct GltfLight {
-    enum class Kind : std::uint8_t { point, spot, directional } kind = Kind::point;
+    enum class Kind : std::uint8_t { point, spot, directional, ies } kind = Kind::point;
     std::string name;
-    Rgb intensity{1.0F};          // candela; lux if directional
+    Rgb intensity{1.0F};          // candela; lux if directional; a factor of an IES file's candela
+    std::size_t profile = 0;      // in GltfModel::profiles, of an IES file
     double inner = 0, outer = 0;  // radians from the axis, for a spot
     M44d world_from_light;
 };
 
 struct GltfModel {
-    std::vector<GltfImage> images;
+    std::vector<GltfFile> images, profiles;
     std::vector<GltfMaterial> materials;
     std::vector<GltfMesh> meshes;
     std::vector<GltfPlacement> placements;
     std::vector<GltfCamera> cameras;
     std::vector<GltfLight> lights;
+    bool other_lights = false;  // it has lights that are hidden, or of an extension that is not read
     std::vector<std::filesystem::path> files = {};  // that it refers to
 };
 

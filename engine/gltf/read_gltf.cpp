@@ -130,19 +130,6 @@ void GltfReader::parse() {
     if (!warning.empty()) warn("{}", warning);
 }
 
-// What a file calls required and nothing here understands would be a wrong picture without a word.
-void GltfReader::check_required() const {
-    const std::vector<std::string_view> known{"KHR_lights_punctual",  "KHR_materials_emissive_strength",
-                                              "KHR_materials_ior",    "KHR_materials_transmission",
-                                              "KHR_materials_unlit",  "KHR_mesh_quantization",
-                                              "KHR_texture_transform"};
-    for (const std::string& name : in_.extensionsRequired) {
-        if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-        fail("requires the extension \"{}\", which is not supported; supported are {}", name,
-             fmt::join(known, ", "));
-    }
-}
-
 // --- nodes ---
 
 M44d GltfReader::local_matrix(const tinygltf::Node& node) const {
@@ -219,26 +206,37 @@ GltfLight GltfReader::light(const tinygltf::Light& from, const M44d& world) cons
     if (!(from.intensity >= 0 && std::isfinite(from.intensity))) {
         fail("light \"{}\": intensity {} is not accepted", from.name, from.intensity);
     }
+    if (from.range > 0) {
+        warn("light \"{}\": its range of {} m is ignored; its light falls off by the inverse square alone",
+             from.name, from.range);
+    }
     made.intensity =
         from.color.empty() ? Rgb(static_cast<float>(from.intensity)) : color_of(from.color, from.intensity);
     return made;
 }
 
 // What hangs on a node, put where the node is.
-void GltfReader::attach(const tinygltf::Node& node, const M44d& world) {
+void GltfReader::attach(const tinygltf::Node& node, const M44d& world, bool visible) {
+    if (node.camera >= 0) out_.cameras.push_back(camera(pick(in_.cameras, node.camera, "camera"), world));
+    if (!visible) {
+        out_.other_lights = out_.other_lights || has_light(node);
+        return;
+    }
     if (node.mesh >= 0) {
-        for (const std::size_t piece : pick(primitives_, node.mesh, "mesh"))
-            out_.placements.push_back({piece, world});
+        const std::vector<std::size_t>& pieces = pick(primitives_, node.mesh, "mesh");
+        for (const M44d& instance : instances(node)) {
+            for (const std::size_t piece : pieces) out_.placements.push_back({piece, instance * world});
+        }
         if (node.skin >= 0) warn("node \"{}\": its skin is not applied", node.name);
     }
-    if (node.camera >= 0) out_.cameras.push_back(camera(pick(in_.cameras, node.camera, "camera"), world));
+    if (const auto light = profile_light(node, world)) out_.lights.push_back(*light);
     if (const auto index = number_in(node.extensions, "KHR_lights_punctual", "light")) {
         if (!(*index >= 0 && *index < 1e9)) fail("node \"{}\": light {} does not exist", node.name, *index);
         out_.lights.push_back(light(pick(in_.lights, static_cast<int>(*index), "light"), world));
     }
 }
 
-void GltfReader::visit(int index, const M44d& parent, int depth) {
+void GltfReader::visit(int index, const M44d& parent, bool visible, int depth) {
     const tinygltf::Node& node = pick(in_.nodes, index, "node");
     // A tree, says glTF: a second visit is a loop or a node of two parents. The depth is bounded for the
     // stack's sake.
@@ -247,8 +245,12 @@ void GltfReader::visit(int index, const M44d& parent, int depth) {
     if (depth > 1000) fail("nodes are nested more than 1000 deep");
     visited_[static_cast<std::size_t>(index)] = true;
     const M44d world = local_matrix(node) * parent;
-    attach(node, world);
-    for (const int child : node.children) visit(child, world, depth + 1);
+    // [KHR_node_visibility]: what is hidden hides all below it, but for cameras.
+    const tinygltf::Value* visibility = object_in(node.extensions, "KHR_node_visibility");
+    if (visibility && visibility->Has("visible") && visibility->Get("visible").IsBool())
+        visible = visible && visibility->Get("visible").Get<bool>();
+    attach(node, world, visible);
+    for (const int child : node.children) visit(child, world, visible, depth + 1);
 }
 
 // Many nodes may show one mesh of many parts.
@@ -256,7 +258,7 @@ void GltfReader::require_room_for_placements() const {
     constexpr std::uint64_t kText = 512;  // of the scene, for each
     std::uint64_t placements = 0;
     for (const tinygltf::Node& node : in_.nodes) {
-        if (node.mesh >= 0) placements += pick(primitives_, node.mesh, "mesh").size();
+        if (node.mesh >= 0) placements += pick(primitives_, node.mesh, "mesh").size() * instance_count(node);
     }
     require_memory(bytes_of(placements, sizeof(GltfPlacement) + kText),
                    fmt::format("{}: {} mesh instances", file_.string(), placements), "use fewer nodes");
@@ -267,7 +269,7 @@ void GltfReader::visit_nodes() {
     visited_.assign(in_.nodes.size(), false);
     if (!in_.scenes.empty()) {
         const int scene = in_.defaultScene >= 0 ? in_.defaultScene : 0;
-        for (const int root : pick(in_.scenes, scene, "scene").nodes) visit(root, M44d(), 0);
+        for (const int root : pick(in_.scenes, scene, "scene").nodes) visit(root, M44d(), true, 0);
         return;
     }
     // No scene: every node that is no child is a root.
@@ -279,24 +281,25 @@ void GltfReader::visit_nodes() {
         }
     }
     for (std::size_t i = 0; i < in_.nodes.size(); ++i) {
-        if (!child[i]) visit(static_cast<int>(i), M44d(), 0);
+        if (!child[i]) visit(static_cast<int>(i), M44d(), true, 0);
     }
 }
 
 GltfModel GltfReader::read() {
     monitor_.begin("glTF", 3);
     parse();
-    check_required();
+    check_extensions();
     monitor_.advance(1);
     read_images();
     for (const tinygltf::Material& each : in_.materials) out_.materials.push_back(material(each));
     monitor_.advance(1);
     read_meshes();
+    read_profiles();
     visit_nodes();
     monitor_.advance(1);
     monitor_.end();
     if (!in_.animations.empty()) warn("{} animations are left out", in_.animations.size());
-    if (out_.placements.empty()) fail("has no mesh in its scene");
+    if (out_.placements.empty()) fail("has no visible mesh in its scene");
     return std::move(out_);
 }
 

@@ -25,11 +25,15 @@ inline constexpr std::size_t kMostCount = std::numeric_limits<std::int32_t>::max
 // A number of an extension's object.
 std::optional<double> number_in(const tinygltf::ExtensionMap& extensions, const char* extension,
                                 const char* key);
+// An extension's object; null if there is none.
+const tinygltf::Value* object_in(const tinygltf::ExtensionMap& extensions, const char* extension);
+// The file name of a URI, "%20" and its like decoded.
+std::string decoded_uri(const std::string& uri);
 // Three numbers times a factor; what is missing, negative or not finite is 0.
 Rgb color_of(const std::vector<double>& numbers, double factor = 1);
 
-// One use: read() once. Its parts stand in read_gltf.cpp (the file, the nodes), accessors.cpp, materials.cpp
-// and meshes.cpp.
+// One use: read() once. Its parts stand in read_gltf.cpp (the file, the nodes), extensions.cpp,
+// accessors.cpp, materials.cpp and meshes.cpp.
 class GltfReader {
   public:
     GltfReader(const std::filesystem::path& file, Monitor& monitor) : file_(file), monitor_(monitor) {}
@@ -55,7 +59,7 @@ class GltfReader {
     }
 
     void parse();
-    void check_required() const;
+    void check_extensions();
     std::span<const unsigned char> view_bytes(int view) const;
     std::vector<double> numbers(int accessor, int components, std::string_view what) const;
     void read_elements(std::vector<double>& out, const tinygltf::Accessor& accessor, int components,
@@ -68,6 +72,7 @@ class GltfReader {
                         const std::string& material) const;
     std::optional<Pixels> pixels(const GltfTexture& texture) const;
     GltfMaterial material(const tinygltf::Material& from) const;
+    void read_transmission(GltfMaterial& made, const tinygltf::Material& from) const;
     void read_alpha(GltfMaterial& made, const tinygltf::Material& from) const;
 
     void read_meshes();
@@ -78,8 +83,13 @@ class GltfReader {
 
     void require_room_for_placements() const;
     void visit_nodes();
-    void visit(int node, const M44d& parent, int depth);
-    void attach(const tinygltf::Node& node, const M44d& world);
+    void visit(int node, const M44d& parent, bool visible, int depth);
+    void attach(const tinygltf::Node& node, const M44d& world, bool visible);
+    bool has_light(const tinygltf::Node& node) const;
+    std::size_t instance_count(const tinygltf::Node& node) const;
+    std::vector<M44d> instances(const tinygltf::Node& node) const;
+    void read_profiles();
+    std::optional<GltfLight> profile_light(const tinygltf::Node& node, const M44d& world) const;
     M44d local_matrix(const tinygltf::Node& node) const;
     GltfCamera camera(const tinygltf::Camera& from, const M44d& world) const;
     GltfLight light(const tinygltf::Light& from, const M44d& world) const;

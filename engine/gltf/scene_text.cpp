@@ -140,8 +140,9 @@ std::string material_text(const GltfModel& model, int index,
     const std::string rough = fmt::format(" \"float roughness\" {:.6g} \"bool remaproughness\" false",
                                           material.roughness * material.roughness);
     std::string kind;
-    if (material.transmission >= 0.5) {
-        kind = fmt::format("\"dielectric\" \"float eta\" {:.6g}", material.ior) + rough;
+    if (is_glass(material)) {
+        kind = fmt::format("\"{}\" \"float eta\" {:.6g}{}", material.thin ? "thindielectric" : "dielectric",
+                           material.ior, material.thin ? std::string() : rough);
     } else if (material.metallic >= 0.5 && !material.unlit) {
         kind = "\"conductor\" " + color + rough;
     } else if (material.unlit || material.roughness >= 0.95 || material.ior == 1) {
@@ -173,7 +174,38 @@ std::string emission_text(const GltfMaterial& material) {
                        material.two_sided ? " \"bool twosided\" true" : "");
 }
 
-std::string light_text(const GltfLight& light) {
+namespace {
+
+// A lamp's frame has its nadir along +z, the half-plane C0 along +x and C90 along -y; the extension
+// EXT_lights_ies puts these along the node's -z, +x and +y. A light is not scaled: of a node that scales or
+// shears only directions are taken.
+std::string profile_text(const GltfLight& light, const std::string& profile_file) {
+    const M44d& m = light.world_from_light;
+    const auto axis = [&m](int row, const V3d& otherwise) {
+        const V3d v(m[row][0], m[row][1], m[row][2]);
+        return v.length() > 0 ? v.normalized() : otherwise;
+    };
+    const V3d z = -axis(2, V3d(0, 0, 1));
+    V3d x = axis(0, V3d(1, 0, 0));
+    x -= x.dot(z) * z;
+    if (!(x.length() > 1e-6)) x = z.cross(std::fabs(z.x) < 0.5 ? V3d(1, 0, 0) : V3d(0, 1, 0));
+    x.normalize();
+    V3d y = z.cross(x);
+    if (y.dot(axis(1, -y)) > 0) y.negate();
+    const V3d from(m[3][0], m[3][1], m[3][2]);
+    const float strength = luminance(light.intensity);
+    return fmt::format(
+        "AttributeBegin  # light \"{}\"\n    {}\n    LightSource \"ies\" \"string filename\" \"{}\" \"float "
+        "scale\" {:.9g} \"rgb color\" {}\nAttributeEnd\n",
+        quotable(light.name),
+        transform_text(M44d(x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, from.x, from.y, from.z, 1)),
+        profile_file, strength, color_text(light.intensity / strength));
+}
+
+}  // namespace
+
+std::string light_text(const GltfLight& light, const std::string& profile_file) {
+    if (light.kind == GltfLight::Kind::ies) return profile_text(light, profile_file);
     const M44d& m = light.world_from_light;
     const V3d from(m[3][0], m[3][1], m[3][2]), back(m[2][0], m[2][1], m[2][2]);
     const V3d to = back.length() > 0 ? -back.normalized() : V3d(0, 0, -1);
@@ -191,7 +223,8 @@ std::string light_text(const GltfLight& light) {
     }
     return comment + fmt::format(
                          "LightSource \"spot\" \"rgb I\" {} \"point3 from\" [ {} ] \"point3 to\" [ {} ]\n"
-                         "    \"float coneangle\" {:.9g} \"float conedeltaangle\" {:.9g}\n",
+                         "    \"float coneangle\" {:.9g} \"float conedeltaangle\" {:.9g} \"string falloff\" "
+                         "\"quadratic\"\n",
                          color, point_text(from), point_text(from + to), light.outer * kDegrees,
                          (light.outer - light.inner) * kDegrees);
 }

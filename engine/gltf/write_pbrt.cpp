@@ -97,18 +97,20 @@ class Writer {
         ++written_.files;
     }
 
-    // Where the scene finds an image; an embedded one is written out when it is first asked for.
-    std::string image_file(int index) {
-        const GltfImage& image = model_.images[static_cast<std::size_t>(index)];
-        if (!image.file.empty()) {
+    // Where the scene finds a file; an embedded one is written out when it is first asked for.
+    std::string file_of(const GltfFile& file, const std::string& stem) {
+        if (!file.file.empty()) {
             const fs::path folder = scene_.has_parent_path() ? scene_.parent_path() : fs::path(".");
-            return quotable(fs::proximate(image.file, folder).generic_string());
+            return quotable(fs::proximate(file.file, folder).generic_string());
         }
-        const std::string name = fmt::format("image-{}{}", index, image.suffix);
-        if (images_.insert(index).second) {
-            put(name, {reinterpret_cast<const char*>(image.bytes.data()), image.bytes.size()});
+        const std::string name = stem + file.suffix;
+        if (embedded_.insert(name).second) {
+            put(name, {reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()});
         }
         return part(name);
+    }
+    std::string image_file(int index) {
+        return file_of(model_.images[static_cast<std::size_t>(index)], fmt::format("image-{}", index));
     }
 
     std::string material(int index) {
@@ -150,10 +152,17 @@ class Writer {
 
     std::string lights() {
         std::string text;
-        for (const GltfLight& light : model_.lights) text += light_text(light);
+        for (const GltfLight& light : model_.lights) {
+            const bool profile = light.kind == GltfLight::Kind::ies;
+            text += light_text(light, profile ? file_of(model_.profiles[light.profile],
+                                                        fmt::format("profile-{}", light.profile))
+                                              : std::string());
+        }
         written_.lights = model_.lights.size();
         if (text.empty() && !shines()) {
-            written_.notes.push_back("The model has no light: a sky and a sun are added.");
+            written_.notes.push_back(
+                fmt::format("The model has no light{}: a sky and a sun are added.",
+                            model_.other_lights ? " that is visible and can be read" : ""));
             text = default_light_text();
         }
         return text;
@@ -188,7 +197,7 @@ class Writer {
     const GltfModel& model_;
     fs::path scene_;
     WrittenScene written_;
-    std::set<int> images_;
+    std::set<std::string> embedded_;
 };
 
 }  // namespace
@@ -201,7 +210,8 @@ fs::path parts_folder(const fs::path& scene) {
 }
 
 bool is_part_name(const std::string& file) {
-    return file.starts_with("mesh-") || file.starts_with("image-") || file.starts_with("cutout-");
+    return file.starts_with("mesh-") || file.starts_with("image-") || file.starts_with("cutout-") ||
+           file.starts_with("profile-");
 }
 
 WrittenScene write_pbrt(const GltfModel& model, const fs::path& scene, const std::string& source,

@@ -59,7 +59,8 @@ std::string alpha_text(const GltfModel& model, int index);
 // Before a shape that shines.
 std::string emission_text(const GltfMaterial& material);
 
-std::string light_text(const GltfLight& light);
+// `profile_file` is the file of its IES profile, relative to the scene; "" if it has none.
+std::string light_text(const GltfLight& light, const std::string& profile_file);
 std::string default_light_text();
 
 // "Transform [ ... ]"

@@ -232,12 +232,159 @@ TEST_F(RunImport, Lights_AreWrittenAsTheyStand) {
     EXPECT_EQ(job.scene.stated_unit(), FluxUnit::lumen) << "cd and lux, as the extension has them";
     EXPECT_NEAR(job.scene.lights()[0]->power(), 4 * M_PI * static_cast<double>(luminance(Rgb(40, 20, 10))),
                 1e-2);
+    // The extension's formula: the square of what runs from 1 at the inner to 0 at the outer cosine.
+    for (const double angle : {0.1, 0.25, 0.35, 0.45, 0.6}) {
+        const double t =
+            std::clamp((std::cos(angle) - std::cos(0.5)) / (std::cos(0.2) - std::cos(0.5)), 0.0, 1.0);
+        const V3d at = V3d(std::sin(angle), 4 - std::cos(angle), 0) - job.scene.origin();
+        const auto seen = job.scene.lights()[1]->sample_Li(V3f(at), {}, {});
+        EXPECT_NEAR(seen ? static_cast<double>(seen->weight.x) : 0.0, 100 * t * t, 1e-2) << angle;
+    }
     EXPECT_THAT(
         scene(),
         AllOf(HasSubstr("\"rgb I\" [ 40 20 10 ] \"point3 from\" [ 1 2 3 ]"),
               HasSubstr("\"spot\" \"rgb I\" [ 100 100 100 ] \"point3 from\" [ 0 4 0 ]"),
               HasSubstr("\"float coneangle\" 28.64788"), HasSubstr("\"float conedeltaangle\" 17.18873"),
+              HasSubstr("\"string falloff\" \"quadratic\""),
               HasSubstr("\"distant\" \"rgb L\" [ 1000 1000 1000 ]"), Not(HasSubstr("no light"))));
+}
+
+// The candela of a light in a direction, at a distance of 2 m.
+double candela(const Job& job, const V3d& from, const V3d& towards) {
+    const auto seen =
+        job.scene.lights()[0]->sample_Li(V3f(from + 2.0 * towards - job.scene.origin()), {}, {});
+    return seen ? 4 * static_cast<double>(luminance(seen->weight)) : 0;
+}
+
+// EXT_lights_ies: the nadir along -z, C0 along +x, C90 along +y of the node; from a file, a data URI and a
+// buffer.
+TEST_F(RunImport, IesLights_ShineAsTheNodeStands) {
+    const std::string web =
+        "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 5 1 2 0 0 0\n1 1 9\n0 90 180\n0 90 180 270 360\n"
+        "100 10 0\n100 20 0\n100 30 0\n100 40 0\n100 10 0\n";
+    write("a lamp.ies", web);
+    Json m = model();
+    m["extensionsUsed"] = {"EXT_lights_ies"};
+    m["scenes"][0]["nodes"] = {0, 1};
+    m["nodes"].push_back({{"translation", {1, 2, 3}},
+                          {"scale", {5, 5, 5}},
+                          {"extensions", {{"EXT_lights_ies", {{"light", 0}}}}}});
+    const std::string bytes = square_bytes();
+    m["buffers"].push_back(
+        {{"byteLength", web.size()}, {"uri", "data:application/octet-stream;base64," + base64(web)}});
+    m["bufferViews"].push_back({{"buffer", 1}, {"byteOffset", 0}, {"byteLength", web.size()}});
+    for (const Json& light :
+         {Json{{"uri", "a%20lamp.ies"}}, Json{{"uri", "data:application/x-ies-lm-63;base64," + base64(web)}},
+          Json{{"bufferView", 4}, {"mimeType", "application/x-ies-lm-63"}}}) {
+        SCOPED_TRACE(light.dump());
+        m["extensions"]["EXT_lights_ies"]["lights"] = Json::array({light});
+        const Job job = import(m);
+        EXPECT_THAT(said_, AllOf(Not(HasSubstr("no light")), Not(HasSubstr("not read"))));
+        ASSERT_EQ(job.scene.lights().size(), 1U);
+        const V3d at(1, 2, 3);
+        EXPECT_NEAR(candela(job, at, {0, 0, -1}), 100, 1e-2);
+        EXPECT_NEAR(candela(job, at, {1, 0, 0}), 10, 1e-2);
+        EXPECT_NEAR(candela(job, at, {0, 1, 0}), 20, 1e-2);
+        EXPECT_NEAR(candela(job, at, {-1, 0, 0}), 30, 1e-2);
+        EXPECT_NEAR(candela(job, at, {0, -1, 0}), 40, 1e-2);
+    }
+    // Turned a quarter about x, so that it points down; brighter, and coloured: each channel by its factor.
+    m["nodes"][1]["rotation"] = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
+    m["nodes"][1]["extensions"]["EXT_lights_ies"] = {
+        {"light", 0}, {"multiplier", 3}, {"color", {1, 0.5, 0.25}}};
+    const Job turned = import(m);
+    EXPECT_NEAR(candela(turned, {1, 2, 3}, {0, -1, 0}),
+                300 * static_cast<double>(luminance(Rgb(1, 0.5F, 0.25F))), 0.05);
+    const auto seen = turned.scene.lights()[0]->sample_Li(V3f(V3d(1, 1, 3) - turned.scene.origin()), {}, {});
+    ASSERT_TRUE(seen);
+    EXPECT_NEAR(seen->weight.x / seen->weight.z, 4, 1e-3F);
+    m["nodes"][1]["extensions"]["EXT_lights_ies"]["light"] = 7;
+    write("m.gltf", m.dump());
+    std::filesystem::remove_all("m-parts");
+    std::filesystem::remove("m.pbrt");
+    expect_refused({"import", "m.gltf", "-o", "m.pbrt", "--quiet"},
+                   {"IES light 7 does not exist; there are 1"});
+}
+
+TEST_F(RunImport, GpuInstances_AreShownEach) {
+    Json m = model();
+    std::string bytes;
+    put<float>(bytes, {0, 0, 0, 5, 0, 0, 0, 2, 9});                                       // translations
+    put<float>(bytes, {0, 0, 0, 1, 0, 0, 0, 1, 0, std::sqrt(0.5F), 0, std::sqrt(0.5F)});  // rotations
+    put<float>(bytes, {1, 1, 1, 1, 1, 1, 1, 1, 3});                                       // scales
+    m["buffers"].push_back(
+        {{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64(bytes)}});
+    for (const auto& [offset, length] : {std::pair{0, 36}, {36, 48}, {84, 36}})
+        m["bufferViews"].push_back({{"buffer", 1}, {"byteOffset", offset}, {"byteLength", length}});
+    for (const auto& [view, type] : {std::pair{4, "VEC3"}, {5, "VEC4"}, {6, "VEC3"}})
+        m["accessors"].push_back(
+            {{"bufferView", view}, {"componentType", 5126}, {"count", 3}, {"type", type}});
+    m["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+    m["nodes"][0]["translation"] = {100, 0, 0};
+    m["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+        {"TRANSLATION", 4}, {"ROTATION", 5}, {"SCALE", 6}};
+    const Job job = import(m);
+    EXPECT_EQ(job.scene.counts().triangles, 6U);
+    EXPECT_TRUE(down(job, 100, 0.5));
+    EXPECT_TRUE(down(job, 105, 0.5));
+    const auto turned = down(job, 102.9, 9.9);  // 3 long, then turned: along x
+    ASSERT_TRUE(turned);
+    EXPECT_NEAR(turned->t, 8, 1e-4);
+    EXPECT_FALSE(down(job, 100, 11));
+    m["accessors"][6]["count"] = 2;
+    write("m.gltf", m.dump());
+    std::filesystem::remove_all("m-parts");
+    std::filesystem::remove("m.pbrt");
+    expect_refused({"import", "m.gltf", "-o", "m.pbrt", "--quiet"},
+                   {"SCALE of its instances", "2; expected 3"});
+}
+
+TEST_F(RunImport, HiddenNodes_HideMeshesAndLightsBelowButNotCameras) {
+    Json m = model();
+    m["extensionsUsed"] = {"KHR_node_visibility", "KHR_lights_punctual"};
+    m["extensions"]["KHR_lights_punctual"] = point_light();
+    m["cameras"] = Json::array({{{"type", "perspective"}, {"perspective", {{"yfov", 0.6}, {"znear", 0.1}}}}});
+    const auto visible = [](bool is) { return Json{{"KHR_node_visibility", {{"visible", is}}}}; };
+    m["nodes"] =
+        Json::array({{{"mesh", 0}},
+                     {{"children", {2, 3}}, {"translation", {5, 0, 0}}, {"extensions", visible(false)}},
+                     {{"mesh", 0}, {"extensions", visible(true)}},
+                     {{"camera", 0}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}});
+    m["scenes"][0]["nodes"] = {0, 1};
+    const Job job = import(m);
+    EXPECT_TRUE(down(job, 0.5, 0));
+    EXPECT_FALSE(down(job, 5, 0.5));
+    EXPECT_THAT(scene(), Not(HasSubstr("\"point\"")));
+    EXPECT_THAT(said_, AllOf(Not(HasSubstr("no camera")),
+                             HasSubstr("The model has no light that is visible and can be read")));
+}
+
+TEST_F(RunImport, ExtensionsThatAreNotRead_AreSaidOnceWithWhatIsLost) {
+    Json m = model();
+    m["extensionsUsed"] = {"KHR_materials_clearcoat", "EXT_lights_image_based", "KHR_materials_clearcoat",
+                           "ACME_anything", "KHR_texture_transform"};
+    import(m);
+    const auto times = [this](const std::string& part) {
+        int count = 0;
+        for (std::size_t at = said_.find(part); at != std::string::npos; at = said_.find(part, at + 1))
+            ++count;
+        return count;
+    };
+    EXPECT_EQ(times("extension \"KHR_materials_clearcoat\", which is not read; lost is the clear coats"), 1);
+    EXPECT_EQ(times("extension \"EXT_lights_image_based\", which is not read; lost is its light"), 1);
+    EXPECT_EQ(times("extension \"ACME_anything\", which is not read; lost is what it adds"), 1);
+    EXPECT_EQ(times("KHR_texture_transform"), 0);
+    EXPECT_THAT(said_, HasSubstr("The model has no light that is visible and can be read"));
+}
+
+TEST_F(RunImport, RangeOfALight_IsSaidToBeIgnored) {
+    Json m = model();
+    Json lights = point_light();
+    lights["lights"][0]["range"] = 5;
+    m["extensions"]["KHR_lights_punctual"] = lights;
+    m["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    import(m);
+    EXPECT_THAT(said_, HasSubstr("light \"bulb\": its range of 5 m is ignored"));
 }
 
 TEST_F(RunImport, Materials_AreMetalGlassOrCoated) {
@@ -252,7 +399,15 @@ TEST_F(RunImport, Materials_AreMetalGlassOrCoated) {
                               {"KHR_materials_ior", {{"ior", 1.33}}}};
     material["pbrMetallicRoughness"]["roughnessFactor"] = 0;
     import(m);
+    EXPECT_THAT(scene(), HasSubstr("\"thindielectric\" \"float eta\" 1.33"));
+    EXPECT_THAT(said_, HasSubstr("its base colour is ignored"));
+    material["extensions"]["KHR_materials_volume"] = {{"thicknessFactor", 0}};
+    import(m);
+    EXPECT_THAT(scene(), HasSubstr("\"thindielectric\""));
+    material["extensions"]["KHR_materials_volume"] = {{"thicknessFactor", 0.1}, {"attenuationDistance", 0.5}};
+    import(m);
     EXPECT_THAT(scene(), HasSubstr("\"dielectric\" \"float eta\" 1.33 \"float roughness\" 0"));
+    EXPECT_THAT(said_, HasSubstr("the attenuation in its volume is ignored"));
     material.erase("extensions");
     material["emissiveFactor"] = {1, 0.5, 0};
     material["pbrMetallicRoughness"] = {{"metallicFactor", 0}};
