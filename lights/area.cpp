@@ -37,26 +37,28 @@ double end_gap(const Place& y, double d) {
     return static_cast<double>(surface_error(V3f(y.p), y.extent + static_cast<float>(d)));
 }
 
-// What is the same for every shape: constant radiance, one side or both.
+// What is the same for every shape: constant radiance on either side. A side is chosen by its share of the
+// light.
 class Lambertian {
   public:
-    Lambertian(const Rgb& radiance, bool two_sided) : radiance_(radiance), two_sided_(two_sided) {}
+    Lambertian(const Rgb& front, const Rgb& back)
+        : front_(front), back_(back), front_share_(share_of(front, back)) {}
 
-    const Rgb& radiance() const { return radiance_; }
-    bool two_sided() const { return two_sided_; }
-    Rgb flux(double area) const {
-        return radiance_ * static_cast<float>((two_sided_ ? 1 : 0.5) * kTwoPi * area);
-    }
+    // Of the side of a cosine's sign; what does not shine is black.
+    const Rgb& radiance(double cosine) const { return cosine > 0 ? front_ : back_; }
+    bool shines_front() const { return !is_black(front_); }
+    bool shines_back() const { return !is_black(back_); }
+    bool two_sided() const { return shines_back(); }
+    Rgb flux(double area) const { return (front_ + back_) * static_cast<float>(0.5 * kTwoPi * area); }
 
-    // L cosθ / (pdf_a pdf_w) is the flux, whatever the place and direction.
+    // L cosθ / (pdf_a pdf_w) is the flux of the side over the side's share, whatever the place and direction.
     std::optional<LeSample> sample_Le(const Place& place, V2f u, double area) const {
-        const Rgb weight = flux(area);
+        const bool back = !(u.x < front_share_);
+        const float share = back ? 1 - front_share_ : front_share_, before = back ? front_share_ : 0;
+        const Rgb weight =
+            (back ? back_ : front_) * (static_cast<float>(0.5 * kTwoPi * area) / share);  // share > 0
         if (is_black(weight) || !is_finite(weight)) return std::nullopt;
-        bool back = false;
-        if (two_sided_) {
-            back = u.x >= 0.5F;
-            u.x = std::min(2 * u.x - (back ? 1.0F : 0.0F), 0x1.fffffep-1F);
-        }
+        u.x = std::min((u.x - before) / share, 0x1.fffffep-1F);
         const SurfacePoint from = place.surface();
         V3f local = square_to_cosine_hemisphere(u);
         if (back) local.z = -local.z;
@@ -70,18 +72,19 @@ class Lambertian {
         if (!(d2 > 0)) return std::nullopt;
         const double d = std::sqrt(d2);
         const double facing = -y.n.dot(way) / d;
-        const double cos_y = two_sided_ ? std::fabs(facing) : facing;
-        if (!(cos_y > 0)) return std::nullopt;
+        const double cos_y = std::fabs(facing);
+        if (!(cos_y > 0) || is_black(radiance(facing))) return std::nullopt;
         // The ray ends where it is `gap` in front of the emitter's plane; nearer points lie in the plane
         // themselves.
         const double distance = d - end_gap(y, d) / cos_y;
         if (!(distance > 0)) return std::nullopt;
-        return sample_towards(way / d, distance, d2 / (area * cos_y));
+        return sample_towards(way / d, distance, d2 / (area * cos_y), radiance(facing));
     }
 
-    std::optional<LightSample> sample_towards(const V3d& w, double distance, double pdf_w) const {
+    static std::optional<LightSample> sample_towards(const V3d& w, double distance, double pdf_w,
+                                                     const Rgb& radiance) {
         const auto pdf = static_cast<float>(pdf_w);
-        const Rgb weight = radiance_ * static_cast<float>(1 / pdf_w);
+        const Rgb weight = radiance * static_cast<float>(1 / pdf_w);
         if (is_black(weight) || !is_finite(weight) || !(pdf > 0) || !std::isfinite(pdf)) return std::nullopt;
         return LightSample{V3f(w), static_cast<float>(distance), weight, pdf};
     }
@@ -89,14 +92,21 @@ class Lambertian {
     // The density of towards() for a ray that met the emitter at distance t.
     EmittedRadiance Le_by_area(const Ray& ray, float t, const V3f& n, double area) const {
         const auto facing = static_cast<double>(-n.dot(ray.d));
-        const double cos_y = two_sided_ ? std::fabs(facing) : facing;
-        if (!(cos_y > 0)) return {Rgb(0.0F), 0, t};
-        return {radiance_, static_cast<float>(sqr(static_cast<double>(t)) / (area * cos_y)), t};
+        const double cos_y = std::fabs(facing);
+        const Rgb& seen = radiance(facing);
+        if (!(cos_y > 0) || is_black(seen)) return {Rgb(0.0F), 0, t};
+        return {seen, static_cast<float>(sqr(static_cast<double>(t)) / (area * cos_y)), t};
     }
 
   private:
-    Rgb radiance_;  // W/(m² sr)
-    bool two_sided_;
+    // By the largest channel, which is positive wherever there is light.
+    static float share_of(const Rgb& front, const Rgb& back) {
+        const float f = max_component(front), b = max_component(back);
+        return b > 0 ? f / (f + b) : 1.0F;
+    }
+
+    Rgb front_, back_;  // W/(m² sr)
+    float front_share_;
 };
 
 class Triangles {
@@ -366,16 +376,17 @@ class SphereLight final : public Light {
         const double gap = end_gap({V3d(centre_), axis, static_cast<float>(2 * radius_)}, d);
         const double half = std::sqrt(std::max(0.0, sqr(radius_ + gap) - d * d * sin2));
         return emission_.sample_towards(w.normalize(), std::max(0.0, d * (1 - h) - half),
-                                        1 / (kTwoPi * h_max));
+                                        1 / (kTwoPi * h_max), seen_outside());
     }
 
     EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& n,
                                   std::uint32_t /*primitive*/) const override {
         if (!outside(ray.o)) return emission_.Le_by_area(ray, t, n, area());
-        const bool front = n.dot(ray.d) < 0;
-        if (!shines_out() || !(front || emission_.two_sided())) return {Rgb(0.0F), 0, t};
+        if (!shines_out()) return {Rgb(0.0F), 0, t};
+        // From outside a ray meets the wall from within only where rounding has put it there.
         const double d = (V3d(centre_) - V3d(ray.o)).length();
-        return {emission_.radiance(), static_cast<float>(1 / (kTwoPi * cone(d))), t};
+        const Rgb& seen = emission_.radiance(static_cast<double>(-n.dot(ray.d)));
+        return {seen, is_black(seen) ? 0.0F : static_cast<float>(1 / (kTwoPi * cone(d))), t};
     }
 
     std::optional<LightBounds> bounds() const override {
@@ -385,8 +396,9 @@ class SphereLight final : public Light {
 
   private:
     double area() const { return 2 * kTwoPi * radius_ * radius_; }
-    bool shines_in() const { return reverse_ || emission_.two_sided(); }
-    bool shines_out() const { return !reverse_ || emission_.two_sided(); }
+    bool shines_in() const { return reverse_ ? emission_.shines_front() : emission_.shines_back(); }
+    bool shines_out() const { return reverse_ ? emission_.shines_back() : emission_.shines_front(); }
+    const Rgb& seen_outside() const { return emission_.radiance(reverse_ ? -1 : 1); }
 
     // A point of the wall counts as inside if there is light inside: rounding must not put half of a lit wall
     // in the dark. Where light goes out only, the wall sees none of it, whatever this says.
@@ -416,9 +428,8 @@ class SphereLight final : public Light {
 
 }  // namespace
 
-std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided,
-                                       FluxUnit unit) {
-    const Lambertian emission(radiance, two_sided);
+std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& front, const Rgb& back, FluxUnit unit) {
+    const Lambertian emission(front, back);
     if (const auto* sphere = std::get_if<SphereEmitter>(&shape)) {
         return std::make_unique<SphereLight>(*sphere, emission, unit);
     }

@@ -745,9 +745,9 @@ std::unique_ptr<Light> make_measured_light(Lumigraph lamp, std::vector<CellTable
     const double measured = lamp.flux();
     double flux = double{settings.power};
     if (!(settings.power > 0)) {
-        flux = measured * unit_factor(settings.unit, lamp.unit(), lamp.lumens_per_watt(), at) *
-               double{settings.power_scale};
+        flux = measured * unit_factor(settings.unit, lamp.unit(), lamp.lumens_per_watt(), at);
     }
+    flux *= double{settings.power_scale};
     if (!(bright > 0)) {
         if (settings.power > 0) input_error(at, "power {}: the light field is black", settings.power);
         flux = 0;

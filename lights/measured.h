@@ -24,8 +24,8 @@ struct MeasuredSettings {
     std::filesystem::path file;
     M44d world_from_light;  // rotation, translation and uniform scale; relative to the scene's origin. The
                             // lamp's file is in metres; its flux does not change with the scale
-    float power_scale = 1;  // multiplies the flux
-    float power = 0;        // if > 0: the flux the lamp is set to, in the light's unit
+    float power_scale = 1;  // multiplies the flux, that of `power` too
+    float power = 0;        // if > 0: the lamp's flux in place of the file's, in the light's unit
     LampUnit unit = {};     // what the light counts in; the file's own unless it says another
     EmissionMode mode = EmissionMode::exact;
     Reconstruction reconstruction = Reconstruction::exact;  // approximate: with EmissionMode::exact alone
@@ -46,12 +46,12 @@ std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, con
 // The same from a field in memory and its table; settings.file only names it in messages.
 //
 // What it emits: particles follow max(0, h), and the whole is scaled so that their flux is the *measured* one
-// (the sum of all coefficients, negative ones included) times power_scale, or `power`. Without that, clamping
-// would add the noise of a coarse ray file to the lamp's flux; radiance is scaled alike, so that sample_Le(),
-// sample_Li() and Le() speak of one lamp. (In `constant` mode the particles follow h's mean over each cell
-// instead: the paper's approximation.) By the approximate reconstruction each particle and each radiance is
-// multiplied by how far the two differ along its line: flux() stays that of the exact one. A field whose
-// measured flux is not positive emits nothing (a warning if some of it is bright).
+// (the sum of all coefficients, negative ones included), or `power`, times power_scale. Without that,
+// clamping would add the noise of a coarse ray file to the lamp's flux; radiance is scaled alike, so that
+// sample_Le(), sample_Li() and Le() speak of one lamp. (In `constant` mode the particles follow h's mean over
+// each cell instead: the paper's approximation.) By the approximate reconstruction each particle and each
+// radiance is multiplied by how far the two differ along its line: flux() stays that of the exact one. A
+// field whose measured flux is not positive emits nothing (a warning if some of it is bright).
 std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
                                            const MeasuredSettings& settings, Monitor& monitor,
                                            std::unique_ptr<const LampShape> shape = nullptr,
@@ -74,8 +74,8 @@ struct RayLightSettings {
     std::filesystem::path file;
     M44d world_from_light;  // rotation, translation and uniform scale; relative to the scene's origin. The
                             // rays are in metres; their flux does not change with the scale
-    float power_scale = 1;  // multiplies the flux
-    float power = 0;        // if > 0: the flux the rays are set to, in the light's unit
+    float power_scale = 1;  // multiplies the flux, that of `power` too
+    float power = 0;        // if > 0: the rays' flux in place of the file's, in the light's unit
     LampUnit unit = {};     // as in MeasuredSettings
     WorkingSpace colours = {};
 };

@@ -136,10 +136,10 @@ class RayLight final : public Light {
 
   private:
     double flux_of(const RayLightSettings& settings) const {
-        if (settings.power > 0) return double{settings.power};
+        const double scale{settings.power_scale};
+        if (settings.power > 0) return double{settings.power} * scale;
         const Location at{settings.file.string()};
-        return colours_.light() * unit_factor(settings.unit, set_.unit, set_.lumens_per_watt, at) *
-               double{settings.power_scale};
+        return colours_.light() * unit_factor(settings.unit, set_.unit, set_.lumens_per_watt, at) * scale;
     }
 
     RaySet set_;

@@ -62,14 +62,31 @@ bool is_unknown_command(const CLI::App& program, std::string_view word) {
     return std::find(names.begin(), names.end(), word) == names.end();
 }
 
+// The first word that looks like an option and is none of the command's; empty if there is none.
+std::string unknown_option(const CLI::App& app) {
+    const std::vector<std::string> rest = app.remaining();
+    const auto found = std::ranges::find_if(rest, [](const std::string& w) { return w.starts_with("--"); });
+    if (found == rest.end()) return {};
+    const std::string name = found->substr(0, found->find('='));
+    std::vector<std::string> names;
+    for (const CLI::Option* option : app.get_options()) {
+        for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
+    }
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    return fmt::format("unknown option {}; {}", name, did_you_mean(name, known));
+}
+
 // What CLI11 has to say in one line, with a hint at the command's help.
 int fail_parsing(std::ostream& err, const CLI::App& program, const CLI::ParseError& error) {
     std::string command = "lucerna";
-    for (const CLI::App* app = &program; !app->get_subcommands().empty();) {
+    const CLI::App* app = &program;
+    while (!app->get_subcommands().empty()) {
         app = app->get_subcommands().front();
         command += " " + app->get_name();
     }
-    return fail(err, kBadInput, fmt::format("{}; see {} --help", one_line(error.what()), command));
+    std::string what = error.get_name() == "ExtrasError" ? unknown_option(*app) : std::string();
+    if (what.empty()) what = one_line(error.what()) + "; ";
+    return fail(err, kBadInput, fmt::format("{}see {} --help", what, command));
 }
 
 // A full disk or a closed pipe must not look like success.

@@ -94,9 +94,9 @@ struct LightMaker {
         return make_point_light(to_scene(s.position, parts.origin), s.intensity * factor, unit());
     }
     std::unique_ptr<Light> operator()(const SpotSpec& s) const {
-        return make_spot_light(to_scene(s.position, parts.origin), V3f(s.axis), s.intensity * factor,
-                               static_cast<float>(s.cone_degrees), static_cast<float>(s.delta_degrees),
-                               unit());
+        return make_spot_light(
+            to_scene(s.position, parts.origin), V3f(s.axis), s.intensity * factor,
+            {static_cast<float>(s.cone_degrees), static_cast<float>(s.delta_degrees), s.falloff}, unit());
     }
     std::unique_ptr<Light> operator()(const DistantSpec& s) const {
         return make_distant_light(V3f(s.direction), s.irradiance * factor, sphere, unit());
@@ -149,7 +149,18 @@ struct LightMaker {
     }
     std::unique_ptr<Light> operator()(const AreaSpec& s) const {
         if (s.lamp) return lamp_on_shape(s);
-        auto light = make_area_light(emitter_of(s, parts, mesh_of), s.radiance * factor, s.two_sided, unit());
+        const EmitterShape shape = emitter_of(s, parts, mesh_of);
+        Rgb front = s.radiance * factor, back = s.two_sided ? front : Rgb(0.0F);
+        for (const CoincidentEmission& other : s.coincident) {
+            Rgb radiance = other.radiance;
+            if (other.power > 0) {
+                const double now = make_area_light(shape, radiance, other.two_sided)->power();
+                radiance *= static_cast<float>(now > 0 ? other.power / now : 0);
+            }
+            if (other.two_sided || !other.turned) front += radiance;
+            if (other.two_sided || other.turned) back += radiance;
+        }
+        auto light = make_area_light(shape, front, back, unit());
         return s.unseen ? make_unseen_light(std::move(light)) : std::move(light);
     }
     std::unique_ptr<Light> lamp_on_shape(const AreaSpec& s) const {
@@ -209,6 +220,20 @@ void warn_of_mixed_units(const std::vector<DraftLight>& drafts,
                         one.kind(), to_string(drafts[*first].place.location()), flux_unit_name(one.unit())));
         return;
     }
+}
+
+// Light that is measured falls off over metres; models are often made in millimetres.
+void warn_of_size(const Draft& draft, const std::vector<std::unique_ptr<Light>>& lights, double diagonal,
+                  Monitor& monitor) {
+    constexpr double kLarge = 1000;  // scene units, that is m: more than any building, less than a room in mm
+    const bool measured = draft.unit == FluxUnit::lumen || std::ranges::any_of(lights, [](const auto& light) {
+                              return !light->file().empty();
+                          });
+    if (!measured || !(diagonal > kLarge)) return;
+    monitor.warn(
+        fmt::format("{}: the scene is {:.4g} m across; lengths are metres: `Scale 0.001 0.001 0.001` "
+                    "after WorldBegin, if the model is in millimetres?",
+                    draft.sources.front()->name(), diagonal));
 }
 
 // The groups in the order of the text; "default" is that of lights without one, and of what media emit.
@@ -273,11 +298,14 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     Assembled result;
     SceneParts& parts = result.parts;
 
+    merge_coincident_lights(draft, monitor);
+
     // The origin: the middle of everything, so that float32 keeps the shape of a scene wherever it lies.
     const Placements placements = place_objects(draft);
     Box3d bounds = bounds_of(draft);
     bounds.extendBy(placements.bounds);
-    if (bounds.isEmpty()) bounds = light_bounds(draft);
+    const bool has_shapes = !bounds.isEmpty();
+    if (!has_shapes) bounds = light_bounds(draft);
     parts.origin = bounds.isEmpty() ? V3d(0) : bounds.center();
     SceneSphere sphere;
     const double radius = bounds.isEmpty() ? 0 : bounds.size().length() / 2;
@@ -307,6 +335,7 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     sphere.radius = std::max(sphere.radius,
                              std::min(static_cast<float>(kLargestScene), reach_of(bounds_of(parts.media))));
     for (const DraftLight& light : draft.lights) {
+        result.light_places.push_back(to_string(light.place.location()));
         parts.lights.push_back(build_light(light, LightMaker{parts, mesh_of, sphere, workers, monitor,
                                                              draft.unit, draft.far_field, draft.lamp_file}));
     }
@@ -314,6 +343,12 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),
                                    [](const Medium& medium) { return medium.emits(); });
     parts.light_groups = group_lights(draft.lights, glows);
+    if (!has_shapes && draft.media.empty()) {
+        monitor.warn(
+            draft.sources.front()->name() +
+            ": the scene has no shapes; only lights that are seen without a surface are in its image");
+    }
+    warn_of_size(draft, parts.lights, 2 * radius, monitor);
     if (draft.lights.empty() && !glows)
         monitor.warn(draft.sources.front()->name() + ": the scene has no light");
     result.camera = build_camera(draft, parts.origin);

@@ -349,10 +349,10 @@ void DirectiveReader::option() {
         if (is_known) {
             reading_.warn(at, fmt::format("Option \"{}\" has no effect", param.name));
         } else {
-            reading_.depart(
-                at,
-                fmt::format("unknown Option \"{}\"; known are {}", shown(param.name), fmt::join(known, ", ")),
-                "it is left out");
+            reading_.depart(at,
+                            fmt::format("unknown Option \"{}\"; {}known are {}", shown(param.name),
+                                        did_you_mean(param.name, known), fmt::join(known, ", ")),
+                            "it is left out");
         }
     }
 }
@@ -364,8 +364,9 @@ void DirectiveReader::choose_unit(Params& params) {
     const std::string word = is_word ? param->strings.front() : std::string();
     const std::optional<FluxUnit> unit = unit_named(word);
     if (!unit) {
-        fail(param->place, "Option \"string unit\" is \"{}\"; expected photometric or radiometric",
-             shown(word));
+        constexpr std::string_view known[] = {"photometric", "radiometric"};
+        fail(param->place, "Option \"string unit\" is \"{}\"; {}expected photometric or radiometric",
+             shown(word), did_you_mean(word, known));
     }
     if (overrides_.unit || draft_.unit == unit) return;
     if (!draft_.media.empty()) {

@@ -25,6 +25,7 @@
 #include "engine/scene/medium.h"
 #include "engine/scene/mesh.h"
 #include "engine/scene/scene.h"
+#include "lights/analytic.h"
 #include "lights/image_lights.h"
 #include "lights/measured.h"
 #include "lights/photometric.h"
@@ -91,6 +92,7 @@ struct SpotSpec {
     V3d position, axis;
     Rgb intensity;  // W/sr
     double cone_degrees, delta_degrees;
+    SpotFalloff falloff = SpotFalloff::smoothstep;
 };
 struct DistantSpec {
     V3d direction;  // of travel
@@ -130,6 +132,13 @@ struct MeasuredSpec {
 struct RayFileSpec {
     RayLightSettings settings;  // likewise
 };
+// An area light that lies exactly on another one, and is part of its light.
+struct CoincidentEmission {
+    Rgb radiance;
+    bool two_sided;
+    bool turned;   // its emitting side is the other one's back
+    double power;  // as DraftLight has it
+};
 // Emits from a surface of the draft.
 struct AreaSpec {
     enum class Surface : std::uint8_t { mesh, quadric } surface;
@@ -138,6 +147,7 @@ struct AreaSpec {
     bool two_sided;
     bool unseen;                                        // rays pass through the surface
     std::shared_ptr<const MeasuredSettings> lamp = {};  // seen on the surface, in place of the above
+    std::vector<CoincidentEmission> coincident = {};
 };
 
 struct DraftLight {
@@ -205,9 +215,17 @@ Draft read_draft(std::string text, const std::filesystem::path& pretended_file,
 struct Assembled {
     SceneParts parts;
     Camera::Settings camera;
+    std::vector<std::string> light_places;  // where the text has each light of the parts
 };
 // Shapes of the draft are given up one by one as they are built.
 Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor);
+
+// Area lights on one and the same surface: a ray meets only one of the surfaces, so they become one light
+// that shines with the sum of their radiance, and one surface. Warns of each.
+void merge_coincident_lights(Draft& draft, Monitor& monitor);
+// Warns of lights whose surfaces coincide in part, or in another way that did not make them one.
+void warn_of_overlapping_lights(const Scene& scene, const std::vector<std::string>& places,
+                                const Workers& workers, Monitor& monitor);
 
 // From the shapes of a draft, in world space and double precision, to those of a scene or a prototype.
 

@@ -90,7 +90,7 @@ Rgb mean_of_image(Reading& reading, Params& params) {
     return Rgb(sum / (static_cast<double>(image->width) * image->height));
 }
 
-bool names_an_image(const Params& params) {
+bool names_an_image(Params& params) {
     return params.has("filename") || params.has("mapname");
 }
 
@@ -109,10 +109,9 @@ void read_goniometric(Reading& reading, Params& params) {
     const auto image = read_sphere(reading, params);
     LightAxes axes = light_axes(reading, params);
     std::swap(axes.y, axes.z);  // the image's pole is the light's +y, in every version
-    const Rgb intensity = scaled_color(reading, params, light_color(reading, params, "I"));
-    reading.draft.lights.push_back({params.place(),
-                                    GoniometricSpec{read_position(reading, params), axes, image, intensity},
-                                    positive_or_none(params, "power")});
+    const auto [intensity, power] = read_strength(reading, params, light_color(reading, params, "I"));
+    reading.draft.lights.push_back(
+        {params.place(), GoniometricSpec{read_position(reading, params), axes, image, intensity}, power});
 }
 
 void read_projection(Reading& reading, Params& params) {
@@ -121,11 +120,11 @@ void read_projection(Reading& reading, Params& params) {
     const double fov = params.real_within("fov", named.version4 ? 90 : 45, 0.01, 179.9);
     // Version 4 shows the image upright, its predecessors upside down.
     const auto slide = std::make_shared<const Slide>(named.image, fov, named.version4);
-    const Rgb intensity = scaled_color(reading, params, light_color(reading, params, "I"));
+    const auto [intensity, power] = read_strength(reading, params, light_color(reading, params, "I"));
     reading.draft.lights.push_back(
         {params.place(),
          ProjectionSpec{read_position(reading, params), light_axes(reading, params), slide, intensity},
-         positive_or_none(params, "power")});
+         power});
 }
 
 }  // namespace lucerna

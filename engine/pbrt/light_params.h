@@ -14,6 +14,13 @@ Rgb light_color(Reading& reading, Params& params, std::string_view name, ColorUs
 Rgb scaled_color(Reading& reading, Params& params, const Rgb& value);
 // A positive number where the parameter is given, otherwise 0.
 double positive_or_none(Params& params, std::string_view name);
+// How strong a light is: `color` with "scale" applied, and "power" times the luminance of "scale" (0 where it
+// is not given), since in pbrt-v4 "scale" multiplies whatever "power" has set.
+struct Strength {
+    Rgb color;
+    double power;
+};
+Strength read_strength(Reading& reading, Params& params, const Rgb& color);
 // `color` such that the luminance of what it makes is "illuminance", where that is given; `illuminance_now`
 // is what `color` makes.
 Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now);
@@ -23,7 +30,7 @@ Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now);
 std::string read_light_group(Params& params);
 
 // Lights with an image.
-bool names_an_image(const Params& params);
+bool names_an_image(Params& params);
 Rgb mean_of_image(Reading& reading, Params& params);
 void read_image_infinite(Reading& reading, Params& params);
 void read_goniometric(Reading& reading, Params& params);

@@ -15,6 +15,14 @@
 
 namespace lucerna {
 
+namespace {
+
+double luminance_of(const Rgb& color) {
+    return static_cast<double>(luminance(color));
+}
+
+}  // namespace
+
 Rgb light_color(Reading& reading, Params& params, std::string_view name, ColorUse use) {
     return read_spectrum(reading, params, name, use).value_or(reading.colours().white());
 }
@@ -29,6 +37,13 @@ Rgb scaled_color(Reading& reading, Params& params, const Rgb& value) {
     if (!is_finite(result))
         fail(scale->place, "\"scale\" {:g} makes the light infinite", max_component(factor));
     return result;
+}
+
+Strength read_strength(Reading& reading, Params& params, const Rgb& color) {
+    Strength strength{scaled_color(reading, params, color), positive_or_none(params, "power")};
+    const double before = luminance_of(color);
+    if (strength.power > 0 && before > 0) strength.power *= luminance_of(strength.color) / before;
+    return strength;
 }
 
 double positive_or_none(Params& params, std::string_view name) {
@@ -57,16 +72,11 @@ void accept_sampling(Params& params) {
     params.accept({"nsamples", "samples", "shadow"});
 }
 
-double luminance_of(const Rgb& color) {
-    return static_cast<double>(luminance(color));
-}
-
 void read_point(Reading& reading, Params& params) {
     const M44d& ctm = reading.state.ctm;
-    const Rgb intensity = scaled_color(reading, params, light_color(reading, params, "I"));
+    const auto [intensity, power] = read_strength(reading, params, light_color(reading, params, "I"));
     const V3d position = transform_point(ctm, params.point("from", V3d(0)));
-    reading.draft.lights.push_back(
-        {params.place(), PointSpec{position, intensity}, positive_or_none(params, "power")});
+    reading.draft.lights.push_back({params.place(), PointSpec{position, intensity}, power});
 }
 
 void require_direction(const Params& params, const V3d& direction) {
@@ -80,10 +90,20 @@ V3d unit(const V3d& v) {
     return largest > 0 ? (v / largest).normalized() : V3d(0);
 }
 
+// Our own parameter, for spots of glTF models.
+SpotFalloff read_falloff(Params& params) {
+    const std::string name = params.string("falloff", "smoothstep");
+    if (name == "smoothstep") return SpotFalloff::smoothstep;
+    if (name == "quadratic") return SpotFalloff::quadratic;
+    fail(params.place_of("falloff"), "falloff \"{}\" is unknown; expected smoothstep or quadratic",
+         shown(name));
+}
+
 void read_spot(Reading& reading, Params& params) {
     const M44d& ctm = reading.state.ctm;
     SpotSpec spot;
-    spot.intensity = scaled_color(reading, params, light_color(reading, params, "I"));
+    const Strength strength = read_strength(reading, params, light_color(reading, params, "I"));
+    spot.intensity = strength.color;
     const V3d from = params.point("from", V3d(0)), to = params.point("to", V3d(0, 0, 1));
     if (from == to) fail(params.place(), "{}: \"from\" and \"to\" are the same point", params.owner());
     spot.position = transform_point(ctm, from);
@@ -99,7 +119,8 @@ void read_spot(Reading& reading, Params& params) {
             "the latter is used for both");
         spot.delta_degrees = spot.cone_degrees;
     }
-    reading.draft.lights.push_back({params.place(), spot, positive_or_none(params, "power")});
+    spot.falloff = read_falloff(params);
+    reading.draft.lights.push_back({params.place(), spot, strength.power});
 }
 
 void read_distant(Reading& reading, Params& params) {
@@ -174,8 +195,9 @@ std::shared_ptr<const AreaLight> read_area_light_of(Reading& reading, const std:
         params.depart(params.place_of("filename"), params.owner() + " with \"filename\" is not supported",
                       "the shape emits the image's mean", "the image on it");
     }
-    light.radiance = scaled_color(reading, params, radiance);
-    light.power = positive_or_none(params, "power");
+    const Strength strength = read_strength(reading, params, radiance);
+    light.radiance = strength.color;
+    light.power = strength.power;
     light.two_sided = params.boolean("twosided", false);
     return std::make_shared<const AreaLight>(light);
 }
@@ -342,8 +364,8 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
     // A colour tints the light and leaves its candela as they are.
     const Rgb colour = light_color(reading, params, "color", ColorUse::tint);
     if (!(luminance(colour) > 0)) fail(params.place_of("color"), "\"color\" is black");
-    spec.scale = scaled_color(reading, params, colour / luminance(colour));
-    const double power = positive_or_none(params, "power");
+    const auto [scale, power] = read_strength(reading, params, colour / luminance(colour));
+    spec.scale = scale;
     const LampUnit unit = read_lamp_unit(reading, params);
     if (!(power > 0)) spec.scale *= static_cast<float>(factor_of_file(unit, file, place));
     reading.draft.lights.push_back({.place = params.place(), .spec = spec, .power = power, .file = file});

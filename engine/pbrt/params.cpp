@@ -300,8 +300,13 @@ const Param* Params::known(std::string_view name) const {
     return nullptr;
 }
 
-bool Params::has(std::string_view name) const {
+bool Params::has(std::string_view name) {
+    note_asked(name);
     return known(name) != nullptr;
+}
+
+void Params::note_asked(std::string_view name) {
+    if (std::find(asked_.begin(), asked_.end(), name) == asked_.end()) asked_.emplace_back(name);
 }
 
 Place Params::place_of(std::string_view name) const {
@@ -310,7 +315,7 @@ Place Params::place_of(std::string_view name) const {
 }
 
 const Param* Params::find_any(std::string_view name) {
-    if (std::find(asked_.begin(), asked_.end(), name) == asked_.end()) asked_.emplace_back(name);
+    note_asked(name);
     Param* found = nullptr;
     for (Param& param : params_) {
         if (param.name == name && (!found || param.type == Type::texture)) found = &param;
@@ -320,7 +325,7 @@ const Param* Params::find_any(std::string_view name) {
 }
 
 const Param* Params::find(std::string_view name, std::initializer_list<Type> types) {
-    if (std::find(asked_.begin(), asked_.end(), name) == asked_.end()) asked_.emplace_back(name);
+    note_asked(name);
     const auto is_accepted = [&](const Param& param) {
         return std::find(types.begin(), types.end(), param.type) != types.end();
     };

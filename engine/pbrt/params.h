@@ -77,7 +77,7 @@ class Params {
     const Param* find(std::string_view name, std::initializer_list<Param::Type> types);
     // Whatever its type; marked as used.
     const Param* find_any(std::string_view name);
-    bool has(std::string_view name) const;
+    bool has(std::string_view name);
     // The name, without marking it used: what stands at an error.
     Place place_of(std::string_view name) const;
 
@@ -110,6 +110,7 @@ class Params {
     const Param* find_sized(std::string_view name, std::initializer_list<Param::Type> types,
                             std::size_t count);
 
+    void note_asked(std::string_view name);
     const Param* known(std::string_view name) const;  // null: neither given nor a default
 
     std::vector<Param> params_;

@@ -80,7 +80,7 @@ void add_patches(Reading& reading, Params& params) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         mesh.p.push_back(transformed_point(reading, params, points[i], i));
     }
-    mesh.traits = *traits;
+    mesh.traits = of_world_edges(reading, *traits);
     reading.shapes().patches.push_back(std::move(mesh));
 }
 

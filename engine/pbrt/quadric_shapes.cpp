@@ -179,12 +179,7 @@ void add_quadric(Reading& reading, const std::string& kind, Params& params) {
             attach_light(reading, quadric.traits, AreaSpec::Surface::quadric, quadrics.size());
         quadrics.push_back(quadric);
     } else {
-        ObjectMesh mesh = tessellated(quadric);
-        // A quadric's side follows the handedness of its transformation, vertex normals do not.
-        if (swaps_handedness(reading.state.ctm)) {
-            for (V3d& n : mesh.n) n.negate();
-        }
-        add_mesh(reading, params, *traits, std::move(mesh));
+        add_mesh(reading, params, *traits, tessellated(quadric));
     }
 }
 

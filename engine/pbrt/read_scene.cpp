@@ -21,16 +21,10 @@ Job job_of(Draft draft, const SceneOverrides& overrides, const Workers& workers,
     Assembled assembled = assemble(std::move(draft), workers, monitor);
     if (overrides.edit) overrides.edit(assembled.parts);
     const Phase phase(monitor, "build scene", 0);
-    return {Scene(std::move(assembled.parts), workers),
-            Camera(assembled.camera),
-            film,
-            integrator,
-            spp,
-            {},
-            std::move(surfaces),
-            std::move(files),
-            std::move(caches),
-            passes};
+    Scene scene(std::move(assembled.parts), workers);
+    warn_of_overlapping_lights(scene, assembled.light_places, workers, monitor);
+    return {std::move(scene), Camera(assembled.camera), film,  integrator, spp, {}, std::move(surfaces),
+            std::move(files), std::move(caches),        passes};
 }
 
 }  // namespace

@@ -1,11 +1,13 @@
 // Shapes: what they all share, and which reader takes which.
 //
-// Which side is out. pbrt takes a surface's normal from its object space and flips it if ReverseOrientation
-// XOR the transformation swaps handedness. For triangles it does so with the cross product of the
-// *world-space* edges, which is our mesh's own convention; for quadrics with the object-space normal
-// (outward, or +z) carried to the world, which is our quadric's own convention. So in both cases `flip` below
-// is exactly what SurfaceTraits asks for. Vertex normals overrule this: pbrt turns the geometric normal of
-// each triangle to their side, and ReverseOrientation turns them round.
+// Which side is out. A transformation carries a shape's outside with it, also where it mirrors, and
+// ReverseOrientation turns it round. Quadrics and curves take their normal (outward, or +z) from object space
+// to the world, so that ReverseOrientation alone flips it. Triangles and bilinear patches take the cross
+// product of their *world-space* edges, which a mirroring transformation turns to the other side: there its
+// change of handedness is a second flip. pbrt-v4 does the same for triangles and patches and where it samples
+// quadrics as lights, but flips the normals of quadrics that a ray meets under a mirroring transformation.
+// Vertex normals overrule all this: each triangle turns to their side, and ReverseOrientation turns them
+// round.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -85,7 +87,7 @@ bool lets_all_pass(const SurfaceTraits& traits) {
 
 void add_mesh(Reading& reading, const Params& params, const SurfaceTraits& traits, ObjectMesh object) {
     DraftMesh mesh;
-    mesh.traits = traits;
+    mesh.traits = of_world_edges(reading, traits);
     mesh.triangles = std::move(object.triangles);
     mesh.uv = std::move(object.uv);
     mesh.p = std::move(object.p);
@@ -104,6 +106,11 @@ void add_mesh(Reading& reading, const Params& params, const SurfaceTraits& trait
     meshes.push_back(std::move(mesh));
 }
 
+SurfaceTraits of_world_edges(const Reading& reading, SurfaceTraits traits) {
+    traits.reverse_orientation = traits.reverse_orientation != swaps_handedness(reading.state.ctm);
+    return traits;
+}
+
 V3d transformed_point(const Reading& reading, const Params& params, const V3d& p, std::size_t index) {
     const V3d q = transform_point(reading.state.ctm, p);
     if (!(std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z))) {
@@ -116,7 +123,7 @@ V3d transformed_point(const Reading& reading, const Params& params, const V3d& p
 std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params) {
     SurfaceTraits traits;
     traits.material = use_material(reading);
-    traits.reverse_orientation = reading.state.reverse_orientation != swaps_handedness(reading.state.ctm);
+    traits.reverse_orientation = reading.state.reverse_orientation;
     traits.media = reading.state.media;
     if (traits.media.border) reading.draft.uses_media = true;
     traits.alpha = read_cut_out(reading, params, "alpha");

@@ -24,6 +24,8 @@ void add_curve(Reading& reading, Params& params);
 
 // Material, side, media and cut-outs that hold here. Nothing: the shape is wholly cut out.
 std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params);
+// These traits for normals that are cross products of edges in world space.
+SurfaceTraits of_world_edges(const Reading& reading, SurfaceTraits traits);
 // Whether an area light holds here and can be on a surface; warns if one holds and cannot.
 bool emits(Reading& reading, const Params& params);
 // The area light that holds here becomes a light of that surface of the draft.

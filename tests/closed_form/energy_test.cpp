@@ -25,7 +25,7 @@ Scene shiny_room() {
     metal.roughness = Roughness::of_alpha(0.3F);
     make.sphere({0.5F, 0.3F, 0.7F}, 0.15F, make.material(metal));
     make.quad_light({0.4F, 0.999F, 0.4F}, {0.2F, 0, 0}, {0, 0, 0.2F}, make.diffuse(Rgb(0)), Rgb(3, 2, 1));
-    make.light(make_spot_light({0.2F, 0.9F, 0.5F}, V3f(0.2F, -1, 0).normalized(), Rgb(1, 1, 1), 30, 10));
+    make.light(make_spot_light({0.2F, 0.9F, 0.5F}, V3f(0.2F, -1, 0).normalized(), Rgb(1, 1, 1), {30, 10}));
     return make.build();
 }
 

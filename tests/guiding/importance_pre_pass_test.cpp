@@ -102,8 +102,8 @@ TEST(ImportancePrePass, WhereThereIsNothingToLearn_IsNone) {
     SceneMaker apart;
     apart.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, apart.diffuse(Rgb(0.5F)));
     apart.quad({90, 90, 0}, {0, 0, 1}, {1, 0, 0}, apart.diffuse(Rgb(0.5F)));
-    apart.light(make_spot_light({90.5F, 90.5F, 0.5F}, {90.5F, 90, 0.5F}, Rgb(1), 20, 20));
-    apart.light(make_spot_light({90.5F, 90.6F, 0.5F}, {90.5F, 90, 0.5F}, Rgb(3), 20, 20));
+    apart.light(make_spot_light({90.5F, 90.5F, 0.5F}, {90.5F, 90, 0.5F}, Rgb(1), {20, 20}));
+    apart.light(make_spot_light({90.5F, 90.6F, 0.5F}, {90.5F, 90, 0.5F}, Rgb(3), {20, 20}));
     const Scene scene = apart.build();
     const Camera down = testing::camera({0.5F, 1, 0.5F}, {0.5F, 0, 0.51F}, 32, 32, 40);
     const auto pre_pass = run_importance_pre_pass(scene, all_of(down), pre_pass_settings(), {1}, silent);

@@ -74,8 +74,8 @@ TEST(IgiPrePass, LightThatLightsWhatIsSeen_MattersMoreThanLightThatIsSeen) {
     const auto white = make.diffuse(Rgb(0.6F));
     make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, white);     // the floor, all that the camera sees
     make.quad({0, 0.6F, 0}, {1, 0, 0}, {0, 0, 1}, white);  // a ceiling that faces it
-    make.light(make_spot_light({0.2F, 0.5F, 0.5F}, {0, -1, 0}, Rgb(1), 20, 20));  // on the floor
-    make.light(make_spot_light({0.8F, 0.1F, 0.5F}, {0, 1, 0}, Rgb(1), 20, 20));   // on the ceiling
+    make.light(make_spot_light({0.2F, 0.5F, 0.5F}, {0, -1, 0}, Rgb(1), {20, 20}));  // on the floor
+    make.light(make_spot_light({0.8F, 0.1F, 0.5F}, {0, 1, 0}, Rgb(1), {20, 20}));   // on the ceiling
     const Scene scene = make.build();
     const Camera camera = testing::camera({0.5F, 0.55F, 0.02F}, {0.5F, 0, 0.6F}, 32, 32, 40);
     Monitor silent;

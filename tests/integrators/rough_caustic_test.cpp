@@ -32,7 +32,7 @@ Scene plate_over_floor(const MaterialModel& plate) {
     SceneMaker make;
     make.quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, make.diffuse(Rgb(0.7F)));
     make.quad({-0.6F, 0.2F, -0.3F}, {0.25F, 0.6F, 0}, {0, 0, 0.6F}, make.material(plate));
-    make.light(make_spot_light({0.6F, 0.6F, 0}, V3f(-1.1F, -0.1F, 0).normalized(), Rgb(1.0F), 12, 8));
+    make.light(make_spot_light({0.6F, 0.6F, 0}, V3f(-1.1F, -0.1F, 0).normalized(), Rgb(1.0F), {12, 8}));
     return make.build();
 }
 

@@ -95,7 +95,7 @@ std::vector<Lamp> all_lamps() {
         ring{{0.3F, 0.2F, 2}, V3f(0.2F, 0.1F, 1).normalized(), 0.9F, 0.5F};
     std::vector<Lamp> lamps;
     lamps.push_back({"point", make_point_light({0.3F, 0.2F, 1.5F}, colour), {}});
-    lamps.push_back({"spot", make_spot_light({0.3F, 0.2F, 1.5F}, {-0.1F, 0, -2}, colour, 40, 25), {}});
+    lamps.push_back({"spot", make_spot_light({0.3F, 0.2F, 1.5F}, {-0.1F, 0, -2}, colour, {40, 25}), {}});
     lamps.push_back({"distant", make_distant_light({0.3F, 0.2F, -1}, colour, scene), {}});
     lamps.push_back({"infinite", make_infinite_light(colour, scene), {}});
     lamps.push_back(
@@ -302,7 +302,7 @@ TEST(AnalyticLight, PointSpotDistantInfinite_GiveTheirClosedIrradiance) {
     const V3f up(0, 0, 1);
     expect_irradiance(irradiance(*make_point_light({3, 0, 4}, Rgb(5)), {0, 0, 0}, up, 10), 5.0 / 25 * 0.8,
                       "point");
-    const auto spot = make_spot_light({0, 0, 2}, {0, 0, -1}, Rgb(5), 30, 5);
+    const auto spot = make_spot_light({0, 0, 2}, {0, 0, -1}, Rgb(5), {30, 5});
     expect_irradiance(irradiance(*spot, {0, 0, 0}, up, 10), 5.0 / 4, "spot");
     expect_irradiance(irradiance(*make_distant_light({0, -3, -4}, Rgb(5), {}), {7, 8, 9}, up, 10), 4.0,
                       "distant");
@@ -318,7 +318,7 @@ double smooth_fall(double c, double cone_degrees, double delta_degrees) {
 
 TEST(SpotLight, Flux_EqualsQuadratureOfItsFalloff) {
     for (const auto& [cone, delta] : {std::pair{30.0F, 5.0F}, {30, 30}, {90, 10}, {170, 60}, {2, 1}}) {
-        const auto light = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), cone, delta);
+        const auto light = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), {cone, delta});
         // Midpoint rule over the cosine, within the cone only.
         const double low = std::cos(static_cast<double>(cone) * kPiD / 180);
         constexpr int kSteps = 200000;
@@ -332,8 +332,40 @@ TEST(SpotLight, Flux_EqualsQuadratureOfItsFalloff) {
     }
 }
 
+// glTF's falloff: the square of what runs linearly in the cosine.
+TEST(SpotLight, QuadraticFalloff_IsIntensityFluxAndDirections) {
+    constexpr double kCone = 60, kDelta = 35;
+    const auto light = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), {kCone, kDelta, SpotFalloff::quadratic});
+    const double low = std::cos(kCone * kPiD / 180), full = std::cos((kCone - kDelta) * kPiD / 180);
+    EXPECT_NEAR(static_cast<double>(light->flux().x), 2 * kPiD * ((1 - full) + (full - low) / 3), 1e-5);
+    std::vector<std::uint64_t> counts(40);
+    std::vector<double> expected(40), pbrts(40);
+    Sampler s(8, Purpose::test, 0, 0);
+    constexpr int kSamples = 100000;
+    for (int i = 0; i < kSamples; ++i) {
+        const double place = (static_cast<double>(light->sample_Le(le_u(s))->d.z) - low) / (1 - low);
+        ++counts[static_cast<std::size_t>(std::clamp(place * 40, 0.0, 39.0))];
+    }
+    double sum = 0, sum_of_pbrts = 0;
+    for (int i = 0; i < 40000; ++i) {
+        const double c = low + (1 - low) * (i + 0.5) / 40000,
+                     t = std::clamp((c - low) / (full - low), 0.0, 1.0);
+        const auto bin = static_cast<std::size_t>(i / 1000);
+        expected[bin] += t * t, sum += t * t;
+        pbrts[bin] += smooth_fall(c, kCone, kDelta), sum_of_pbrts += smooth_fall(c, kCone, kDelta);
+        if (i % 4000 != 0) continue;
+        const auto sine = static_cast<float>(std::sqrt(1 - c * c));
+        const auto seen = light->sample_Li({sine, 0, static_cast<float>(c)}, {}, {});
+        EXPECT_NEAR(seen ? static_cast<double>(seen->weight.x) : 0.0, t * t, 1e-5) << c;
+    }
+    for (double& e : expected) e *= kSamples / sum;
+    for (double& e : pbrts) e *= kSamples / sum_of_pbrts;
+    EXPECT_TRUE(chi_square(counts, expected).accepted());
+    EXPECT_FALSE(chi_square(counts, pbrts).accepted());
+}
+
 TEST(SpotLight, Directions_FollowTheFalloff) {
-    const auto light = make_spot_light({1, 2, 3}, {1, 1, 1}, Rgb(1), 60, 35);
+    const auto light = make_spot_light({1, 2, 3}, {1, 1, 1}, Rgb(1), {60, 35});
     const V3f axis = V3f(1, 1, 1).normalized();
     constexpr int kBins = 40, kSamples = 200000;
     std::vector<std::uint64_t> counts(kBins);
@@ -358,18 +390,18 @@ TEST(SpotLight, Directions_FollowTheFalloff) {
 }
 
 TEST(SpotLight, EdgeCases_AreFullOrDarkButNeverNaN) {
-    const auto sharp = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), 30, 0);
+    const auto sharp = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), {30, 0});
     EXPECT_EQ(sharp->sample_Li({0, std::tan(29 * kPi / 180), 1}, {})->weight.x > 0, true);
     EXPECT_FALSE(sharp->sample_Li({0, std::tan(31 * kPi / 180), 1}, {}));
     EXPECT_FALSE(sharp->sample_Li({0, 0, -1}, {}));
     EXPECT_FALSE(sharp->sample_Li({0, 0, 0}, {}));
-    const auto none = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), 0, 0);
+    const auto none = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), {0, 0});
     EXPECT_EQ(none->power(), 0);
     EXPECT_FALSE(none->sample_Le({}));
     for (const float u : {0.0F, 0.25F, 0.5F, 0x1.fffffep-1F}) {
         for (const auto& [cone, delta] : {std::pair{30.0F, 0.0F}, {30, 30}, {0.001F, 0.0005F}, {180, 180}}) {
             const auto emitted =
-                make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), cone, delta)->sample_Le({{u, u}, {u, u}});
+                make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), {cone, delta})->sample_Le({{u, u}, {u, u}});
             ASSERT_TRUE(emitted);
             EXPECT_NEAR(emitted->d.length(), 1, 1e-5F);
             EXPECT_GE(emitted->d.z, std::cos(cone * kPi / 180) - 1e-5F);
@@ -481,7 +513,7 @@ TEST(AnalyticLight, WithoutPower_GivesNoSamples) {
     const V3f a(0, 0, 2), b(1, 0, 2);
     std::vector<std::unique_ptr<Light>> dark;
     dark.push_back(make_point_light({0, 0, 2}, Rgb(0)));
-    dark.push_back(make_spot_light({0, 0, 2}, {0, 0, -1}, Rgb(0), 30, 5));
+    dark.push_back(make_spot_light({0, 0, 2}, {0, 0, -1}, Rgb(0), {30, 5}));
     dark.push_back(make_distant_light({0, 0, -1}, Rgb(0), scene));
     dark.push_back(make_infinite_light(Rgb(0), scene));
     dark.push_back(make_area_light(disk, Rgb(0), false));

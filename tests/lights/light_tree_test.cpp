@@ -59,7 +59,7 @@ Lights lights_of_every_kind(std::uint64_t seed, int count, float size) {
                 lights.push_back(make_point_light(p, power));
                 break;
             case 1:
-                lights.push_back(make_spot_light(p, d, power, 5 + 150 * sampler.next(), 5));
+                lights.push_back(make_spot_light(p, d, power, {5 + 150 * sampler.next(), 5}));
                 break;
             case 2:
                 lights.push_back(make_area_light(DiskEmitter{p, d, 0.3F}, power, false));
@@ -333,7 +333,7 @@ TEST(LightTree, FewOrNone_HaveADefinedAnswer) {
     EXPECT_FALSE(LightTree(Lights{}).pick({0, 0, 0}, {0, 1, 0}, 0.5F));
 
     Lights one;
-    one.push_back(make_spot_light({0, 1, 0}, {0, -1, 0}, Rgb(1.0F), 20, 5));
+    one.push_back(make_spot_light({0, 1, 0}, {0, -1, 0}, Rgb(1.0F), {20, 5}));
     const LightTree single(one);
     EXPECT_EQ(single.pick({0, 0, 0}, {0, 1, 0}, 0.99F)->probability, 1);
     EXPECT_FALSE(single.pick({0, 2, 0}, {0, 1, 0}, 0.5F));  // behind it

@@ -293,6 +293,8 @@ TEST(MeasuredLight, Flux_IsTheMeanOfEmission_WhateverThePlacement) {
     MeasuredSettings set;
     set.power = 7;
     EXPECT_NEAR(make(field, set)->power(), 7, 1e-5);
+    set.power_scale = 2;
+    EXPECT_NEAR(make(field, set)->power(), 14, 1e-5);
 }
 
 // Irradiance in a small square about `x` on the plane z = x.z facing the lamp, three ways.

@@ -178,6 +178,7 @@ TEST(RayLight, Placement_MovesTurnsAndScalesTheRays) {
     EXPECT_NEAR(light->power(), 24, 1e-4);  // of 8 lm, times 3, whatever the size
     EXPECT_EQ(light->unit(), FluxUnit::lumen);
     EXPECT_NEAR(make_ray_light(five_rays(), RayLightSettings{"five", M44d(), 1, 5})->power(), 5, 1e-5);
+    EXPECT_NEAR(make_ray_light(five_rays(), RayLightSettings{"five", M44d(), 2, 5})->power(), 10, 1e-5);
 }
 
 TEST(RayLight, OnlyParticles_MeetIt) {

@@ -132,6 +132,48 @@ TEST(Lights, Area_IsTakenUpByTheShapesOfItsBlock) {
     EXPECT_TRUE(read.warnings.empty());
 }
 
+// As in pbrt-v4: "power" says how strong the light is, "scale" multiplies that.
+TEST(Lights, PowerAndScale_BothCount) {
+    const TemporaryFolder folder;
+    Image slide = Image::rgb(4, 4);
+    for (std::size_t i = 0; i < slide.data.size(); ++i) slide.data[i] = static_cast<float>(i % 5);
+    write_exr(folder.path() / "slide.exr", slide);
+    const std::string image = "\"string filename\" \"" + (folder.path() / "slide.exr").string() + "\" ";
+    const std::string web =
+        "\"string filename\" \"" LUCERNA_SOURCE_DIR "/tests/cli/faults/photometric/disc95.ies\" ";
+    for (const std::string& light :
+         {std::string("LightSource \"point\" \"rgb I\" [1 2 3] "),
+          std::string("LightSource \"spot\" \"float coneangle\" 20 "),
+          std::string("LightSource \"spot\" \"string falloff\" \"quadratic\" "),
+          std::string("LightSource \"goniometric\" "), "LightSource \"goniometric\" " + image,
+          "LightSource \"projection\" " + image, "LightSource \"ies\" \"rgb color\" [1 0.5 0.2] " + web,
+          std::string("AreaLightSource \"diffuse\" \"rgb L\" [4 2 1] ")}) {
+        const std::string shape = light.starts_with("Area") ? " Shape \"disk\"" : "";
+        EXPECT_NEAR(power_of(light + "\"float power\" 500" + shape), 500, 5e-3) << light;
+        EXPECT_NEAR(power_of(light + "\"float power\" 500 \"float scale\" 2" + shape), 1000, 1e-2) << light;
+        EXPECT_NEAR(power_of(light + "\"float scale\" 0.25 \"float power\" 500" + shape), 125, 1e-3) << light;
+        EXPECT_NEAR(power_of(light + "\"float scale\" 3" + shape), 3 * power_of(light + shape),
+                    1e-5 * power_of(light + shape))
+            << light;
+    }
+    EXPECT_NEAR(power_of("LightSource \"point\" \"float power\" 500 \"float scale\" 0"), 0, 0);
+}
+
+TEST(Lights, UnknownParameter_IsToldAllThatAreKnown) {
+    const std::string refused = refusal_of_world(
+        "LightSource \"lightfield\" \"string filename\" \"lamp.exr\" \"float efficacity\" 3");
+    EXPECT_THAT(refused, HasSubstr("did you mean \"efficacy\"?"));
+    for (const char* name :
+         {"filename", "scale", "power", "efficacy", "emission", "reconstruction", "lightgroup"})
+        EXPECT_THAT(refused, HasSubstr(name));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"float powr\" 3"),
+                HasSubstr("did you mean \"power\"?"));
+    EXPECT_THAT(refusal_of_world("LightSource \"distant\" \"float illuminence\" 3"),
+                HasSubstr("did you mean \"illuminance\"?"));
+    EXPECT_THAT(refusal_of_world("LightSource \"spot\" \"string falloff\" \"smooth\""),
+                HasSubstr("falloff \"smooth\" is unknown; expected smoothstep or quadratic"));
+}
+
 TEST(Lights, AreaFlux_IsPiTimesAreaTimesRadiance) {
     const double pi = 3.14159265358979;
     EXPECT_NEAR(power_of("Scale 2 3 1 AreaLightSource \"diffuse\" " + std::string(kSquare)), 6 * pi, 1e-4);

@@ -261,6 +261,8 @@ TEST(Options, OtherOptions_AreKnownOrRefused) {
     EXPECT_THAT(read_file_text("Option \"bool disablepixeljitter\" true WorldBegin").warnings,
                 ::testing::Contains(HasSubstr("Option \"disablepixeljitter\" has no effect")));
     EXPECT_THAT(refused("Option \"integer nonsense\" 1"), HasSubstr("unknown Option \"nonsense\""));
+    EXPECT_THAT(refused("Option \"string unti\" \"photometric\""), HasSubstr("did you mean \"unit\"?"));
+    EXPECT_THAT(refused("Option \"string unit\" \"photometrc\""), HasSubstr("did you mean \"photometric\"?"));
     EXPECT_THAT(
         refused("ColorSpace \"rec1\""),
         HasSubstr("ColorSpace \"rec1\" is unknown; expected srgb, rec2020, dci-p3, acescg, aces2065-1"));

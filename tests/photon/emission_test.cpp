@@ -24,7 +24,7 @@ Scene three_lights() {
     settings.power = 30;
     make.light(make_point_light(V3f(0.0F), Rgb(10 / (4 * kPi))));
     make.light(make_measured_light(field, CellTable(field, {1}, silent), settings, silent));
-    make.light(make_spot_light(V3f(1.0F), {0, 0, 1}, Rgb(1), 40, 40));
+    make.light(make_spot_light(V3f(1.0F), {0, 0, 1}, Rgb(1), {40, 40}));
     make.light(make_point_light(V3f(0.0F), Rgb(0.0F)));
     return make.build();
 }

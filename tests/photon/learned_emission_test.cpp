@@ -32,7 +32,7 @@ Scene four_lights() {
     make.light(make_point_light(V3f(1.0F), Rgb(10 / (4 * kPi))));
     make.light(make_measured_light(field, CellTable(field, {1}, silent), settings, silent));
     make.light(make_point_light(V3f(0.5F), Rgb(0.0F)));
-    make.light(make_spot_light(V3f(1.0F), {0, 0, 1}, Rgb(1), 40, 40));
+    make.light(make_spot_light(V3f(1.0F), {0, 0, 1}, Rgb(1), {40, 40}));
     return make.build();
 }
 

@@ -46,7 +46,7 @@ Scene busy_room() {
     make.sphere({0.5F, 0.3F, 0.7F}, 0.15F, make.material(metal));
     make.quad_light({0.4F, 0.999F, 0.4F}, {0.2F, 0, 0}, {0, 0, 0.2F}, make.diffuse(Rgb(0)), Rgb(3, 2, 1));
     make.light(make_point_light({0.5F, 0.8F, 0.2F}, Rgb(0.1F, 0.2F, 0.3F)));
-    make.light(make_spot_light({0.2F, 0.9F, 0.5F}, V3f(0.2F, -1, 0).normalized(), Rgb(1, 1, 1), 30, 10));
+    make.light(make_spot_light({0.2F, 0.9F, 0.5F}, V3f(0.2F, -1, 0).normalized(), Rgb(1, 1, 1), {30, 10}));
     return make.build();
 }
 
@@ -223,7 +223,7 @@ TEST(Deposit, MirrorUnderALight_MakesCausticPhotonsOnTheCeiling) {
     make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0},
               make.material(MirrorMaterial{RgbTexture::constant(Rgb(0.5F))}));
     make.quad({-9, 2, -9}, {20, 0, 0}, {0, 0, 20}, make.diffuse(Rgb(0)));
-    make.light(make_spot_light({0.5F, 1, 0.5F}, {0, -1, 0}, Rgb(1.0F), 10, 5));
+    make.light(make_spot_light({0.5F, 1, 0.5F}, {0, -1, 0}, Rgb(1.0F), {10, 5}));
     const PhotonMaps maps = build(make.build(), 10'000);
     EXPECT_EQ(maps.counts[static_cast<int>(MapKind::direct)].stored, 0U);
     EXPECT_EQ(maps.counts[static_cast<int>(MapKind::direct)].not_storable, 10'000U);
