@@ -299,7 +299,7 @@ GltfModel GltfReader::read() {
     monitor_.advance(1);
     monitor_.end();
     if (!in_.animations.empty()) warn("{} animations are left out", in_.animations.size());
-    if (out_.placements.empty()) fail("has no visible mesh in its scene");
+    if (out_.placements.empty()) fail("has no mesh that is visible in its scene");
     return std::move(out_);
 }
 

@@ -310,12 +310,12 @@ TEST(Lights, MissingLampFile_IsRefusedAtItsPlace) {
 
 TEST(Lights, DarkScenes_AreWarnedOf) {
     RecordingMonitor monitor;
-    assemble(
-        read_draft(std::string(kHead) + "LightSource \"point\" \"rgb I\" [0 0 0]", "scene.pbrt", {}, monitor),
-        {1}, monitor);
-    EXPECT_THAT(monitor.warnings, ::testing::ElementsAre("scene.pbrt:2:1: this point light has no power"));
+    assemble(read_draft(std::string(kHead) + "Shape \"sphere\" LightSource \"point\" \"rgb I\" [0 0 0]",
+                        "scene.pbrt", {}, monitor),
+             {1}, monitor);
+    EXPECT_THAT(monitor.warnings, ::testing::ElementsAre("scene.pbrt:2:16: this point light has no power"));
     monitor.warnings.clear();
-    assemble(read_draft(std::string(kHead), "scene.pbrt", {}, monitor), {1}, monitor);
+    assemble(read_draft(std::string(kHead) + "Shape \"sphere\"", "scene.pbrt", {}, monitor), {1}, monitor);
     EXPECT_THAT(monitor.warnings, ::testing::ElementsAre("scene.pbrt: the scene has no light"));
 }
 

@@ -201,9 +201,9 @@ TEST(Shapes, CutOuts_ReachTheShapeAndConstantsAreTakenForWhatTheyAre) {
 
 TEST(Shapes, SmallMeshesOfEqualTraits_BecomeOne) {
     const std::string triangle = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] ";
-    const SceneParts parts = parts_of_world(triangle + "Translate 1 2 3 " + triangle + "ReverseOrientation " +
-                                            triangle + "Material \"matte\" " + triangle + triangle +
-                                            "AreaLightSource \"diffuse\" " + triangle + triangle);
+    const SceneParts parts = parts_of_world(
+        triangle + "Translate 1 2 3 " + triangle + "ReverseOrientation " + triangle + "Material \"matte\" " +
+        triangle + triangle + "AreaLightSource \"diffuse\" " + triangle + "Translate 0 0 1 " + triangle);
     ASSERT_EQ(parts.meshes.size(), 5U);
     EXPECT_EQ(parts.meshes[0].triangles, (std::vector<V3i>{{0, 1, 2}, {3, 4, 5}}));
     EXPECT_EQ(V3d(parts.meshes[0].p[4]) + parts.origin, V3d(2, 2, 3));
