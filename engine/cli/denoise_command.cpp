@@ -51,10 +51,14 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     const double seconds = clock.seconds();
     describe_alike(denoised.image, image);
     denoised.image.attributes.erase("lucerna.broughtfrom");
-    denoised.image.attributes["lucerna.denoised"] = fmt::format("{:.3g}", denoised.relative_error);
+    denoised.image.attributes["lucerna.denoised"] =
+        denoised.error_is_known ? fmt::format("{:.3g}", denoised.relative_error) : "unknown";
     command.output.write(
         denoised.image,
-        fmt::format("error {}, {}", percent_text(denoised.relative_error), duration_text(seconds)),
+        fmt::format("{}, {}",
+                    denoised.error_is_known ? "error " + percent_text(denoised.relative_error)
+                                            : "too few samples or pixels to tell its error",
+                    duration_text(seconds)),
         denoised.image, denoised.image, context);
 }
 

@@ -57,7 +57,9 @@ void act(const MergeCommand& command, const CommandContext& context) {
                                                    : with_channels(merged.image, is_of_the_image);
     if (denoised) add_channels(image, denoised->image, "denoised.");
     std::string what = fmt::format("{} parts", parts.size());
-    if (denoised) what += ", denoised " + percent_text(denoised->relative_error);
+    if (denoised)
+        what += denoised->error_is_known ? ", denoised " + percent_text(denoised->relative_error)
+                                         : ", too few samples or pixels to tell the denoised image's error";
     const Image& shown = denoised ? denoised->image : image;
     command.output.write(image, what, shown, shown, context);
 }

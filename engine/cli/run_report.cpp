@@ -94,7 +94,7 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
 
 std::optional<double> picture_error(const RunFacts& facts, const RenderReport& report) {
     const std::optional<double>& own = report.denoised_error ? report.denoised_error : report.relative_error;
-    if (!own) return std::nullopt;
+    if (!own || !std::isfinite(*own)) return std::nullopt;
     return std::hypot(*own, facts.choice ? facts.choice->beyond_noise : 0);
 }
 
@@ -129,9 +129,11 @@ std::string options_text(const IntegratorSettings& settings) {
     return text;
 }
 
-std::string limits_text(const Limits& limits) {
-    return limits.error > 0 ? fmt::format("to {:g} %", 100 * limits.error)
-                            : fmt::format("in {}", duration_text(limits.seconds));
+// What the numbers beside the methods are: expectations of whole renders, from trials that are much shorter.
+std::string expectations_text(const Limits& limits) {
+    return limits.error > 0
+               ? fmt::format("expected times to {:g} %, from short trials", 100 * limits.error)
+               : fmt::format("expected errors after {}, from short trials", duration_text(limits.seconds));
 }
 
 }  // namespace
@@ -147,7 +149,9 @@ std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Moni
     }
     job.integrator = choice->settings;
     monitor.info(fmt::format("method   {}", options_text(job.integrator)));
-    monitor.info(fmt::format("tried    {} ({})", choice->tried, limits_text(options.limits)));
+    monitor.info(std::isnan(choice->error)
+                     ? fmt::format("tried    {}", choice->tried)
+                     : fmt::format("tried    {} ({})", choice->tried, expectations_text(options.limits)));
     // What more samples do not mend is half of the error at most and leaves that much less for noise.
     options.limits.error = std::sqrt(std::max(sqr(options.limits.error) - sqr(choice->beyond_noise), 0.0));
     return choice;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -275,10 +276,25 @@ Shares shares_of(const std::array<Image, 2>& halves) {
     return all > 0 ? Shares{samples[0] / all, samples[1] / all} : Shares{0.5, 0.5};
 }
 
+// Whether the pixels of both halves have two samples on average. Halves of one sample have seldom met the
+// rare bright samples from which most of the error is: what they differ by is then too little.
+bool have_two_samples(const std::array<Image, 2>& halves) {
+    constexpr double kLeast = 2;
+    return std::all_of(halves.begin(), halves.end(), [](const Image& half) {
+        const std::size_t pixels = area(size_of(half));
+        double samples = 0;
+        for (std::size_t i = 0; i < pixels; ++i) samples += double{half.data[kHalfChannels * i + kSamples]};
+        return samples >= kLeast * static_cast<double>(pixels);
+    });
+}
+
 // An image made of each half, and what is known of the error of their mean: by pixel, squared and relative.
 struct Estimate {
     Shares shares;
     std::array<std::vector<Rgb>, 2> of = {};
+    // The same, but that each pixel is mixed in shares that its own error had no part in: a share is the best
+    // of what is known by chance, and looks better than it is where the same errors judge it.
+    std::array<std::vector<Rgb>, 2> held_out = {};
     Numbers error = {};
 
     Rgb mean(std::size_t i) const {
@@ -309,12 +325,13 @@ class Mixer {
     // What is made of A has the squared error mean[(D_A - B)² - a (A - B)²], where a is A's share of the
     // samples: B's own is that part of the difference. The mean of D_A and D_B has that of the two, by their
     // shares, less a b (D_A - D_B)².
-    Numbers error(const Estimate& made) const {
+    Numbers error(const Estimate& made) const { return error(made.of, made.shares); }
+    Numbers error(const std::array<std::vector<Rgb>, 2>& of, const Shares& shares) const {
         Numbers error(inverse_scale_.size());
         for_each([&](std::size_t i) {
             const double a = luminance_of(measured_.of[0][i]), b = luminance_of(measured_.of[1][i]);
-            const double d_a = luminance_of(made.of[0][i]), d_b = luminance_of(made.of[1][i]);
-            const auto [of_a, of_b] = made.shares;
+            const double d_a = luminance_of(of[0][i]), d_b = luminance_of(of[1][i]);
+            const auto [of_a, of_b] = shares;
             const double error_a = sqr(d_a - b) - of_a * sqr(a - b);
             const double error_b = sqr(d_b - a) - of_b * sqr(a - b);
             error[i] = inverse_scale_[i] * (of_a * error_a + of_b * error_b - of_a * of_b * sqr(d_a - d_b));
@@ -333,14 +350,46 @@ class Mixer {
             gain[i] = first.error[i] - second.error[i] + difference[i];
         });
         const Numbers d2 = smoothed(difference, size_, kReach, workers_);
-        gain = smoothed(gain, size_, kReach, workers_);
-        for_each(
-            [&](std::size_t i) { share[i] = d2[i] > 0 ? std::clamp(gain[i] / (2 * d2[i]), 0.0, 1.0) : 0; });
+        const Numbers gains = smoothed(gain, size_, kReach, workers_);
+        const auto best = [](double gained, double squares) {
+            return squares > 0 ? std::clamp(gained / (2 * squares), 0.0, 1.0) : 0;
+        };
+        for_each([&](std::size_t i) { share[i] = best(gains[i], d2[i]); });
         share = smoothed(share, size_, kSmooth, workers_);
+        const auto mix_by = [](std::array<Rgb, 2>& to, const std::array<Rgb, 2>& other, double s) {
+            for (std::size_t half = 0; half < 2; ++half)
+                to[half] += static_cast<float>(s) * (other[half] - to[half]);
+        };
+        // The same share, of the surroundings without the pixel itself.
+        const auto share_without = [&](int x, int y) {
+            const std::size_t own = place(size_, x, y);
+            double sum = 0;
+            int count = 0;
+            for (int v = std::max(0, y - kSmooth); v <= std::min(size_.y - 1, y + kSmooth); ++v) {
+                const int rows = std::min(v + kReach, size_.y - 1) - std::max(v - kReach, 0) + 1;
+                for (int u = std::max(0, x - kSmooth); u <= std::min(size_.x - 1, x + kSmooth);
+                     ++u, ++count) {
+                    const int columns = std::min(u + kReach, size_.x - 1) - std::max(u - kReach, 0) + 1;
+                    const std::size_t at = place(size_, u, v);
+                    const double pixels = rows * columns;
+                    sum += best(pixels * gains[at] - gain[own], pixels * d2[at] - difference[own]);
+                }
+            }
+            return sum / count;
+        };
+        for_each_row(workers_, size_, [&](int y) {
+            for (int x = 0; x < size_.x; ++x) {
+                const std::size_t i = place(size_, x, y);
+                std::array<Rgb, 2> held_out{first.held_out[0][i], first.held_out[1][i]};
+                mix_by(held_out, {second.of[0][i], second.of[1][i]}, share_without(x, y));
+                first.held_out[0][i] = held_out[0], first.held_out[1][i] = held_out[1];
+            }
+        });
         for_each([&](std::size_t i) {
             const double s = share[i];
-            for (std::size_t half = 0; half < 2; ++half)
-                first.of[half][i] += static_cast<float>(s) * (second.of[half][i] - first.of[half][i]);
+            std::array<Rgb, 2> mixed{first.of[0][i], first.of[1][i]};
+            mix_by(mixed, {second.of[0][i], second.of[1][i]}, s);
+            first.of[0][i] = mixed[0], first.of[1][i] = mixed[1];
             first.error[i] += s * (second.error[i] - first.error[i]) - s * (1 - s) * difference[i];
         });
     }
@@ -361,9 +410,17 @@ class Mixer {
 };
 
 // Of squared errors by pixel, each with noise of its own, which is less than 0 as often as it is more: their
-// mean, without what few pixels decide alone, as Film::error() does; and no less than by how much it may be
-// wrong.
-double mean_error(const Numbers& errors) {
+// mean, without what few pixels decide alone, as Film::error() does; and its standard error.
+struct MeanError {
+    double mean, standard_error;
+    std::uint64_t pixels;
+
+    // No less than by how much it may be wrong.
+    double root() const { return std::sqrt(std::max(mean, standard_error)); }
+    // Two standard errors are then less than what makes the root wrong by a factor of 1.5.
+    bool is_known() const { return pixels > 1 && standard_error <= 0.25 * mean; }
+};
+MeanError mean_error(const Numbers& errors) {
     Numbers sizes(errors.size());
     for (std::size_t i = 0; i < errors.size(); ++i) sizes[i] = std::fabs(errors[i]);
     const double limit = limit_of_most(std::move(sizes));
@@ -371,7 +428,7 @@ double mean_error(const Numbers& errors) {
     for (const double error : errors) {
         if (std::fabs(error) <= limit) stats.add(error);
     }
-    return std::max(stats.mean(), stats.standard_error());
+    return {stats.mean(), stats.standard_error(), stats.count()};
 }
 
 Estimate estimate_of(const Layers& input, const Shares& shares, const std::array<Filtered, 2>& filtered,
@@ -483,6 +540,7 @@ Denoised denoise(const Layers& input, const Workers& workers) {
     for (std::size_t i = 0; i < level.size(); ++i) level[i] = luminance_of(result.mean(i));
     const Mixer mixer(size, std::move(raw), level, workers);
     result.error = mixer.error(result);
+    result.held_out = result.of;
     for (const Candidate candidate : {Candidate::trusting, Candidate::loose}) {
         Estimate other = estimate_of(input, shares, filtered, candidate, scale, workers);
         other.error = mixer.error(other);
@@ -490,14 +548,16 @@ Denoised denoise(const Layers& input, const Workers& workers) {
     }
     mixer.mix(result, mixer.measured());
 
-    Denoised denoised{Image::rgb(size.x, size.y), 0};
+    Denoised denoised{Image::rgb(size.x, size.y), 0, false};
     denoised.image.space = input.halves[0].space;
     for (std::size_t i = 0; i < level.size(); ++i) {
         const Rgb c = result.mean(i);
         denoised.image.data[3 * i] = c.x, denoised.image.data[3 * i + 1] = c.y,
                                 denoised.image.data[3 * i + 2] = c.z;
     }
-    denoised.relative_error = std::sqrt(mean_error(result.error));
+    const MeanError error = mean_error(mixer.error(result.held_out, shares));
+    denoised.relative_error = error.root();
+    denoised.error_is_known = error.is_known() && have_two_samples(input.halves);
     return denoised;
 }
 

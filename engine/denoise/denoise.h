@@ -58,6 +58,9 @@ Layers layers_of(const Image& image, const std::string& file);
 struct Denoised {
     Image image;            // R G B
     double relative_error;  // of it, as Film::ErrorEstimate has it, but with bias
+    // Whether that is worth a statement. It is not where halves have fewer than two samples per pixel, and
+    // where the standard error of the mean of the squared errors is more than a quarter of that mean.
+    bool error_is_known;
 };
 
 // The same for any number of threads; of a part of an image, but for what lies about it, as of the whole.

@@ -196,7 +196,7 @@ std::map<std::string, double> RenderReport::numbers() const {
     writer.group(rays_prepare, [&](auto& rays) { writer.value("rays.prepare", rays); });
     writer.value("passes.done", static_cast<double>(passes_done));
     writer.group(relative_error, [&](auto& error) { writer.value("error.relative", error); });
-    writer.group(denoised_error, [&](auto& error) { writer.value("error.denoised", error); });
+    if (denoised_error && std::isfinite(*denoised_error)) writer.value("error.denoised", *denoised_error);
     if (!pixels_apart.empty()) writer.value("error.pixels_apart", static_cast<double>(pixels_apart.size()));
     return std::move(writer.numbers);
 }

@@ -256,12 +256,15 @@ double Film::around(std::span<const double> shown, int x, int y) const {
 
 std::optional<Film::Brightness> Film::brightness() const {
     std::vector<double> levels;
+    double counted = 0;
     for (std::size_t i = 0; i < size_; ++i) {
         if (count(i) == 0) continue;  // none of its samples was finite
         if (count(i) == 1) return std::nullopt;
+        counted += count(i);
         levels.push_back(std::fabs(shown(i)));
     }
-    if (levels.empty()) return std::nullopt;
+    const double least = kind_.by_pass ? 2 : kLeastForError;
+    if (levels.empty() || counted < least * static_cast<double>(levels.size())) return std::nullopt;
     const double brightest = limit_of_most(levels);
     double sum = 0, known = 0;
     for (const double level : levels) {

@@ -1,6 +1,7 @@
 // Where samples become pixels. A pixel owns its sums: one thread at a time works on it, in a fixed order.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -77,7 +78,7 @@ class Film {
     // The noise that is left, as a share: the root of the mean, over all pixels, of the squares of each
     // pixel's error of luminance over its luminance (plus a tenth of the image's mean, both squared, so that
     // black pixels do not count for more than they show). Bias is no part of it. Infinite until the pixels
-    // have two samples or passes; 0 if nothing varies.
+    // have kLeastForError samples on average, or two passes; 0 if nothing varies.
     //
     // Errors are the difference between two halves of the samples: a pixel's samples are stratified, so that
     // their mean is better than their own variance tells. That variance bounds it where halves are too few to
@@ -88,6 +89,7 @@ class Film {
     // vary by far more than all others. At most one in a thousand, they stand apart where they vary more than
     // ten times as much as any other and more than all others together; the error and the mean are without
     // them.
+    static constexpr int kLeastForError = 4;  // two or three have met too little of what is rare and bright
     struct ErrorEstimate {
         double relative = 0;
         std::vector<V2i> apart;  // those pixels, rows first
@@ -186,12 +188,17 @@ class Film {
     static V3d variance(const Passes& passes);
     V3d variance(std::size_t pixel) const {
         if (kind_.by_pass) return variance(whole_passes(pixel));
-        if (!is_mean_of_halves(pixel)) return variance(whole(pixel));
+        const double n_a = pixels_[pixel].count, n_b = kind_.two_halves ? pixels_[size_ + pixel].count : 0;
+        // A half of one sample has no variance of its own: then all samples together tell that of one.
+        if (!is_mean_of_halves(pixel) || std::min(n_a, n_b) < 2) {
+            const double of_mean = is_mean_of_halves(pixel) ? sqr(n_a + n_b) / (4 * n_a * n_b) : 1;
+            return of_mean * variance(whole(pixel));
+        }
         return 0.25 * (variance(pixels_[pixel]) + variance(pixels_[size_ + pixel]));
     }
     Halves halves(std::size_t pixel) const;
     // The mean of what pixels show, but for what few pixels decide alone; and how many have samples. None if
-    // there are none, or a pixel has a single one.
+    // there are too few for an error.
     struct Brightness {
         double mean;
         std::size_t pixels;

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <numeric>
 #include <optional>
 
@@ -623,7 +624,10 @@ class Run {
         if (job_.film.is_part()) return result;
         Denoised picture = denoise(*result.layers, options_.workers);
         result.denoised = std::move(picture.image);
-        if (report.relative_error) report.denoised_error = picture.relative_error;
+        // Infinite where it is not known. An estimate that ended the render is stated, however uncertain it
+        // is.
+        const bool is_stated = picture.error_is_known || report.ended_by == "error";
+        if (report.relative_error) report.denoised_error = is_stated ? picture.relative_error : INFINITY;
         return result;
     }
 

@@ -250,6 +250,7 @@ TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
         lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--error", "5%", "--stats", "a.json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_THAT(outcome.out, HasSubstr("tried    path "));
+    EXPECT_THAT(outcome.out, HasSubstr("from short trials)")) << "the numbers are expectations";
     const auto stats = nlohmann::json::parse(read_text("a.json"));
     EXPECT_THAT(stats["choice"]["tried"].get<std::string>(), HasSubstr("path"));
     const double shared = stats["choice"]["beyond_noise"], left = stats["numbers"]["error.denoised"];

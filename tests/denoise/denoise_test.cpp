@@ -9,6 +9,7 @@
 #include <random>
 
 #include "engine/base/error.h"
+#include "engine/base/stats.h"
 
 namespace lucerna {
 namespace denoise_test {
@@ -119,6 +120,43 @@ TEST(Denoise, OfOneSampleAHalf_OrOneAndTwo_NoiseIsRemovedAndSaid) {
         EXPECT_GT(denoised.relative_error, error / of.known_to);
         EXPECT_LT(denoised.relative_error, error * of.known_to);
     }
+}
+
+// Halves of one sample have met too little of the error to tell it; of two, they tell it, and of a picture of
+// a few pixels, or where a few pixels decide, nobody knows.
+TEST(Denoise, ErrorThatIsNotKnown_IsNotSaidToBe) {
+    for (const int samples : {1, 2, 4, 8}) {
+        EXPECT_EQ(denoise(walls(1, 0.02, {samples, samples}).layers, {}).error_is_known, samples > 1)
+            << samples;
+    }
+    Picture rare = walls(1, 0.5, {8, 8});
+    std::mt19937 random(9);
+    for (Image& half : rare.layers.halves) {
+        for (int i = 0; i < 20; ++i) {
+            const int x = static_cast<int>(random() % kWide), y = static_cast<int>(random() % kHigh);
+            const float value = std::pow(10.0F, 1 + 0.1F * static_cast<float>(i));
+            for (int c = 0; c < 3; ++c) {
+                half.value(x, y, kLight + c) += value;
+                half.value(x, y, kVariance + c) += value * value;
+            }
+        }
+    }
+    EXPECT_FALSE(denoise(rare.layers, {}).error_is_known);
+}
+
+// The shares of the mixture are the best by the same errors that judge it, which makes these look too small.
+// Samples of a heavy tail, few of them: the mean over seeds of what is said, squared, is that of the errors.
+TEST(Denoise, ErrorOfFewSamples_IsNotTooSmallByTheChoiceOfShares) {
+    RunningStats said, error;
+    for (unsigned seed = 1; seed <= 12; ++seed) {
+        const Picture picture = walls(1, 1, {4, 4}, seed);
+        const Denoised denoised = denoise(picture.layers, {});
+        said.add(sqr(denoised.relative_error));
+        error.add(sqr(error_of(picture, denoised.image)));
+    }
+    // 12 seeds tell the mean to a few percent; by the same errors it is 0.81.
+    EXPECT_GT(std::sqrt(said.mean() / error.mean()), 0.9);
+    EXPECT_LT(std::sqrt(said.mean() / error.mean()), 1.15);
 }
 
 // Light that a few pixels alone have met, and in one half alone, decides no error of the whole image, and

@@ -80,6 +80,34 @@ TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
     EXPECT_NEAR(wrong.mean() / value.variance(), 1.0 / kSamples, 0.03);
 }
 
+// The halves of an allocated film have one sample each at first: what they differ by is the variance of their
+// mean, and not 0. At so few samples the film states no error; from four on it does.
+TEST(Film, HalvesOfOneSample_HaveTheVarianceOfWhatTheyDifferBy) {
+    constexpr int kSide = 100;
+    for (const int samples : {2, 3, 4, 8}) {
+        Film film(kSide, kSide, {.two_halves = true, .allocated = true});
+        Sampler sampler(21, Purpose::test, 0, static_cast<std::uint64_t>(samples));
+        for (int i = 0; i < kSide * kSide; ++i) {
+            for (int s = 0; s < samples; ++s)
+                film.add(i % kSide, i / kSide, Rgb(2 * sampler.next()), 1, s % 2);
+        }
+        const Image image = film.develop(1);
+        RunningStats variance, value;
+        for (int i = 0; i < kSide * kSide; ++i) {
+            value.add(double{image.value(i % kSide, i / kSide, 0)});
+            variance.add(double{image.value(i % kSide, i / kSide, 3)});
+        }
+        // Of a mean of halves of 1 and 2 samples: (1 + 1/2)/4 of one sample's 1/3.
+        const double truth = samples == 3 ? 1.0 / 8 : 1.0 / 3 / samples;
+        EXPECT_NEAR(value.variance() / truth, 1, 0.05) << samples;
+        EXPECT_NEAR(variance.mean() / truth, 1, 0.06) << samples;
+        EXPECT_EQ(std::isinf(film.relative_error()), samples < 4) << samples;
+        if (samples >= 4) {
+            EXPECT_NEAR(film.relative_error() / std::sqrt(truth / 1.01), 1, samples == 4 ? 0.3 : 0.2);
+        }
+    }
+}
+
 // Filters with negative lobes, too: nothing varies where the light does not.
 TEST(Film, PassesOfSignedWeights_AreExactOnConstants) {
     Film film(1, 1, {.weight = 1.5F, .by_pass = true});
