@@ -32,6 +32,7 @@
 #include "engine/render/image_part.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
+#include "photon/map_points.h"
 
 namespace lucerna {
 namespace {
@@ -211,7 +212,10 @@ void declare_files(const RenderCommand& command, CommandFiles& files) {
     files.reads(command.scene);
     if (!command.stats.empty()) files.writes(command.stats, "", "--stats");
     const MapFiles& maps = command.options.maps;
-    if (!maps.save.empty()) files.writes(maps.save, ".photons", "--save-maps");
+    if (!maps.save.empty()) {
+        const bool points = suffix_of(maps.save) == kMapPointsSuffix;
+        files.writes(maps.save, points ? kMapPointsSuffix : ".photons", "--save-maps");
+    }
     if (!maps.load.empty()) {
         require_readable(maps.load);
         files.reads(maps.load);
@@ -638,9 +642,11 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
 }
 
 void add_map_options(CLI::App& app, RenderCommand& command) {
-    app.add_option("--save-maps", command.options.maps.save,
-                   "save the photon maps, for other views of the same scene (photonmap)")
-        ->type_name("FILE.photons");
+    app.add_option(
+           "--save-maps", command.options.maps.save,
+           "save the photon maps, for other views of the same scene (FILE.photons), or as points with "
+           "position, direction and power for other programs (FILE.ply) (photonmap)")
+        ->type_name("FILE.photons|.ply");
     app.add_option(
            "--load-maps", command.options.maps.load,
            "load the photon maps from this file; scene, seed and settings must be those of --save-maps")

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 #include <sstream>
 
 #include "engine/base/error.h"
+#include "engine/base/files.h"
 #include "engine/base/toml.h"
 #include "engine/base/units.h"
 #include "engine/integrators/settings.h"
@@ -93,6 +95,12 @@ std::vector<StudyPoint> points_of(const TomlTable& table, const std::string& met
 StudyScene scene_of(const TomlTable& table) {
     StudyScene scene;
     scene.file = table.path("file");
+    // A scene that is not there should not come out after the renders of the ones before it.
+    std::error_code unknown;
+    if (!std::filesystem::is_regular_file(scene.file, unknown)) {
+        throw InputError(table.place_of("file"),
+                         fmt::format("\"{}\" is no file; expected a scene's", one_line(scene.file.string())));
+    }
     scene.name = table.text("name", scene.file.stem().string());
     if (table.has("resolution")) {
         scene.resolution = parse_size(table.place_of("resolution"), table.text("resolution"), 65536);

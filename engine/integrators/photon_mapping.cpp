@@ -22,6 +22,7 @@
 
 #include <cmath>
 
+#include "engine/base/files.h"
 #include "engine/base/monitor.h"
 #include "engine/guiding/directional_guide.h"
 #include "engine/guiding/guide.h"
@@ -31,6 +32,7 @@
 #include "engine/transport/specular_chain.h"
 #include "photon/density_estimate.h"
 #include "photon/irradiance.h"
+#include "photon/map_points.h"
 #include "photon/volume_estimate.h"
 
 namespace lucerna {
@@ -106,7 +108,11 @@ PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context
     PhotonMaps maps = build_photon_maps(scene, parameters, context.workers, context.monitor);
     const bool writes = !context.workers.ranks || context.workers.ranks->leads();
     if (!files.save.empty() && writes && !context.monitor.stopped()) {
-        save_maps(files.save, maps, map_key(scene, parameters));
+        if (suffix_of(files.save) == kMapPointsSuffix) {
+            write_map_points(files.save, maps, scene.origin());
+        } else {
+            save_maps(files.save, maps, map_key(scene, parameters));
+        }
     }
     return maps;
 }

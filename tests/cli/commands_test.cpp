@@ -317,6 +317,8 @@ TEST_F(RunRender, KeptMaps_GiveTheSameImageAsNewOnes) {
     const Outcome other = render("no.exr", {"--load-maps", "room.photons", "--seed", "1"});
     EXPECT_EQ(other.code, 1);
     EXPECT_THAT(other.err, HasSubstr("room.photons: these maps are for a different scene"));
+    ASSERT_EQ(render("points.exr", {"--save-maps", "room.ply"}).code, 0);
+    EXPECT_THAT(read_text("room.ply"), ::testing::StartsWith("ply\nformat binary_"));
     const Outcome path = lucerna_run({"render", "scene.pbrt", "--save-maps", "path.photons"});
     EXPECT_EQ(path.code, 1);
     EXPECT_THAT(path.err, HasSubstr("only photonmap can save and load its maps"));

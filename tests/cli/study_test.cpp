@@ -208,6 +208,8 @@ TEST_F(RunStudy, WrongDescriptions_AreRefusedBeforeTheWorkByPlace) {
     EXPECT_THAT(refusal(with(kStudy, "seeds = 2", "seeds = 0")), HasSubstr("study.toml:2"));
     EXPECT_THAT(refusal(with(kStudy, "[[scene]]\nfile = \"scene.pbrt\"\nresolution = \"8x6\"\n", "")),
                 HasSubstr("no [[scene]]"));
+    EXPECT_THAT(refusal(with(kStudy, "scene.pbrt", "gone.pbrt")),
+                AllOf(HasSubstr("study.toml:4"), HasSubstr("gone.pbrt"), HasSubstr("is no file")));
     EXPECT_THAT(refusal(with(kStudy, "8x6", "8by6")), HasSubstr("study.toml:5"));
     EXPECT_THAT(refusal(with(kStudy, "title", "titel")), HasSubstr("titel"));
     EXPECT_THAT(refusal(with(kStudy, "maxdepth=3|4", "maxdepth=3|3")), HasSubstr("maxdepth=3 spp=1"));

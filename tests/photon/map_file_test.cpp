@@ -4,10 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
 
 #include "engine/base/files.h"
 #include "engine/scene/arithmetic.h"
+#include "photon/map_points.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scenes.h"
 #include "tests/support/temporary_folder.h"
@@ -75,6 +80,51 @@ TEST_F(MapFile, Loaded_HasTheSamePhotonsInTheSameOrder) {
     }
     EXPECT_EQ(again.find(MapKind::volume), nullptr);
     EXPECT_EQ(again.ledger.emitted, maps_.ledger.emitted);
+}
+
+// Reads the file by what its head says, as other programs do.
+TEST_F(MapFile, Points_AreThePhotonsInThePlacesOfTheScene) {
+    saved(box(0.7F));
+    const std::filesystem::path file = folder_.path() / "maps.ply";
+    const V3d origin(10, 20, 30);
+    write_map_points(file, maps_, origin);
+    const std::string whole = read_text(file);
+    const std::size_t end = whole.find("end_header\n");
+    ASSERT_NE(end, whole.npos);
+    std::map<std::string, std::size_t> place;  // of a property in a vertex
+    std::size_t vertices = 0, bytes = 0;
+    std::istringstream head(whole.substr(0, end));
+    for (std::string line; std::getline(head, line);) {
+        std::istringstream words(line);
+        std::string what, type, name;
+        words >> what >> type >> name;
+        if (what == "element") vertices = std::stoul(name);
+        if (what != "property") continue;
+        place[name] = bytes;
+        bytes += type == "uchar" ? 1 : 4;
+    }
+    ASSERT_EQ(whole.size(), end + 11 + vertices * bytes);
+    const auto number = [&](std::size_t vertex, const std::string& name) {
+        float value = 0;
+        std::memcpy(&value, &whole[end + 11 + vertex * bytes + place.at(name)], sizeof value);
+        return value;
+    };
+    const auto vector = [&](std::size_t vertex, const char* x, const char* y, const char* z) {
+        return V3f(number(vertex, x), number(vertex, y), number(vertex, z));
+    };
+    std::size_t at = 0;
+    for (const MapKind kind : {MapKind::direct, MapKind::global, MapKind::caustic}) {
+        const PhotonMap& map = *maps_.find(kind);
+        for (std::size_t i = 0; i < map.size(); ++i, ++at) {
+            const Photon& photon = map.photons()[i];
+            ASSERT_LT((V3d(vector(at, "x", "y", "z")) - origin - V3d(map.positions()[i])).length(), 1e-5);
+            ASSERT_EQ(vector(at, "dx", "dy", "dz"), photon.direction.unpack());
+            ASSERT_EQ(vector(at, "nx", "ny", "nz"), map.normals()[i].unpack());
+            ASSERT_EQ(vector(at, "power_r", "power_g", "power_b"), V3f(photon.power.x, photon.power.y, photon.power.z));
+            ASSERT_EQ(whole[end + 11 + at * bytes + place.at("map")], static_cast<char>(kind));
+        }
+    }
+    EXPECT_EQ(at, vertices);
 }
 
 TEST_F(MapFile, Key_TellsScenesSeedsAndParametersApart) {
