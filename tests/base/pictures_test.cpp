@@ -133,9 +133,9 @@ TEST(Pictures, TilesOfAFile_OutliveTheirCache) {
     formats.write(folder / "a.png",
                   {PictureFormat::png, PictureUse::colour, 100, 70, 3, std::span<const std::uint8_t>(bytes)});
     std::unique_ptr<TileCache> cache = formats.tiles(std::size_t{1} << 20);
-    const auto picture = cache->open(folder / "a.png", 3);
+    const auto picture = cache->open(folder / "a.png", {0, 3});
     std::array<std::uint8_t, 12> corner{};  // where four tiles meet
-    EXPECT_THROW(cache->open(folder / "none.png", 3)->read({63, 65, 63, 65}, std::span(corner)),
+    EXPECT_THROW(cache->open(folder / "none.png", {0, 3})->read({63, 65, 63, 65}, std::span(corner)),
                  std::runtime_error);
     cache.reset();
     picture->read({63, 65, 63, 65}, std::span(corner));
