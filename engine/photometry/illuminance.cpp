@@ -166,7 +166,7 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
 // Half of the distance of a surface's points, over which light paths are blurred; a share of the scene's
 // diagonal where that is no distance to find any in.
 float blur_of(const CalculationSurface& surface, const Scene& scene) {
-    constexpr double kLeast = 0.005, kAlone = 0.01;
+    constexpr double kLeast = 0.005, kAlone = 0.02;
     const double spacing =
         std::min(surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
     const auto size = static_cast<double>(diagonal(scene));
@@ -179,6 +179,7 @@ void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& po
                  const Job& job, const std::string& unit, const IlluminanceOptions& options,
                  Monitor& monitor) {
     constexpr double kStandardErrors = 4;   // there are many points
+    constexpr double kStandardErrorsApart = 2;
     constexpr double kLeastWarned = 0.001;  // of the mean
     std::vector<float> radii;
     for (const SurfaceIlluminance& surface : surfaces)
@@ -186,7 +187,11 @@ void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& po
     const auto* path = std::get_if<PathSettings>(&job.integrator);
     const ChanceLightWork work{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
                                options.workers, monitor};
-    const std::vector<ChanceLight> there = chance_light_at(job.receivers.points, radii, work);
+    std::vector<double> enough;
+    for (const SurfaceIlluminance& surface : surfaces) {
+        for (const PointParts& of_point : surface.points) enough.push_back(of_point.all.half_width / 4);
+    }
+    const std::vector<ChanceLight> there = chance_light_at(job.receivers.points, radii, enough, work);
     const std::vector<ChanceLight> met = points.met_by_chance(chance);
     std::size_t point = 0;
     for (SurfaceIlluminance& surface : surfaces) {
@@ -207,16 +212,19 @@ void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& po
             all.half_width += missing[i];
             surface.points[i].indirect.half_width += missing[i];
         }
-        const double mean = surface.mean.value, half_width = surface.mean.half_width;
+        const double mean = surface.mean.value;
+        double half_width = surface.mean.half_width + surface.missing;
+        // Where lamps are met seldom, their few meetings scatter more than they tell of themselves.
+        const double apart = std::fabs(all_there.value - all_met.value);
+        if (apart > kStandardErrorsApart * all_there.standard_error) half_width = std::max(half_width, apart);
+        if (missing.size() == 1) surface.points[0].all.half_width = half_width;
         sum_up(surface);
-        surface.mean = {mean, half_width + surface.missing};
+        surface.mean = {mean, half_width};
         if (!(surface.missing > kLeastWarned * mean)) continue;
         monitor.warn(fmt::format(
             "surface \"{}\": about {:.3g} {} are missing in the mean, beside the {:.4g} {} that were found: "
-            "light "
-            "that comes over mirrors, lenses or solid glass from lamps that are too small for path tracing "
-            "to "
-            "meet. A cross-check by light paths found it; the intervals are wide enough to hold it",
+            "light that comes over mirrors, lenses or solid glass from lamps that are too small for path "
+            "tracing to meet. A cross-check by light paths found it; the intervals are wide enough to hold it",
             plain_text(surface.surface.name), surface.missing, unit, mean, unit));
     }
 }

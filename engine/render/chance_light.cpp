@@ -13,8 +13,9 @@
 namespace lucerna {
 namespace {
 
-constexpr std::int64_t kPaths = 1 << 17;
+constexpr std::int64_t kPaths = 1 << 17, kMostPaths = 1 << 21;  // the latter: seconds
 constexpr std::int64_t kPathsPerChunk = 2048;  // 64 chunks tell the standard error
+constexpr double kKnown = 0.1;                 // relative standard error that is enough
 
 LightPaths light_paths(const ChanceLightWork& work) {
     LightPaths paths;
@@ -128,7 +129,7 @@ bool has_chance_light(const Scene& scene) {
 }
 
 std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
-                                         const ChanceLightWork& work) {
+                                         std::span<const double> enough, const ChanceLightWork& work) {
     std::vector<ChanceLight> result(receivers.size());
     std::vector<Ball> balls;
     for (std::size_t i = 0; i < receivers.size(); ++i)
@@ -136,21 +137,25 @@ std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, st
     LightPaths paths = light_paths(work);
     paths.interleaved = false;  // a segment begins where the one before it ended
     std::vector<BallVisitor> chunks;
-    trace_light_paths(
-        {work.scene, work.workers, work.monitor}, paths, chunks,
-        [&](std::int64_t) {
-            BallVisitor visitor;
-            visitor.receivers = receivers;
-            visitor.balls = balls;
-            visitor.sums.resize(balls.size());
-            return visitor;
-        },
-        kNoMemoryTest);
-    if (work.monitor.stopped()) return result;
-    for (std::size_t i = 0; i < balls.size(); ++i) {
-        RunningStats of_chunks;
-        for (const BallVisitor& chunk : chunks) of_chunks.add(chunk.sums[i] / double{kPathsPerChunk});
-        result[i] = {of_chunks.mean(), of_chunks.standard_error()};
+    for (bool known = false; !known && paths.count <= kMostPaths; paths.count *= 4) {
+        trace_light_paths(
+            {work.scene, work.workers, work.monitor}, paths, chunks,
+            [&](std::int64_t) {
+                BallVisitor visitor;
+                visitor.receivers = receivers;
+                visitor.balls = balls;
+                visitor.sums.resize(balls.size());
+                return visitor;
+            },
+            kNoMemoryTest);
+        if (work.monitor.stopped()) return std::vector<ChanceLight>(receivers.size());
+        known = true;
+        for (std::size_t i = 0; i < balls.size(); ++i) {
+            RunningStats of_chunks;
+            for (const BallVisitor& chunk : chunks) of_chunks.add(chunk.sums[i] / double{kPathsPerChunk});
+            result[i] = {of_chunks.mean(), of_chunks.standard_error()};
+            known = known && !(result[i].standard_error > std::max(kKnown * result[i].value, enough[i]));
+        }
     }
     return result;
 }

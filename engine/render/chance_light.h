@@ -42,9 +42,10 @@ struct ChanceLightWork {
 bool has_chance_light(const Scene& scene);
 
 // The illuminance at receivers by paths whose first bounce was specular, each blurred over a ball around the
-// receiver, of its radius (scene units, > 0). All zero where the monitor stopped it.
+// receiver, of its radius (scene units, > 0). More paths are traced, up to a bound, until each is known to a
+// tenth, or as well as is `enough` for it (a standard error). All zero where the monitor stopped it.
 std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
-                                         const ChanceLightWork& work);
+                                         std::span<const double> enough, const ChanceLightWork& work);
 
 // The mean over a view of what surfaces send to the eye of such light, by density estimation at the first
 // diffuse surface that a camera ray meets. Of a job whose integrator is a path tracer.
