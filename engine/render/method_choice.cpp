@@ -80,6 +80,8 @@ std::string short_text(const IntegratorSettings& settings) {
     }
     if (const auto* igi = std::get_if<IgiSettings>(&settings))
         return fmt::format("igi{}", igi->pre_pass.paths > 0 ? " (pre-pass)" : "");
+    if (const auto* progressive = std::get_if<ProgressiveSettings>(&settings))
+        return fmt::format("progressive{}", progressive->pre_pass.paths > 0 ? " (pre-pass)" : "");
     return std::string(integrator_name(settings));
 }
 
@@ -288,9 +290,14 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     IgiSettings igi = igi_like(asked), pre_pass = igi;
     igi.pre_pass.paths = 0;
     pre_pass.pre_pass.paths = kPrePassPaths;
+    // Where little of the light reaches what the camera sees, as in a close view of a caustic, most photons of
+    // a pass are wasted without it.
+    ProgressiveSettings aimed = progressive;
+    progressive.pre_pass.paths = 0;
+    aimed.pre_pass.paths = kPrePassPaths;
     // Two passes take what they take: they come after the others that are always worth a look.
-    return {{path, 0, true},           {igi, 0.05, true}, {maps, 0.05},
-            {progressive, 0.05, true}, {pre_pass, 0.3},   {guided, 0.3}};
+    return {{path, 0, true},           {igi, 0.05, true}, {maps, 0.05},  {progressive, 0.05, true},
+            {pre_pass, 0.3},           {aimed, 0.3},      {guided, 0.3}};
 }
 
 namespace {

@@ -65,7 +65,7 @@ TEST(Pictures, AnotherVersion_IsRefused) {
     const std::string entry = "lucerna_pictures_3";
     int found = 0;
     for (std::size_t at = bytes.find(entry); at != bytes.npos; at = bytes.find(entry, at + 1), ++found) {
-        bytes[at + entry.size() - 1] = '3';
+        bytes[at + entry.size() - 1] = '4';
     }
     ASSERT_GT(found, 0);
     std::ofstream(folder / kLibrary, std::ios::binary) << bytes;

@@ -162,7 +162,7 @@ TEST(Frames, TextAfterTheLastWithoutAWorld_MakesNone) {
     RecordingMonitor monitor;
     const SceneOverrides overrides;
     const Workers workers{1};
-    SceneFrames frames(std::string(kHead) + "LightSource \"point\" WorldEnd\nTranslate 1 2 3\n", "scene.pbrt",
+    SceneFrames frames(std::string(kHead) + "Shape \"sphere\" LightSource \"point\" WorldEnd\nTranslate 1 2 3\n", "scene.pbrt",
                        overrides, workers, monitor);
     EXPECT_TRUE(frames.next());
     EXPECT_FALSE(frames.next());

@@ -90,7 +90,7 @@ TEST_F(PhotometricLights, BadFiles_NameSceneAndFile) {
 
 std::vector<std::string> warnings_of(const std::string& world) {
     RecordingMonitor monitor;
-    Draft draft = read_draft(std::string(kHead) + world, "scene.pbrt", {}, monitor);
+    Draft draft = read_draft(std::string(kHead) + world + "\nShape \"sphere\"", "scene.pbrt", {}, monitor);
     assemble(std::move(draft), {1}, monitor);
     return monitor.warnings;
 }
