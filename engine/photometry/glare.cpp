@@ -34,7 +34,7 @@ constexpr std::uint32_t kWayBranch = 0x3a, kSecondWayBranch = 0x3b;
 // The luminous part of a luminaire is the smallest solid angle from which this share of its light comes, over
 // the share: all of an even luminaire, but not the faint light around it, which a measured lamp's field
 // smears over a cell or two and a housing scatters.
-constexpr double kLuminousShare = 0.95;
+constexpr double kLuminousShare = 0.9;
 
 // What one direction towards a luminaire brings, over the density with which it was drawn.
 struct LuminaireSample {

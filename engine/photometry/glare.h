@@ -29,7 +29,7 @@ namespace lucerna {
 struct GlareSource {
     std::uint32_t light = 0;
     std::string kind;        // the light's
-    double solid_angle = 0;  // sr: of its luminous part, the smallest with 95 % of its light, over 0.95
+    double solid_angle = 0;  // sr: of its luminous part, the smallest with 90 % of its light, over 0.9
     double luminance = 0;    // cd/m²: its mean there
     double position = 1;     // index, its mean weighted with luminance
     Reading95 even;          // luminance² solid angle / p²: CIE 117 with its mean luminance

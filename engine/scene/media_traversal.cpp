@@ -52,7 +52,10 @@ Rgb passing(const Scene& scene, const Ray& way, std::int32_t medium, Sampler& sa
         const auto pane = scene.has_panes() ? scene.intersect_pane(rest, shadow) : std::nullopt;
         if (!scene.media().empty()) {
             const Ray before{rest.o, rest.d, pane ? pane->t : rest.t_max};
-            passed *= transmittance(scene, before, medium, sampler);
+            medium = for_each_piece(scene, before, medium, [&](MediumPiece piece) {
+                passed *= transmittance(std::move(piece.along), sampler);
+                return !is_black(passed);
+            });
         }
         if (!pane || is_black(passed)) return passed;
         passed *= scene.bsdf(*pane).straight_share(-rest.d);

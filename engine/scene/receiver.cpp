@@ -12,9 +12,9 @@ Receiver placed(Receiver receiver, const Scene& scene) {
         const auto hit = scene.intersect(Ray{p + reach * side, -side, 2 * reach});
         if (!hit) continue;
         const V3f n = face_forward(hit->at.n, side);
-        // Twice, so that heads that face the surface begin off it, too. A surface that was found is left
-        // once.
-        const float height = 2 * std::max(surface_error(p, 0), hit->at.error);
+        // A little more than the error, so that heads that face the surface begin off it, too. A surface
+        // that both rays find is left once.
+        const float height = 2 * surface_error(p, 0) + hit->at.error;
         receiver.off += std::max(0.0F, height - receiver.off.dot(n)) * n;
     }
     const SurfacePoint at{p + receiver.off, receiver.normal, surface_error(p, 0)};

@@ -1,6 +1,7 @@
 #include "engine/transport/direct_light.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace lucerna {
 namespace {
@@ -174,7 +175,10 @@ Rgb emission_ahead(const Scene& scene, Ray ray, std::optional<Hit> hit, Emission
         if (is_black(share)) break;
         if (!scene.media().empty()) {
             Sampler more = sampler.split(kAheadBranch + static_cast<std::uint32_t>(panes));
-            share *= transmittance(scene, Ray{ray.o, ray.d, hit->t}, medium, more);
+            medium = for_each_piece(scene, Ray{ray.o, ray.d, hit->t}, medium, [&](MediumPiece piece) {
+                share *= transmittance(std::move(piece.along), more);
+                return !is_black(share);
+            });
         }
         passed *= share;
         if (is_black(passed)) break;

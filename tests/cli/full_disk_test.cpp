@@ -189,7 +189,7 @@ TEST_F(RenderToFullDisk, Image_IsAnErrorAndTheOldOneStays) {
     const std::vector<std::byte> old = read_bytes("a.exr");
     const std::vector<std::string> before = files();
     const auto outcome = [] {
-        const FullDisk full(500);
+        const FullDisk full(200);
         return lucerna_run(
             {"render", "scene.pbrt", "-o", "a.exr", "--png", "--stats", "a.json", "--seed", "3"});
     }();

@@ -247,8 +247,8 @@ TEST(Glare, ThroughFog_IsWeakenedOnTheWay) {
         EXPECT_NEAR(of.luminance, disc.l * passes, 2e-3 * disc.l);
         EXPECT_NEAR(of.solid_angle, plain.solid_angle, 1e-3 * plain.solid_angle);
         EXPECT_NEAR(of.seen.value, plain.seen.value * sqr(passes), 5e-3 * plain.seen.value);
-        // The room's light crosses the fog from its edge.
-        EXPECT_NEAR(report.background.value, clear.background.value * passes, 0.06 * clear.background.value);
+        // The room's light crosses the fog, often more than once.
+        EXPECT_LT(report.background.value, clear.background.value * passes);
     }
 }
 
@@ -367,8 +367,8 @@ TEST_F(OfAMeasuredDisc, SolidAngleAndRating_AreTheDiscs) {
     const GlareReport report = rate_scene(world, with_blur(0));
     ASSERT_EQ(report.sources.size(), 1U);
     const double solid_angle = kPiD * sqr(kR / kD), l = kFlux / (sqr(kPiD) * sqr(kR));
-    EXPECT_NEAR(report.sources[0].solid_angle, solid_angle, 0.08 * solid_angle);
-    EXPECT_NEAR(report.sources[0].luminance, l, 0.08 * l);
+    EXPECT_NEAR(report.sources[0].solid_angle, solid_angle, 0.06 * solid_angle);
+    EXPECT_NEAR(report.sources[0].luminance, l, 0.06 * l);
     const double p = position_index(0, kAbove);
     const double ugr = 8 * std::log10(0.25 / report.background.value * l * l * solid_angle / (p * p));
     EXPECT_NEAR(report.ugr_even.value, ugr, 0.3);

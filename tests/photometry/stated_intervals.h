@@ -53,13 +53,15 @@ inline IlluminanceReport measure(const std::string& world, const CalculationSurf
 using Truth = std::function<double(const V3d&)>;
 
 // Intervals `share` as wide as stated that do not hold the truth, of all.
-inline std::pair<int, int> misses(const SurfaceIlluminance& found, const Truth& truth, double share = 1) {
+// `rounding`: relative, of single precision.
+inline std::pair<int, int> misses(const SurfaceIlluminance& found, const Truth& truth, double share = 1,
+                                  double rounding = 1e-5) {
     int missed = 0;
     for (int y = 0; y < found.surface.points.y; ++y) {
         for (int x = 0; x < found.surface.points.x; ++x) {
             const Reading95& reading = found.at(x, y).all;
             const double e = truth(found.surface.position(x, y));
-            missed += std::fabs(reading.value - e) > share * reading.half_width + 1e-5 * e;
+            missed += std::fabs(reading.value - e) > share * reading.half_width + rounding * e;
         }
     }
     return {missed, static_cast<int>(found.points.size())};
@@ -71,15 +73,15 @@ inline bool as_stated(const std::pair<int, int>& missed) {
     return missed.first == 0 || cdf(complement(of, missed.first - 1)) > kFalseAlarm;
 }
 
-inline void expect_as_stated(const SurfaceIlluminance& found, const Truth& truth) {
-    const auto missed = misses(found, truth);
+inline void expect_as_stated(const SurfaceIlluminance& found, const Truth& truth, double rounding = 1e-5) {
+    const auto missed = misses(found, truth, 1, rounding);
     EXPECT_TRUE(as_stated(missed)) << missed.first << " of " << missed.second;
     double mean = 0;
     for (int y = 0; y < found.surface.points.y; ++y) {
         for (int x = 0; x < found.surface.points.x; ++x)
             mean += truth(found.surface.position(x, y)) / static_cast<double>(found.points.size());
     }
-    EXPECT_NEAR(found.mean.value, mean, 2 * found.mean.half_width + 1e-5 * mean);  // 4 sigma
+    EXPECT_NEAR(found.mean.value, mean, 2 * found.mean.half_width + rounding * mean);  // 4 sigma
 }
 
 // A horizontal plane under a parallel disc of radiance l and radius r at height h, d beside its axis.
