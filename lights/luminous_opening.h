@@ -19,6 +19,11 @@
 
 namespace lucerna {
 
+// The luminous part of a luminaire is the smallest solid angle from which this share of its light comes, over
+// the share: all of an even luminaire, but not the faint light around it, which a measured lamp's field
+// smears over a cell or two and a housing scatters.
+inline constexpr double kLuminousShare = 0.9;
+
 struct LuminousOpening {
     // A cylinder's cross-section is an ellipse.
     enum class Shape : std::uint8_t {

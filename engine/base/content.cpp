@@ -15,7 +15,7 @@ struct Signature {
     std::size_t at = 0;
 };
 
-using namespace std::string_view_literals;
+using std::string_view_literals::operator""sv;
 constexpr Signature kSignatures[] = {
     {"\x1F\x8B"sv, "gzip, to be unpacked first"},
     {"PK\x03\x04"sv, "a zip archive, to be unpacked first"},

@@ -84,7 +84,9 @@ int fail_parsing(std::ostream& err, const CLI::App& program, const CLI::ParseErr
         app = app->get_subcommands().front();
         command += " " + app->get_name();
     }
-    std::string what = error.get_name() == "ExtrasError" ? unknown_option(*app) : std::string();
+    // By its code: the error's name is that of the command.
+    const bool extras = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
+    std::string what = extras ? unknown_option(*app) : std::string();
     if (what.empty()) what = one_line(error.what()) + "; ";
     return fail(err, kBadInput, fmt::format("{}see {} --help", what, command));
 }

@@ -18,6 +18,7 @@
 #include "engine/scene/quantity.h"
 #include "engine/transport/direct_light.h"
 #include "engine/transport/lamp_set.h"
+#include "lights/luminous_opening.h"
 
 namespace lucerna {
 namespace {
@@ -30,11 +31,6 @@ constexpr int kBatches = 32;
 constexpr std::uint64_t kLuminaires = std::uint64_t{1} << 62;
 // Branches of a sample's random numbers, for what media on the way take.
 constexpr std::uint32_t kWayBranch = 0x3a, kSecondWayBranch = 0x3b;
-
-// The luminous part of a luminaire is the smallest solid angle from which this share of its light comes, over
-// the share: all of an even luminaire, but not the faint light around it, which a measured lamp's field
-// smears over a cell or two and a housing scatters.
-constexpr double kLuminousShare = 0.9;
 
 // What one direction towards a luminaire brings, over the density with which it was drawn.
 struct LuminaireSample {

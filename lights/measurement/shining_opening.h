@@ -19,8 +19,6 @@
 
 namespace lucerna {
 
-inline constexpr double kLuminousShare = 0.95;
-
 struct SlabView {
     const SlabAxes& axes;
     const LightField& field;  // of luminance: of one colour

@@ -101,7 +101,7 @@ TEST_F(RunPhotometry, Lux_OfAKindWithoutAFacing_RefusesOne) {
     const auto lux = [](const std::string& kind, const std::string& facing) {
         std::vector<std::string> line{"lux",     "point.pbrt", "--surface", "p=0,0,0:0,0,1e-5:1e-5,0,0",
                                       "--kind",  kind,         "--samples", "1024",
-                                      "--quiet", "--json"};
+                                      "--quiet", "--json",     "-"};
         if (!facing.empty()) line.insert(line.end(), {"--facing", facing});
         return lucerna_run(line);
     };
