@@ -80,7 +80,9 @@ TEST_F(RunFaults, ModelsWithIesLampsAndInstances_AreReadWhole) {
     EXPECT_THAT(outcome.out, HasSubstr("2 shapes, 4 triangles"));
 }
 
-// The window transmits as a pane does. By the sky alone 1396 lx; as a solid's one surface 658.
+// The window transmits as a pane does. By the sky alone, 54 points, 1310 ± 2 lx, found by paths alone before
+// panes let shadow rays pass (the sky is large); without the pane 1541 ± 2, and as a solid's one surface
+// half.
 TEST_F(RunFaults, OfficeWindowOfAModel_IsAPane) {
     const Outcome outcome = lucerna_run({"import", fault("gltf/office-window.gltf"), "-o", "office.pbrt"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -89,8 +91,7 @@ TEST_F(RunFaults, OfficeWindowOfAModel_IsAPane) {
     ASSERT_NE(sun, std::string::npos);
     text.erase(sun, text.find('\n', text.find("point3 to", sun)) - sun);
     write("sky.pbrt", text);
-    EXPECT_NEAR(lux("sky.pbrt", {"--height", "0.75", "--samples", "1"}), 1396,
-                0.03 * 1396);
+    EXPECT_NEAR(lux("sky.pbrt", {"--height", "0.75", "--samples", "16"}), 1310, 0.02 * 1310);
 }
 
 // A disc above a floor, in one of several ways.
