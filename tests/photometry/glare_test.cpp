@@ -298,9 +298,10 @@ TEST(Glare, BehindAPane_IsTheLuminairesStill) {
     }
     // The background is brighter by what the pane throws back onto the wall before the eye.
     const GlareReport exact = rate_scene(world(true), with_blur(0, 0.003));
-    EXPECT_NEAR(exact.background.value, 0.55, 0.1);
-    EXPECT_GT(exact.ugr.value, 36.7);
-    EXPECT_LT(exact.ugr.value, 37.3);
+    EXPECT_NEAR(exact.background.value, 0.55, 0.1 + 2 * exact.background.half_width);
+    EXPECT_LT(exact.background.value, 1) << "all of the luminaire's light would be 17.5";
+    EXPECT_GT(exact.ugr.value, 36.7 - 2 * exact.ugr.half_width);
+    EXPECT_LT(exact.ugr.value, 37.3 + 2 * exact.ugr.half_width);
 }
 
 TEST(Glare, InABlackRoom_IsUndefinedAndNone) {
