@@ -170,10 +170,9 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, cons
     const float chance = bsdf_chance(vertex, all);
     if (!(u_trace < chance)) return result;
     const Ray ray{x.towards(sample->wi), sample->wi};
-    const Rgb found =
-        emission_ahead(scene_, ray, scene_.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
-                       vertex.medium_towards(sample->wi), sampler,
-                       parts.times(sample->weight / chance).past_surface());
+    const Rgb found = emission_ahead(
+        scene_, ray, scene_.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
+        vertex.medium_towards(sample->wi), sampler, parts.times(sample->weight / chance).past_surface());
     result.radiance += sample->weight * found / chance;
     return result;
 }

@@ -252,13 +252,11 @@ Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sa
     while (bounce < kMaxBounces && !is_black(path.throughput)) {
         const CompensatingPath arriving = path;
         const auto hit = scene_.intersect(path.ray);
-        const PartsSink of_lamps =
-            parts.times(path.throughput * path.of_lamps() * (bounce == 0 ? 1 : scale));
+        const PartsSink of_lamps = parts.times(path.throughput * path.of_lamps() * (bounce == 0 ? 1 : scale));
         (bounce == 0 ? near : beyond) +=
             path.throughput * path.of_lamps() *
-            (path.left == 0
-                 ? emission_ahead(scene_, path.ray, hit, path.rule, path.medium, sampler, of_lamps)
-                 : emission(scene_, path.ray, hit, path.rule, path.medium, sampler, of_lamps));
+            (path.left == 0 ? emission_ahead(scene_, path.ray, hit, path.rule, path.medium, sampler, of_lamps)
+                            : emission(scene_, path.ray, hit, path.rule, path.medium, sampler, of_lamps));
         if (path.left == 0) break;
 
         const MediaTraversal crossing =
@@ -374,8 +372,8 @@ CompensatingPath IgiEstimator::continue_path(const MediumVertex& vertex, const V
             before.left - 1};
 }
 
-// The path goes straight on behind a pane. It still belongs to the place where it began: lamps and VPLs behind
-// the pane have lit that place, too.
+// The path goes straight on behind a pane. It still belongs to the place where it began: lamps and VPLs
+// behind the pane have lit that place, too.
 CompensatingPath IgiEstimator::straight_on(CompensatingPath path, const Hit& hit, const Rgb& throughput,
                                            std::int32_t medium) {
     path.rule = path.rule.behind(path.ray, hit.t);

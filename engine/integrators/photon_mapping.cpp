@@ -200,8 +200,8 @@ NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const
         if (!sample) continue;
         const Ray ray{at.towards(sample->wi), sample->wi};
         const auto met = scene.intersect(ray);
-        const Rgb found = emission_ahead(scene, ray, met, EmissionRule::mis(sample->pdf_w, choice), kNoMedium,
-                                         sampler);
+        const Rgb found =
+            emission_ahead(scene, ray, met, EmissionRule::mis(sample->pdf_w, choice), kNoMedium, sampler);
         add(scale * sample->weight * found, sample->wi, met ? met->t : INFINITY);
     }
     return {sum, over_distance > 0 ? sum / over_distance : INFINITY};

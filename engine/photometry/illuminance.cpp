@@ -178,7 +178,7 @@ float blur_of(const CalculationSurface& surface, const Scene& scene) {
 void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& points, const Image& chance,
                  const Job& job, const std::string& unit, const IlluminanceOptions& options,
                  Monitor& monitor) {
-    constexpr double kStandardErrors = 4;   // there are many points
+    constexpr double kStandardErrors = 4;  // there are many points
     constexpr double kStandardErrorsApart = 2;
     constexpr double kLeastWarned = 0.001;  // of the mean
     std::vector<float> radii;
@@ -224,7 +224,8 @@ void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& po
         monitor.warn(fmt::format(
             "surface \"{}\": about {:.3g} {} are missing in the mean, beside the {:.4g} {} that were found: "
             "light that comes over mirrors, lenses or solid glass from lamps that are too small for path "
-            "tracing to meet. A cross-check by light paths found it; the intervals are wide enough to hold it",
+            "tracing to meet. A cross-check by light paths found it; the intervals are wide enough to hold "
+            "it",
             plain_text(surface.surface.name), surface.missing, unit, mean, unit));
     }
 }

@@ -14,8 +14,8 @@ namespace lucerna {
 namespace {
 
 constexpr std::int64_t kPaths = 1 << 17, kMostPaths = 1 << 21;  // the latter: seconds
-constexpr std::int64_t kPathsPerChunk = 2048;  // 64 chunks tell the standard error
-constexpr double kKnown = 0.1;                 // relative standard error that is enough
+constexpr std::int64_t kPathsPerChunk = 2048;                   // 64 chunks tell the standard error
+constexpr double kKnown = 0.1;                                  // relative standard error that is enough
 
 LightPaths light_paths(const ChanceLightWork& work) {
     LightPaths paths;

@@ -290,14 +290,14 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     IgiSettings igi = igi_like(asked), pre_pass = igi;
     igi.pre_pass.paths = 0;
     pre_pass.pre_pass.paths = kPrePassPaths;
-    // Where little of the light reaches what the camera sees, as in a close view of a caustic, most photons of
-    // a pass are wasted without it.
+    // Where little of the light reaches what the camera sees, as in a close view of a caustic, most photons
+    // of a pass are wasted without it.
     ProgressiveSettings aimed = progressive;
     progressive.pre_pass.paths = 0;
     aimed.pre_pass.paths = kPrePassPaths;
     // Two passes take what they take: they come after the others that are always worth a look.
-    return {{path, 0, true},           {igi, 0.05, true}, {maps, 0.05},  {progressive, 0.05, true},
-            {pre_pass, 0.3},           {aimed, 0.3},      {guided, 0.3}};
+    return {{path, 0, true}, {igi, 0.05, true}, {maps, 0.05}, {progressive, 0.05, true},
+            {pre_pass, 0.3}, {aimed, 0.3},      {guided, 0.3}};
 }
 
 namespace {

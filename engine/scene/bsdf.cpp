@@ -247,7 +247,8 @@ Rgb Bsdf::straight_share(const V3f& wo) const {
     const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};
     Rgb sum(0.0F);
     for (const Lobe& lobe : lobes()) {
-        if (const auto* boundary = std::get_if<DielectricLobe>(&lobe)) sum += straight_share_of(*boundary, at);
+        if (const auto* boundary = std::get_if<DielectricLobe>(&lobe))
+            sum += straight_share_of(*boundary, at);
         if (const auto* pane = std::get_if<ThinDielectricLobe>(&lobe)) sum += straight_share_of(*pane, at);
     }
     return sum;

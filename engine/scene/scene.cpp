@@ -301,8 +301,8 @@ void Scene::intersect(const Ray& ray, const ClosestHit& closest, Hit& hit) const
 Ray way_from(const SurfacePoint& x, const V3f& w, float distance) {
     Ray ray{x.towards(w), w, distance};
     if (!std::isfinite(distance)) return ray;
-    // The start was moved along the normal, the end must not move with it: a large surface's shift would carry
-    // an oblique ray beyond a small lamp, which would then hide itself.
+    // The start was moved along the normal, the end must not move with it: a large surface's shift would
+    // carry an oblique ray beyond a small lamp, which would then hide itself.
     const V3f way = x.p + distance * w - ray.o;
     if (way.dot(w) <= 0) {  // the start already lies beyond the end
         ray.t_max = 0;

@@ -108,8 +108,8 @@ class Scene {
     std::optional<Hit> intersect_border(const Ray& ray) const;
     // True if nothing is there but a change of medium.
     bool is_border(const Hit& hit) const;
-    // The nearest surface that may pass light straight on (Bsdf::straight_share()), whatever stands before it.
-    // `shadow` as in blocked().
+    // The nearest surface that may pass light straight on (Bsdf::straight_share()), whatever stands before
+    // it. `shadow` as in blocked().
     std::optional<Hit> intersect_pane(const Ray& ray, bool shadow) const;
     // True if any other surface is met: nothing passes. A shadow ray meets cut-outs as shadows do.
     bool blocked(const Ray& ray, bool shadow) const;

@@ -95,8 +95,7 @@ unsigned ShapeSet::note(const SurfaceTraits& traits) {
     const unsigned where = layer(traits);
     has_borders_ = has_borders_ || where == kBorders;
     has_panes_ = has_panes_ || where == kPanes;
-    has_specular_ =
-        has_specular_ || ((where & kSurfaces) != 0 && is_specular(materials_[traits.material]));
+    has_specular_ = has_specular_ || ((where & kSurfaces) != 0 && is_specular(materials_[traits.material]));
     return where;
 }
 

@@ -80,9 +80,7 @@ struct EmissionRule {
         return sample.straight ? behind(ray, t) : through_specular();
     }
     // The ray from the vertex on. Lights' densities go by it.
-    Ray whole(const Ray& ray) const {
-        return passed > 0 ? Ray{vertex, ray.d, passed + ray.t_max} : ray;
-    }
+    Ray whole(const Ray& ray) const { return passed > 0 ? Ray{vertex, ray.d, passed + ray.t_max} : ray; }
 };
 
 // Radiance towards wo from one light, chosen and asked for a direction, and from all suns of the choice.

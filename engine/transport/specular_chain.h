@@ -153,8 +153,8 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
         chain.rule = rule;
         if (depth == 0) chain.length = hit ? chain.length + hit->t : INFINITY;
         if (chain.left == 0) {
-            chain.emitted += chain.throughput *
-                             emission_ahead(scene, ray, hit, rule, medium, sampler, chain.parts);
+            chain.emitted +=
+                chain.throughput * emission_ahead(scene, ray, hit, rule, medium, sampler, chain.parts);
             return chain;
         }
         chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, sampler, chain.parts);

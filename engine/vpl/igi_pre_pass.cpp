@@ -211,8 +211,7 @@ class ShadingPointFinder {
         EmissionRule rule = EmissionRule::all();
         int left = std::min(most_bounces(settings_.max_depth), kMostSpecular);
         for (;;) {
-            const SpecularChain chain =
-                follow_specular(scene_, ray, medium, rule, left, sampler, nothing);
+            const SpecularChain chain = follow_specular(scene_, ray, medium, rule, left, sampler, nothing);
             seen.shown.back() += luminance(throughput * chain.emitted);
             if (!chain.hit) return;
             throughput *= chain.throughput;

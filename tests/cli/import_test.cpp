@@ -440,9 +440,10 @@ TEST_F(RunImport, Pictures_AreWrittenOutOrNamed) {
     material["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.5, 0.5, 1};
     const Job job = import(m);
     EXPECT_EQ(read_text("m-parts/image-0.png"), bytes);
-    EXPECT_THAT(scene(), AllOf(HasSubstr("\"string filename\" \"m-parts/image-0.png\" \"string encoding\" \"sRGB\" "
-                                         "\"float scale\" 0.5"),
-                               HasSubstr("\"texture reflectance\" \"0 clay base\"")));
+    EXPECT_THAT(scene(),
+                AllOf(HasSubstr("\"string filename\" \"m-parts/image-0.png\" \"string encoding\" \"sRGB\" "
+                                "\"float scale\" 0.5"),
+                      HasSubstr("\"texture reflectance\" \"0 clay base\"")));
     // glTF's (0, 0) is the upper left corner, at (-1, 0, -1) here: the red quarter. Ours is the lower left
     // one.
     const auto hit = down(job, -0.5, -0.5);

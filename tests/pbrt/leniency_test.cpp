@@ -162,8 +162,9 @@ TEST(Frames, TextAfterTheLastWithoutAWorld_MakesNone) {
     RecordingMonitor monitor;
     const SceneOverrides overrides;
     const Workers workers{1};
-    SceneFrames frames(std::string(kHead) + "Shape \"sphere\" LightSource \"point\" WorldEnd\nTranslate 1 2 3\n", "scene.pbrt",
-                       overrides, workers, monitor);
+    SceneFrames frames(
+        std::string(kHead) + "Shape \"sphere\" LightSource \"point\" WorldEnd\nTranslate 1 2 3\n",
+        "scene.pbrt", overrides, workers, monitor);
     EXPECT_TRUE(frames.next());
     EXPECT_FALSE(frames.next());
     EXPECT_THAT(monitor.warnings, ::testing::ElementsAre(HasSubstr("has no WorldBegin and is ignored")));

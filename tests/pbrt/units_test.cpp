@@ -375,7 +375,8 @@ TEST_F(LampsOfAUnit, BesideOtherLights_AreMixedUntilTheSceneStatesOne) {
     const auto read = [&](std::string_view unit) {
         RecordingMonitor monitor;
         const std::string measured = lamp("ies", "lamp.ies", unit.empty() ? "" : "\"float efficacy\" 300");
-        Draft draft = read_draft(std::string(unit) + std::string(kHead) + "LightSource \"point\" " + measured + " Shape \"sphere\"",
+        Draft draft = read_draft(std::string(unit) + std::string(kHead) + "LightSource \"point\" " +
+                                     measured + " Shape \"sphere\"",
                                  "scene.pbrt", {}, monitor);
         const SceneParts parts = assemble(std::move(draft), {1}, monitor).parts;
         return std::pair(common_unit(parts.lights), monitor.warnings);

@@ -120,7 +120,8 @@ TEST_F(MapFile, Points_AreThePhotonsInThePlacesOfTheScene) {
             ASSERT_LT((V3d(vector(at, "x", "y", "z")) - origin - V3d(map.positions()[i])).length(), 1e-5);
             ASSERT_EQ(vector(at, "dx", "dy", "dz"), photon.direction.unpack());
             ASSERT_EQ(vector(at, "nx", "ny", "nz"), map.normals()[i].unpack());
-            ASSERT_EQ(vector(at, "power_r", "power_g", "power_b"), V3f(photon.power.x, photon.power.y, photon.power.z));
+            ASSERT_EQ(vector(at, "power_r", "power_g", "power_b"),
+                      V3f(photon.power.x, photon.power.y, photon.power.z));
             ASSERT_EQ(whole[end + 11 + at * bytes + place.at("map")], static_cast<char>(kind));
         }
     }

@@ -275,7 +275,9 @@ TEST(ImageTexture, BeyondItsEdge_RepeatsClampsOrIsBlack) {
     const auto at = [&](Wrap wrap, float u, float v) {
         return files.texture(images, "a.pgm", wrap).at(V2f(u, v)).x;
     };
-    const auto stored = [](int byte) { return Encoding{Encoding::Kind::srgb}.decode(static_cast<float>(byte) / 255); };
+    const auto stored = [](int byte) {
+        return Encoding{Encoding::Kind::srgb}.decode(static_cast<float>(byte) / 255);
+    };
     EXPECT_FLOAT_EQ(at(Wrap::clamp, -5, 9), stored(0x10)) << "the upper left";
     EXPECT_FLOAT_EQ(at(Wrap::clamp, 5, -9), stored(0x60));
     EXPECT_EQ(at(Wrap::black, -5, 0.5F), 0);
