@@ -77,7 +77,7 @@ void GltfReader::check_extensions() {
     }
     std::vector<std::string> used = in_.extensionsUsed;
     std::ranges::sort(used);
-    used.erase(std::ranges::unique(used).begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
     for (const std::string& name : used) {
         if (is_read(name)) continue;
         const auto* unread = std::ranges::find(kUnread, name, &Unread::name);

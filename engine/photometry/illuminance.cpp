@@ -11,6 +11,8 @@
 #include "engine/base/error.h"
 #include "engine/base/path_limits.h"
 #include "engine/base/plain_text.h"
+#include "engine/base/sampler.h"
+#include "engine/base/warp.h"
 #include "engine/photometry/path_rounds.h"
 #include "engine/render/chance_light.h"
 #include "engine/scene/light_parts.h"
@@ -163,14 +165,25 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     return worst;
 }
 
-// Half of the distance of a surface's points, over which light paths are blurred; a share of the scene's
-// diagonal where that is no distance to find any in.
-float blur_of(const CalculationSurface& surface, const Scene& scene) {
-    constexpr double kLeast = 0.005, kAlone = 0.02;
-    const double spacing =
-        std::min(surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
+// The radius over which light paths are blurred around a point: half of the distance of a surface's points,
+// but no more than a share of how far the point sees in the median direction of a few.
+float blur_of(const CalculationSurface& surface, const Receiver& receiver, const Scene& scene) {
+    constexpr double kOfSight = 0.05;
+    constexpr int kDirections = 31;
     const auto size = static_cast<double>(diagonal(scene));
-    return static_cast<float>(spacing / 2 > kLeast * size ? spacing / 2 : kAlone * size);
+    const V3f from = V3f(receiver.position - scene.origin()) + receiver.off;
+    std::vector<double> sight;
+    Sampler sampler(0, Purpose::receiver, 0, 0);
+    for (int i = 0; i < kDirections; ++i) {
+        const V3f d = face_forward(square_to_sphere(sampler.next2()), receiver.normal);
+        const auto hit = scene.intersect(Ray{from, d});
+        sight.push_back(hit ? double{hit->t} : size);
+    }
+    std::nth_element(sight.begin(), sight.begin() + kDirections / 2, sight.end());
+    const double reach = std::min(kOfSight * sight[kDirections / 2], size);
+    const V3d u = surface.u / surface.points.x, v = surface.v / surface.points.y;
+    const double spacing = std::max(u.length(), v.length()) / 2;
+    return static_cast<float>(spacing > reach / 100 ? std::min(spacing, reach) : reach);
 }
 
 // Widens the intervals of points that light reaches over specular surfaces without any of their paths having
@@ -182,8 +195,10 @@ void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& po
     constexpr double kStandardErrorsApart = 2;
     constexpr double kLeastWarned = 0.001;  // of the mean
     std::vector<float> radii;
-    for (const SurfaceIlluminance& surface : surfaces)
-        radii.insert(radii.end(), surface.points.size(), blur_of(surface.surface, job.scene));
+    for (const SurfaceIlluminance& surface : surfaces) {
+        for (std::size_t i = 0; i < surface.points.size(); ++i)
+            radii.push_back(blur_of(surface.surface, job.receivers.points[radii.size()], job.scene));
+    }
     const auto* path = std::get_if<PathSettings>(&job.integrator);
     const ChanceLightWork work{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
                                options.workers, monitor};
@@ -216,7 +231,9 @@ void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& po
         double half_width = surface.mean.half_width + surface.missing;
         // Where lamps are met seldom, their few meetings scatter more than they tell of themselves.
         const double apart = std::fabs(all_there.value - all_met.value);
-        if (apart > kStandardErrorsApart * all_there.standard_error) half_width = std::max(half_width, apart);
+        const bool known = all_there.value > kStandardErrors * all_there.standard_error;
+        if (known && apart > kStandardErrorsApart * all_there.standard_error)
+            half_width = std::max(half_width, apart);
         if (missing.size() == 1) surface.points[0].all.half_width = half_width;
         sum_up(surface);
         surface.mean = {mean, half_width};

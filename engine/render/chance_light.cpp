@@ -59,6 +59,8 @@ struct Ball {
 // Adds up what the segments of a chunk of paths bring to balls around receivers: a segment that comes nearer
 // to the centre than the radius brings its power over the ball's cross-section.
 struct BallVisitor : LightPathVisitor {
+    const Scene* scene =
+        nullptr;  // in which the centre must see the segment: light behind a wall is not its own
     std::span<const Receiver> receivers;
     std::span<const Ball> balls;
     std::vector<double> sums;
@@ -94,6 +96,13 @@ struct BallVisitor : LightPathVisitor {
             const float along = way.dot(d), r = balls[i].radius;
             if (!(along > 0) || !(along <= length + (beyond ? r : 0))) continue;
             if (!(way.length2() - along * along < r * r)) continue;
+            // Both a little off the surfaces that they may lie on.
+            constexpr float kOff = 1e-3F;
+            const V3f eye = balls[i].centre + kOff * r * receivers[i].normal;
+            const V3f seen = from.p + (std::min(along, length) - kOff * r) * d;
+            const V3f look = seen - eye;
+            const float distance = look.length();
+            if (distance > 0 && scene->blocked(Ray{eye, look / distance, distance}, false)) continue;
             sums[i] += power * response(receivers[i], -d) / double{kPi * r * r};  // r > 0
         }
     }
@@ -133,7 +142,7 @@ std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, st
     std::vector<ChanceLight> result(receivers.size());
     std::vector<Ball> balls;
     for (std::size_t i = 0; i < receivers.size(); ++i)
-        balls.push_back({V3f(receivers[i].position - work.scene.origin()), radii[i]});
+        balls.push_back({V3f(receivers[i].position - work.scene.origin()) + receivers[i].off, radii[i]});
     LightPaths paths = light_paths(work);
     paths.interleaved = false;  // a segment begins where the one before it ended
     std::vector<BallVisitor> chunks;
@@ -142,6 +151,7 @@ std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, st
             {work.scene, work.workers, work.monitor}, paths, chunks,
             [&](std::int64_t) {
                 BallVisitor visitor;
+                visitor.scene = &work.scene;
                 visitor.receivers = receivers;
                 visitor.balls = balls;
                 visitor.sums.resize(balls.size());

@@ -239,7 +239,7 @@ std::vector<Bomb> lying_bombs() {
          {"light", "acquire", "--views", "4096x4096", "--pixels", "4096x4096", "-o", "lamp.exr"},
          {"memory"}},
         of_file(
-            "FilmOfAScene", "scene.pbrt", [] { return scene(""); },
+            "FilmOfAScene", "scene.pbrt", [] { return scene("Shape \"sphere\""); },
             [] {
                 auto words = kRender;
                 words.insert(words.end(), {"--resolution", "65536x65536"});
