@@ -183,7 +183,7 @@ float blur_of(const CalculationSurface& surface, const Receiver& receiver, const
     const double reach = std::min(kOfSight * sight[kDirections / 2], size);
     const V3d u = surface.u / surface.points.x, v = surface.v / surface.points.y;
     const double spacing = std::max(u.length(), v.length()) / 2;
-    return static_cast<float>(spacing > reach / 100 ? std::min(spacing, reach) : reach);
+    return static_cast<float>(spacing > reach / 4 ? std::min(spacing, reach) : reach);
 }
 
 // Widens the intervals of points that light reaches over specular surfaces without any of their paths having
