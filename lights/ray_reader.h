@@ -77,8 +77,11 @@ T value_at(std::span<const std::byte> bytes, std::uint64_t offset) {
 // A value that a header or a row may leave open; NaN if it does. Unknown values are written as NaN, whose
 // bytes some programs write in the wrong order: 0x0100C07F is 2.4e-38. No quantity of a lamp is so small.
 inline double stated(float value) {
-    constexpr float kLeast = 1e-30F;
-    return value != 0 && std::fabs(value) < kLeast ? NAN : double{value};
+    // By its bits: a comparison with a NaN is an invalid operation.
+    constexpr std::uint32_t kInfinity = 0x7f800000;
+    const std::uint32_t size = std::bit_cast<std::uint32_t>(value) & 0x7fffffffU;
+    const bool known = size == 0 || (size >= std::bit_cast<std::uint32_t>(1e-30F) && size <= kInfinity);
+    return known ? double{value} : NAN;
 }
 
 // What a file is that is none of the ray files read here, as the clause of a sentence: "it is a zip archive".
