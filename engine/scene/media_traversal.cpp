@@ -34,13 +34,22 @@ std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
 
 }  // namespace
 
+namespace {
+
+// Multiplies `passed` by the share that the media of a ray let pass, and returns the medium at its end.
+std::int32_t pass_media(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler,
+                        Rgb& passed) {
+    return for_each_piece(scene, ray, medium, [&](MediumPiece piece) {
+        passed *= transmittance(std::move(piece.along), sampler);
+        return !is_black(passed);
+    });
+}
+
+}  // namespace
+
 Rgb transmittance(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler) {
     Rgb result(1);
-    if (scene.media().empty()) return result;
-    for_each_piece(scene, ray, medium, [&](MediumPiece piece) {
-        result *= transmittance(std::move(piece.along), sampler);
-        return !is_black(result);
-    });
+    if (!scene.media().empty()) pass_media(scene, ray, medium, sampler, result);
     return result;
 }
 
@@ -52,10 +61,7 @@ Rgb passing(const Scene& scene, const Ray& way, std::int32_t medium, Sampler& sa
         const auto pane = scene.has_panes() ? scene.intersect_pane(rest, shadow) : std::nullopt;
         if (!scene.media().empty()) {
             const Ray before{rest.o, rest.d, pane ? pane->t : rest.t_max};
-            medium = for_each_piece(scene, before, medium, [&](MediumPiece piece) {
-                passed *= transmittance(std::move(piece.along), sampler);
-                return !is_black(passed);
-            });
+            medium = pass_media(scene, before, medium, sampler, passed);
         }
         if (!pane || is_black(passed)) return passed;
         passed *= scene.bsdf(*pane).straight_share(-rest.d);
