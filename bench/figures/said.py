@@ -1,5 +1,5 @@
-# What the program says of an image's error, over the error that it has, by the number of samples: of the measured image (noise) and
-# of the denoised one. Fixed numbers of samples, so that it does not matter what else runs meanwhile.
+# Prints the ratio of an image's stated error to its actual error for several numbers of samples, for the measured image (noise) and
+# for the denoised one. Numbers of samples are fixed, so that other work on the machine does not matter.
 #   usage: said.py LUCERNA OUT_FOLDER DATA_FOLDER [--spp 2,4,8,16,64] [--seeds 1] [--reference SECONDS] [SCENE...]
 # Scenes and references are those of denoising.py at half the width and height; references are rendered once and kept in OUT_FOLDER.
 import json

@@ -1,4 +1,4 @@
-// What a file is by its first bytes, for messages that a reader expected something else.
+// Recognises a file's format by its first bytes, for the messages of readers that expected another format.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ std::string_view content_name(std::span<const std::byte> first);
 // The bytes by which content_name() tells, and more, from the file's beginning. Throws InputError.
 std::vector<std::byte> first_bytes(const std::filesystem::path& file);
 
-// What the file is, as a clause: "it is a PNG picture". Throws InputError.
+// Describes the file as a clause, for example "it is a PNG picture". Throws InputError.
 std::string content_of(const std::filesystem::path& file);
 
 }  // namespace lucerna

@@ -1,5 +1,5 @@
-// What a picture's file says of its numbers: by which curve whole numbers stand for light, and of which
-// colour space the light is.
+// These types hold what a picture file states about its numbers: the curve by which integers encode light,
+// and the colour space of that light.
 #pragma once
 
 #include <cstdint>
@@ -33,15 +33,15 @@ struct Encoding {
 // white is D65 as in every space.
 const ColourSpace& cie_xyz_space();
 
-// What is to be read of a file as colours.
+// Holds the encoding and the colour space by which a file's numbers are read as colours.
 struct StatedColours {
     Encoding encoding{Encoding::Kind::srgb};
     std::optional<ColourSpace> space = {};  // of the decoded numbers; none: linear sRGB
     std::string ignored = {};               // a sentence about what is not followed; empty: all of it is
 };
 
-// Of whole numbers an ICC profile made of curves and primaries, a PNG's chunks sRGB, gAMA and cHRM, in this
-// order [PNG 4.3]; of floats OpenEXR's chromaticities, Radiance's PRIMARIES, and the channels X, Y and Z.
+// Integers follow an ICC profile of curves and primaries, or else a PNG's chunks sRGB, gAMA and cHRM, in this
+// order [PNG 4.3]; floats follow OpenEXR's chromaticities, Radiance's PRIMARIES, and the channels X, Y and Z.
 // Throws InputError (without the file's name) for chromaticities of floats that span no space.
 StatedColours stated_colours(const PictureHeader& header);
 

@@ -18,7 +18,7 @@ constexpr std::int64_t kBestCompression = 1 << 16;
 
 using Beginning = std::array<unsigned char, 10>;
 
-// What the header says of colours that the library does not tell. Throws InputError (without the file's name)
+// Reads the header's colours that the library does not report. Throws InputError (without the file's name)
 // for more than the file can hold.
 PngColours checked_header(const std::filesystem::path& file, const Beginning& head) {
     constexpr std::array<unsigned char, 4> kExr{0x76, 0x2F, 0x31, 0x01};

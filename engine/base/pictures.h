@@ -35,7 +35,7 @@ constexpr bool are_whole(PictureNumbers numbers) {
     return numbers <= PictureNumbers::other_whole;
 }
 
-// What the chunks of a PNG say of its colours.
+// Holds what the chunks of a PNG state about its colours.
 struct PngColours {
     bool srgb = false;                                        // sRGB
     bool coding_points = false;                               // cICP, of other colours than sRGB
@@ -170,7 +170,7 @@ int check_exr_header(const std::filesystem::path& file, ExrKind kind);
 // A look at a PNG's chunks before a library reads them: libpng would say what is wrong with them on standard
 // error, too, beside the error that names the file.
 
-// What the chunks say of the picture's colours. Throws InputError (without the file's name) for a header that
+// Returns the colours that the chunks state. Throws InputError (without the file's name) for a header that
 // PNG does not know [PNG 11.2.2], a chunk that the picture needs and that is cut off, damaged or unknown, and
 // where one is missing. What passes may still be damaged inside its compressed data.
 PngColours check_png_chunks(const std::filesystem::path& file);

@@ -1,7 +1,7 @@
 // Radiance pictures (.hdr, .pic): scan lines of four bytes a pixel, three mantissas with one exponent
 // [Ward 1991].
 //
-// What the header says is followed: the order of the axes, the format (RGBE or XYZE), EXPOSURE and COLORCORR,
+// The reader follows the header: the order of the axes, the format (RGBE or XYZE), EXPOSURE and COLORCORR,
 // by which the numbers were multiplied, and PRIMARIES.
 #include <fmt/format.h>
 

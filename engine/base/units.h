@@ -24,7 +24,7 @@ std::uint64_t parse_seed(const Location& at, std::string_view word);
 double parse_length(const Location& at, std::string_view word);
 // The same, with a sign and 0 allowed: a place along an axis.
 double parse_place(const Location& at, std::string_view word);
-// The same in [least, most], where a bare number is one of metres.
+// Parses a length in [least, most], in metres; a number without a unit counts in metres.
 double parse_metres(const Location& at, std::string_view word, double least, double most);
 // Two lengths, "20mmx10mm", in metres.
 Imath::V2d parse_length_pair(const Location& at, std::string_view word);

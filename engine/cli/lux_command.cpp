@@ -119,7 +119,7 @@ std::string end_text(const IlluminanceReport& report) {
                        duration_text(report.seconds));
 }
 
-// The same points by the lamps' far fields. `floor` gets the largest error of their grids.
+// Measures the same points with the lamps' far fields. `floor` receives the largest error of their grids.
 IlluminanceReport by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
                                double seconds, double& floor, Monitor& monitor) {
     PhotometryOptions common = command.common;

@@ -30,7 +30,7 @@ LightPaths light_paths(const ChanceLightWork& work) {
     return paths;
 }
 
-// What a receiver reads of a unit of flux density, across the direction, that arrives from w.
+// Returns what a receiver reads for a unit of flux density, across the direction, that arrives from w.
 double response(const Receiver& receiver, const V3f& w) {
     const double along = double{receiver.normal.dot(w)};
     switch (receiver.kind) {
@@ -59,8 +59,8 @@ struct Ball {
 // Adds up what the segments of a chunk of paths bring to balls around receivers: a segment that comes nearer
 // to the centre than the radius brings its power over the ball's cross-section.
 struct BallVisitor : LightPathVisitor {
-    const Scene* scene =
-        nullptr;  // in which the centre must see the segment: light behind a wall is not its own
+    // The centre must see the segment in it: light behind a wall does not count.
+    const Scene* scene = nullptr;
     std::span<const Receiver> receivers;
     std::span<const Ball> balls;
     std::vector<double> sums;
