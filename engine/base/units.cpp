@@ -107,10 +107,13 @@ double parse_place(const Location& at, std::string_view word) {
 }
 
 double parse_metres(const Location& at, std::string_view word, double least, double most) {
-    const auto value = metres(word);
-    if (!value) return parse_number(at, word, least, most);
-    if (!(*value >= least && *value <= most))
-        input_error(at, "\"{}\" is out of range; expected {:g} m to {:g} m", one_line(word), least, most);
+    auto value = metres(word);
+    if (!value) value = metres(std::string(word) + "m");
+    if (!value || !(*value >= least && *value <= most)) {
+        input_error(at,
+                    "\"{}\" is not accepted; expected {:g} to {:g} metres, or a number with um, mm, cm or m",
+                    one_line(word), least, most);
+    }
     return *value;
 }
 
