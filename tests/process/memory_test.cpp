@@ -26,7 +26,8 @@ class ImageInMemory : public ::testing::Test {
     void SetUp() override {
         if (testing::kSanitized) GTEST_SKIP() << "sanitizers take memory of their own";
         std::ofstream(folder_ / "sky.pbrt")
-            << "Camera \"perspective\" Film \"rgb\" WorldBegin LightSource \"infinite\"\n";
+            << "Camera \"perspective\" Film \"rgb\" WorldBegin LightSource \"infinite\"\n"
+               "Shape \"sphere\" \"float radius\" 0.1\n";  // a scene without shapes has a warning more
     }
 
     // `limit`: of the address space, bytes; 0: none.
