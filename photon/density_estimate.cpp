@@ -16,6 +16,11 @@ bool irradiance_suffices(const Bsdf& bsdf) {
     return bsdf.is_lambertian() && (bsdf.shading_normal() - bsdf.geometric_normal()).length2() < sqr(kSame);
 }
 
+// How many times more a photon counts in the inner part of a disc of squared radius r2, than in the disc.
+float more_within(KernelShape shape, float key, float r2, float inner2) {
+    return key < inner2 * r2 ? kernel(shape, key / (inner2 * r2)) / (inner2 * kernel(shape, key / r2)) : 0.0F;
+}
+
 // Room for the photons of most estimates, at once.
 constexpr std::size_t kExpected = 256;
 
@@ -48,8 +53,11 @@ DensityEstimateResult DensityEstimate::sample_point_estimate(const TangentMetric
         if (!counts(neighbour.index)) continue;
         if (limits()) result.deepest = std::max(result.deepest, int{map_.bounces()[neighbour.index]});
         const Photon& photon = map_.photons()[neighbour.index];
-        result.value +=
+        const Rgb brought =
             carry(photon, -photon.direction.unpack(), kernel(settings_.kernel, neighbour.key / r2) / r2);
+        result.value += brought;
+        if (settings_.sharper)
+            result.sharper += more_within(settings_.kernel, neighbour.key, r2, sqr(kSharper)) * brought;
         ++result.photons;
     }
     return result;
@@ -63,18 +71,35 @@ DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Nei
     result.radius = std::sqrt(disc.r2);
     result.photons = static_cast<int>(found.size());
     if (found.empty()) return result;
+    // Below the surface's error there is nothing sharper; radii are not smaller than that.
+    const float inner2 = std::max(sqr(kSharper), sqr(disc.error) / disc.r2);
     for (const Neighbour& neighbour : found) {
         if (!counts(neighbour.index)) continue;
         if (limits()) result.deepest = std::max(result.deepest, int{map_.bounces()[neighbour.index]});
         const Photon& photon = map_.photons()[neighbour.index];
-        result.value +=
+        const Rgb brought =
             carry(photon, -photon.direction.unpack(), kernel(settings_.kernel, neighbour.key / disc.r2));
+        result.value += brought;
+        if (settings_.sharper)
+            result.sharper += more_within(settings_.kernel, neighbour.key, disc.r2, inner2) * brought;
     }
     const auto [share, part] = probed(disc, found);
     result.share = share;
     result.part = part;
     result.scale = part / (disc.r2 * share);  // the share is never 0
     result.value *= result.scale;
+    if (!settings_.sharper) return result;
+    result.sharper /= disc.r2;
+    if (share == 1 && part == 1) return result;
+    // The inner part of a disc that is cut off may be whole.
+    Disc inner = disc;
+    inner.r2 *= inner2;
+    std::vector<Neighbour> within;
+    for (const Neighbour& neighbour : found) {
+        if (neighbour.key < inner.r2) within.push_back(neighbour);
+    }
+    const auto [inner_share, inner_part] = probed(inner, within);
+    result.sharper *= inner_part / inner_share;  // the share is never 0
     return result;
 }
 
@@ -139,6 +164,7 @@ DensityEstimateResult DensityEstimate::radiance_of_each(const Hit& hit, const Bs
                 return told(photon, photon.power * weight);
             });
         lit.value *= f;
+        lit.sharper *= f;
         return lit;
     }
     return estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {

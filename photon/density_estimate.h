@@ -30,6 +30,7 @@ struct DensityEstimateSettings {
     // Of the photons found those count whose paths have bounced so often at most; the others take their part
     // in how large the disc is, and bring nothing.
     int most_bounces = kMaxBounces;
+    bool sharper = false;  // whether DensityEstimateResult::sharper is wanted
 };
 
 // The largest radius of an estimate: what is set, scene units, or a share of the scene's diagonal where
@@ -45,9 +46,14 @@ struct Probing {
     Sampler sampler;  // the estimate's own, whose numbers nobody else draws
 };
 
+inline constexpr float kSharper = 0.25F;
+
 // What an estimate rests on, beside its value.
 struct DensityEstimateResult {
-    Rgb value{0.0F};   // radiance, W/(m² sr), or irradiance, W/m²
+    Rgb value{0.0F};  // radiance, W/(m² sr), or irradiance, W/m²
+    // The same by the photons in the disc's inner part alone, kSharper of its radius, if that is wanted: with
+    // more noise, and less blur.
+    Rgb sharper{0.0F};
     float radius = 0;  // of the disc, scene units
     int photons = 0;   // that counted
     float share = 1;   // of the kernel, by which the boundary correction divided

@@ -308,18 +308,20 @@ class Pictures {
     }
 
   private:
+    // A smaller share of an error changes it by less than a twentieth.
+    static constexpr double kLeastStatedBlur = 0.3;
+
     static std::string error_text(const RunFacts& facts, const RenderReport& report) {
         if (!report.relative_error) return "too few samples to tell the error, ";
-        const double shared = facts.choice ? facts.choice->beyond_noise : 0;
         std::string text = fmt::format("noise {}, ", percent_text(*report.relative_error));
         if (report.denoised_error) {
             const auto error = picture_error(facts, report);
             text += error ? fmt::format("denoised {}, ", percent_text(*error))
                           : "too few samples or pixels to tell the denoised image's error, ";
-            if (error && shared > 0)
-                text += fmt::format("up to {} of it common to all samples, ", percent_text(shared));
-        } else if (shared > 0) {
-            text += fmt::format("up to {} in addition, ", percent_text(shared));
+            if (error && report.blur.value_or(0) > kLeastStatedBlur * *error)
+                text += fmt::format("{} of it by the blur of photons, ", percent_text(*report.blur));
+        } else if (facts.choice && facts.choice->beyond_noise > 0) {
+            text += fmt::format("up to {} in addition, ", percent_text(facts.choice->beyond_noise));
         }
         return text;
     }

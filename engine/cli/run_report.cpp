@@ -93,9 +93,10 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
 }
 
 std::optional<double> picture_error(const RunFacts& facts, const RenderReport& report) {
-    const std::optional<double>& own = report.denoised_error ? report.denoised_error : report.relative_error;
-    if (!own || !std::isfinite(*own)) return std::nullopt;
-    return std::hypot(*own, facts.choice ? facts.choice->beyond_noise : 0);
+    if (report.denoised_error)
+        return std::isfinite(*report.denoised_error) ? report.denoised_error : std::nullopt;
+    if (!report.relative_error) return std::nullopt;
+    return std::hypot(*report.relative_error, facts.choice ? facts.choice->beyond_noise : 0);
 }
 
 std::map<std::string, std::string> header_attributes(const RunFacts& facts, const Job& job,
@@ -153,7 +154,10 @@ std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Moni
                      ? fmt::format("tried    {}", choice->tried)
                      : fmt::format("tried    {} ({})", choice->tried, expectations_text(options.limits)));
     // What more samples do not mend is half of the error at most and leaves that much less for noise.
-    options.limits.error = std::sqrt(std::max(sqr(options.limits.error) - sqr(choice->beyond_noise), 0.0));
+    // (Of two halves of samples the render measures it itself.)
+    if (!job.film.two_halves)
+        options.limits.error =
+            std::sqrt(std::max(sqr(options.limits.error) - sqr(choice->beyond_noise), 0.0));
     return choice;
 }
 

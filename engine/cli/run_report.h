@@ -34,9 +34,9 @@ struct RunFacts {
 std::string statistics_json(const RunFacts& facts, const Job& job, const RenderReport& report,
                             const std::filesystem::path& image_file);
 
-// The expected error of the picture, as Film::relative_error() counts it: what halves of its samples tell,
-// and where the method was chosen what all samples share, as large as that may well be. None while
-// it is not known.
+// The expected error of the picture, as Film::relative_error() counts it: of a denoised one with its blur;
+// else its noise, and where the method was chosen what its trial found beyond noise. None while it is not
+// known.
 std::optional<double> picture_error(const RunFacts& facts, const RenderReport& report);
 
 // Texts for the EXR header, all named "lucerna.…".

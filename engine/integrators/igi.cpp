@@ -89,7 +89,7 @@ class IgiEstimator final : public Estimator {
 
     Rgb camera_sample(const CameraRay& camera, const LightSet& set, Sampler& sampler) const {
         const Ray& ray = camera.ray;
-        const PartsSink of_ray(camera.parts);
+        const PartsSink of_ray(camera.parts, camera.blur);
         const int most = most_bounces(settings_.max_depth);
         const auto shade = [&](const Vertex& vertex, int left, const PartsSink& parts) {
             return shade_place(vertex, set, left, sampler, parts);

@@ -32,6 +32,10 @@ struct CameraRay {
     // Gets what the sample's radiance is made of, black before; null: nobody asks. The radiance is the same,
     // bit for bit, with and without.
     LightParts* parts = nullptr;
+    // Gets what density estimates at what the camera sees differ by from sharper ones
+    // (DensityEstimateResult), as it reaches the eye, added to what is there; null: nobody asks. The radiance
+    // is the same.
+    Rgb* blur = nullptr;
     // In the place of the first surface along the ray, which is then along its normal: of a point of a
     // calculation surface (engine/scene/receiver.h), by methods with illuminance for their quantity. Null:
     // what the ray meets.

@@ -403,7 +403,7 @@ class PhotonMapEstimator final : public Estimator {
     // ---- Li --------------------------------------------------------------------------------------------
 
     Rgb camera_sample(const CameraRay& camera, Splits splits, Sampler& sampler, bool at_edge = false) const {
-        const PartsSink of_ray(camera.parts);
+        const PartsSink of_ray(camera.parts, camera.blur);
         const int most = most_bounces(settings_.max_depth);
         // Across an edge estimates differ as samples do.
         if (samples_ > 1 && !at_edge) {
@@ -757,6 +757,11 @@ class PhotonMapEstimator final : public Estimator {
         const PhotonMap* map = maps_.find(kind);
         if (!map) return {};
         DensityEstimateSettings own = how;
+        own.sharper = parts.asks_for_blur();
+        const auto told = [&parts](const DensityEstimateResult& found) {
+            parts.blurred(found.value - found.sharper);
+            return found;
+        };
         // A correction takes light to be even over the disc; a caustic is not.
         if (kind == MapKind::caustic) own.boundary = Boundary::none;
         const Hit& hit = vertex.hit;
@@ -769,12 +774,12 @@ class PhotonMapEstimator final : public Estimator {
             if (found.whole) own.boundary = Boundary::none;
             if (kind == MapKind::caustic) {
                 own.radius *= kCausticReach;
-                return DensityEstimate(*map, own, caustic_radii_)
-                    .radiance(hit, vertex.bsdf, vertex.wo, kind, parts);
+                return told(DensityEstimate(*map, own, caustic_radii_)
+                                .radiance(hit, vertex.bsdf, vertex.wo, kind, parts));
             }
         }
         const Probing probing{scene_, sampler.split(kProbesBranch + static_cast<std::uint32_t>(kind))};
-        return DensityEstimate(*map, own, probing).radiance(hit, vertex.bsdf, vertex.wo, kind, parts);
+        return told(DensityEstimate(*map, own, probing).radiance(hit, vertex.bsdf, vertex.wo, kind, parts));
     }
 
     // What media scatter into a ray at a place: radiance per unit of length.

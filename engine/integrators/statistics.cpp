@@ -197,6 +197,7 @@ std::map<std::string, double> RenderReport::numbers() const {
     writer.value("passes.done", static_cast<double>(passes_done));
     writer.group(relative_error, [&](auto& error) { writer.value("error.relative", error); });
     if (denoised_error && std::isfinite(*denoised_error)) writer.value("error.denoised", *denoised_error);
+    writer.group(blur, [&](auto& share) { writer.value("error.blur", share); });
     if (!pixels_apart.empty()) writer.value("error.pixels_apart", static_cast<double>(pixels_apart.size()));
     return std::move(writer.numbers);
 }

@@ -125,7 +125,8 @@ struct RenderReport {
     std::uint64_t rays_total = 0, rays_invalid = 0;
     std::optional<std::uint64_t> rays_prepare;  // of them, before the first of the image
     std::optional<double> relative_error;       // estimated, of the image
-    std::optional<double> denoised_error;       // the same of the denoised one
+    std::optional<double> denoised_error;       // the same of the denoised one, its blur included
+    std::optional<double> blur;                 // of both, by density estimates (BlurMeter)
     std::vector<V2i> pixels_apart;              // that this error is without (Film::ErrorEstimate)
     std::vector<RankReport> ranks;              // of a parallel job
     std::map<std::string, Ranks::Traffic, std::less<>> traffic;  // of its rank 0

@@ -83,8 +83,10 @@ void Film::update_half_buffers(std::size_t pixel) {
     half_buffers_[pixel] = {half_buffers_[pixel].last, static_cast<float>(shown(pixel))};
 }
 
-void Film::add(int x, int y, const Rgb& radiance, float weight, int half) {
-    add_sample(pixels_[static_cast<std::size_t>(half) * size_ + place(x, y)], radiance, weight);
+void Film::add(int x, int y, const Rgb& radiance, float weight, int half, float blur) {
+    const std::size_t at = static_cast<std::size_t>(half) * size_ + place(x, y);
+    add_sample(pixels_[at], radiance, weight);
+    if (kind_.tells_blur) blur_[at] += weight * blur;
     update_half_buffers(place(x, y));
 }
 
@@ -108,6 +110,9 @@ void Film::add_pass(int x, int y, std::span<const Sample> samples, int half) {
     update_root_m2(passes.root_m2, delta, value - passes.mean);
 
     for (const Sample& sample : samples) add_sample(pixel, sample.radiance, sample.weight);
+    if (kind_.tells_blur) {
+        for (const Sample& sample : samples) blur_[at] += sample.weight * sample.blur;
+    }
     update_half_buffers(place(x, y));
 }
 
@@ -275,13 +280,14 @@ std::optional<Film::Brightness> Film::brightness() const {
 
 Film::ErrorEstimate Film::error() const {
     const auto known = brightness();
-    if (!known) return {INFINITY, {}};
+    if (!known) return {INFINITY, 0, {}};
     const double mean = known->mean;
     std::vector<double> shown(size_);
     for (std::size_t i = 0; i < size_; ++i) shown[i] = this->shown(i);
 
     // Squares of the errors, over those of the luminances.
     std::vector<double> by_halves(size_), by_samples(size_);
+    double blur = 0;
     for (std::size_t i = 0; i < size_; ++i) {
         if (count(i) == 0) continue;
         const double own = luminance_variance(variance(i));
@@ -292,6 +298,8 @@ Film::ErrorEstimate Film::error() const {
         const double level = std::max(around(shown, static_cast<int>(i % width), static_cast<int>(i / width)),
                                       std::min(halves.first, halves.second));
         const double scale = error_scale2(level, mean);
+        const double n_a = pixels_[i].count, n_b = kind_.tells_blur ? pixels_[size_ + i].count : 0;
+        if (n_a > 0 && n_b > 0) blur += blur_[i] / n_a * (blur_[size_ + i] / n_b) / scale;
         by_halves[i] = halves.variance / scale;
         by_samples[i] = own / scale;
     }
@@ -316,19 +324,20 @@ Film::ErrorEstimate Film::error() const {
     const double margin = std::sqrt(2.0 / 3 * halves_fourth) + samples_fourth / samples_sum;
     const auto counted = static_cast<double>(known->pixels - estimate.apart.size());
     estimate.relative = std::sqrt(std::min(samples_sum, halves_sum + margin) / counted);
+    estimate.blur = std::sqrt(kBlurOfDifference * std::max(blur, 0.0) / static_cast<double>(known->pixels));
     return estimate;
 }
 
 std::size_t Film::bytes_of_sums() const {
     return std::as_bytes(std::span(pixels_)).size() + std::as_bytes(std::span(passes_)).size() +
-           std::as_bytes(std::span(half_buffers_)).size();
+           std::as_bytes(std::span(half_buffers_)).size() + std::as_bytes(std::span(blur_)).size();
 }
 
 std::vector<std::byte> Film::sums() const {
     std::vector<std::byte> sums;
     sums.reserve(bytes_of_sums());
     for (const auto bytes : {std::as_bytes(std::span(pixels_)), std::as_bytes(std::span(passes_)),
-                             std::as_bytes(std::span(half_buffers_))})
+                             std::as_bytes(std::span(half_buffers_)), std::as_bytes(std::span(blur_))})
         sums.insert(sums.end(), bytes.begin(), bytes.end());
     return sums;
 }
@@ -337,7 +346,7 @@ void Film::restore(std::span<const std::byte> sums) {
     assert(sums.size() == bytes_of_sums());
     for (const auto to :
          {std::as_writable_bytes(std::span(pixels_)), std::as_writable_bytes(std::span(passes_)),
-          std::as_writable_bytes(std::span(half_buffers_))}) {
+          std::as_writable_bytes(std::span(half_buffers_)), std::as_writable_bytes(std::span(blur_))}) {
         std::copy_n(sums.begin(), to.size(), to.begin());
         sums = sums.subspan(to.size());
     }

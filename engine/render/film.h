@@ -23,6 +23,7 @@ class Film {
         // How many samples a half has depends on what the other saw (allocation.h): the image is the mean of
         // both, each with the same weight, and not of all samples.
         bool allocated = false;
+        bool tells_blur = false;  // samples tell what density estimates blur
     };
     Film(int width, int height, const Kind& kind)
         : width_(width),
@@ -31,7 +32,8 @@ class Film {
           kind_(kind),
           pixels_(kind.two_halves ? 2 * size_ : size_),
           passes_(kind.by_pass ? pixels_.size() : 0),
-          half_buffers_(kind.two_halves ? 0 : size_) {}
+          half_buffers_(kind.two_halves ? 0 : size_),
+          blur_(kind.tells_blur ? pixels_.size() : 0) {}
     Film(int width, int height) : Film(width, height, Kind()) {}
 
     int width() const { return width_; }
@@ -39,12 +41,13 @@ class Film {
     bool has_two_halves() const { return kind_.two_halves; }
 
     // Finite radiance, W/(m² sr), of a sample with the weight that FilterSampler gave it. `half`: 0 or 1, of
-    // a film of two halves; else 0.
-    void add(int x, int y, const Rgb& radiance, float weight = 1, int half = 0);
+    // a film of two halves; else 0. `blur`: the luminance of CameraRay::blur.
+    void add(int x, int y, const Rgb& radiance, float weight = 1, int half = 0, float blur = 0);
 
     struct Sample {
         Rgb radiance;
         float weight;
+        float blur = 0;
     };
     // What one pass saw through a pixel. Its samples depend on each other (they look at the same photons),
     // those of different passes do not: the variance is taken between passes.
@@ -90,8 +93,16 @@ class Film {
     // ten times as much as any other and more than all others together; the error and the mean are without
     // them.
     static constexpr int kLeastForError = 4;  // two or three have met too little of what is rare and bright
+    // The square of an estimate's blur over that of D, by Epanechnikov's kernel across an edge, where it grows
+    // as the radius. Where light is smooth, blur grows as the disc's area, and 1.14 would do.
+    static constexpr double kBlurOfDifference = 1.9;
     struct ErrorEstimate {
         double relative = 0;
+        // What density estimates blur, likewise a share; 0 where samples do not tell it. D, what an estimate
+        // differs by from one on a disc a quarter as wide, has the blur's mean, but for what the smaller disc
+        // blurs itself, and much noise; D_A and D_B of two halves are independent, and the mean of their
+        // product is the square of D's mean without a noise term.
+        double blur = 0;
         std::vector<V2i> apart;  // those pixels, rows first
     };
     ErrorEstimate error() const;
@@ -101,7 +112,8 @@ class Film {
     std::vector<std::byte> sums() const;
     std::size_t bytes_of_sums() const;
     static constexpr std::size_t bytes_per_pixel(const Kind& kind) {
-        const std::size_t half = sizeof(Pixel) + (kind.by_pass ? sizeof(Passes) : 0);
+        const std::size_t half =
+            sizeof(Pixel) + (kind.by_pass ? sizeof(Passes) : 0) + (kind.tells_blur ? sizeof(float) : 0);
         return kind.two_halves ? 2 * half : half + sizeof(HalfBuffers);
     }
     // Takes up sums() of a film of the same size and kind: as many bytes as bytes_of_sums().
@@ -117,6 +129,7 @@ class Film {
             for (std::size_t first = place(begin.x, y); first < pixels_.size(); first += size_) {
                 row_of(pixels_, first);
                 if (kind_.by_pass) row_of(passes_, first);
+                if (kind_.tells_blur) row_of(blur_, first);
             }
             if (!half_buffers_.empty()) row_of(half_buffers_, place(begin.x, y));
         }
@@ -213,6 +226,7 @@ class Film {
     std::vector<Pixel> pixels_;              // of two halves: the first's, then the second's
     std::vector<Passes> passes_;             // empty, or as many
     std::vector<HalfBuffers> half_buffers_;  // empty, or one for each pixel
+    std::vector<float> blur_;                // empty, or the sum of the weighted samples', as many as pixels_
 };
 
 // Offsets from a pixel's centre, distributed as the reconstruction filter's absolute value: so every sample

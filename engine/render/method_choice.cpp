@@ -187,6 +187,14 @@ double beyond_noise(const Trial& trial, const Consensus& agreed) {
     return std::max(0.0, shares.mean()) + (shares.count() > 1 ? shares.standard_error() : 0);
 }
 
+// What density estimates blur, squared, and one standard error more.
+double blur2_of(const Trial& trial, const Consensus& agreed) {
+    RunningStats shares;
+    for (std::size_t b = 0; b < trial.blocks().size(); ++b)
+        shares.add(agreed.share(b, trial.blocks()[b].blur2()));
+    return std::max(0.0, shares.mean()) + (shares.count() > 1 ? shares.standard_error() : 0);
+}
+
 // The variance of a sample that comes from light which samples without bias have not met, though others have
 // seen it. Where N samples have looked in vain for light of mean D, their chance of meeting it is 1/N at the
 // most, and its variance D² N at the least. N is a block's own samples, or those of all blocks, as far as
@@ -252,8 +260,9 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     }
     cost.beyond = beyond_noise(trial, agreed);
     if (trial.in_passes()) {
-        // Of two passes it is mostly noise of the photons that a block's pixels share.
-        if (job.film.two_halves) cost.beyond *= left_by_denoiser(trial);
+        // Of two passes it is mostly noise of the photons that a block's pixels share; of two halves the blur
+        // itself is measured.
+        if (job.film.two_halves) cost.beyond = blur2_of(trial, agreed);
         cost.kind = MethodCost::Kind::passes;
         cost.sample *= make_integrator(trial.settings())->samples_per_pass();
         cost.passes = trial.passes();
@@ -263,6 +272,9 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
         return cost;
     }
     cost.kind = MethodCost::Kind::maps;
+    // What most methods agree on is no judge of it where all of them but paths, which miss that light, show
+    // it by photons, as a caustic.
+    cost.beyond = std::max(cost.beyond, blur2_of(trial, agreed));
     // Of VPLs it is noise. Of photons, with a fixed number in an estimate, it falls by the estimates' area;
     // the studies give somewhat less.
     cost.power = estimates_from_photons(trial.settings(), job.scene) ? 2.0 / 3 : 1;

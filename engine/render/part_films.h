@@ -52,6 +52,7 @@ class PartFilms {
     // Halves are the image's own concern, unless it is their mean.
     static Film::Kind alone(Film::Kind kind) {
         kind.two_halves = kind.allocated;
+        kind.tells_blur = false;
         return kind;
     }
     const Rgb& value(const LightParts& sample, std::size_t film) const {

@@ -74,7 +74,7 @@ class Run {
           in_passes_(integrator_->samples_per_pass() > 0),
           film_(job.film.rendered_size().x, job.film.rendered_size().y,
                 {FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1,
-                 job.film.two_halves, is_adaptive()}),
+                 job.film.two_halves, is_adaptive(), job.film.two_halves}),
           parts_(make_part_films()),
           tiles_(job, options.seed, film_, integrator_->samples_per_pass(), parts_ ? &*parts_ : nullptr,
                  is_adaptive() ? &allocation_.emplace(film_) : nullptr),
@@ -627,7 +627,10 @@ class Run {
         // Infinite where it is not known. An estimate that ended the render is stated, however uncertain it
         // is.
         const bool is_stated = picture.error_is_known || report.ended_by == "error";
-        if (report.relative_error) report.denoised_error = is_stated ? picture.relative_error : INFINITY;
+        if (report.relative_error) {
+            report.blur = error.blur;
+            report.denoised_error = is_stated ? std::hypot(picture.relative_error, error.blur) : INFINITY;
+        }
         return result;
     }
 
@@ -649,7 +652,11 @@ class Run {
                        step = std::max(1U, std::bit_floor(number) / kLooks);
         if (done < StopRule::kLeastForError || number % step != 0) return false;
         bring_together();
-        return rule.satisfied(done, denoise(layers(), options_.workers).relative_error);
+        // More samples do not mend what the photons of one set of maps blur: at least half of the error is
+        // left to noise, so that the render ends.
+        const double blur = film_.error().blur, most = options_.limits.error / std::sqrt(2.0);
+        return rule.satisfied(done, std::hypot(denoise(layers(), options_.workers).relative_error,
+                                               in_passes_ ? blur : std::min(blur, most)));
     }
 
     // Of all renders of this image.

@@ -16,7 +16,7 @@ std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
     const V2i size = job.film.rendered_size();
     const std::uint64_t pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
     const Film::Kind kind{1, make_integrator(job.integrator)->samples_per_pass() > 1, job.film.two_halves,
-                          job.film.adaptive};
+                          job.film.adaptive, job.film.two_halves};
     const std::uint64_t sums =
         Film::bytes_per_pixel(kind) +
         PartFilms::bytes_per_pixel(kind, job.scene.light_groups(), {job.film.parts, job.film.chance});

@@ -41,14 +41,19 @@ CameraSampler::Sample CameraSampler::receiver_sample(const V2i& at, int index) c
 
 Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample, LightParts* parts) const {
     sample.camera.parts = parts;
+    Rgb blur(0);
+    if (sample.camera.half) sample.camera.blur = &blur;
     if (sample.receiver) sample.camera.receiver = &*sample.receiver;
     const auto lamps = lamps_ ? lamps_->in_reach(sample.pixel) : SmallLamps::InReach();
-    if (!lamps) return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
+    if (!lamps) {
+        const Rgb seen = estimator.Li_of(sample.camera, sample.sampler);
+        return {seen, sample.weight, luminance(blur)};
+    }
     sample.camera.but = &lamps_->lamps();
     Sampler own = sample.sampler.split_alike(kSmallLampsBranch);
     const Rgb seen = estimator.Li_of(sample.camera, sample.sampler);
     // Independent of the sample's place in the pixel, and so of its weight, whose mean is 1.
-    return {seen + lamps_->radiance(lamps, sample.pixel, own, parts), sample.weight};
+    return {seen + lamps_->radiance(lamps, sample.pixel, own, parts), sample.weight, luminance(blur)};
 }
 
 template <typename Visit>
@@ -85,7 +90,7 @@ void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int f
             if (parts_) pass_parts.push_back(parts);
         } else {
             const int half = camera_sampler_.half(s).value_or(0);
-            film_.add(at.x, at.y, taken.radiance, taken.weight, half);
+            film_.add(at.x, at.y, taken.radiance, taken.weight, half, taken.blur);
             if (parts_) parts_->add(at.x, at.y, parts, taken.weight, allocation_ != nullptr ? half : 0);
         }
     }
@@ -128,7 +133,7 @@ void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int hal
     const Film::Sample taken = camera_sampler_.radiance(estimator, camera_sampler_.sample(at, half, index),
                                                         parts_ ? &parts : nullptr);
     if (is_finite(taken.radiance)) {
-        film_.add(at.x, at.y, taken.radiance, taken.weight, half);
+        film_.add(at.x, at.y, taken.radiance, taken.weight, half, taken.blur);
         if (parts_) parts_->add(at.x, at.y, parts, taken.weight, half);
     } else {
         report_bad(at, 2 * index + half, taken.radiance);  // as they are counted where all get the same

@@ -52,6 +52,15 @@ double Trial::Block::variance() const {
     return sum / sqr(static_cast<double>(pixels.size()));
 }
 
+double Trial::Block::blur2() const {
+    double sum = 0;
+    for (const auto& [first, second] : blur) {
+        if (first.samples > 0 && second.samples > 0)
+            sum += first.sum / first.samples * (second.sum / second.samples);
+    }
+    return Film::kBlurOfDifference * sum / static_cast<double>(blur.size());
+}
+
 double Trial::Block::variance_of_a_sample() const {
     double sum = 0;
     for (const RunningStats& pixel : pixels) sum += pixel.variance();
@@ -130,7 +139,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
     const Stopwatch clock;
     const V2i size = block_size(job_.film);
     const auto pixels = static_cast<std::size_t>(size.x * size.y);
-    if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels), {}, {}});
+    if (blocks_.size() < end) blocks_.resize(end, Block(pixels));
     const CameraSampler camera_sampler(job_, seed_, integrator_->samples_per_pass(), &lamps_);
     const auto add = [this](std::size_t block, std::size_t pixel, double value) {
         blocks_[block].pixels[pixel].add(value);
@@ -147,6 +156,11 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
                 const Film::Sample sample =
                     camera_sampler.radiance(*estimator_, camera_sampler.sample(at, s));
                 if (!is_finite(sample.radiance)) continue;
+                if (const auto half = camera_sampler.half(s)) {
+                    Block::HalfBlur& blur = blocks_[block].blur[pixel][static_cast<std::size_t>(*half)];
+                    blur.sum += double{sample.weight} * double{sample.blur};
+                    ++blur.samples;
+                }
                 const double value = double{sample.weight} * double{luminance(sample.radiance)};
                 if (in_passes()) {
                     seen.add(value);

@@ -2,6 +2,7 @@
 // samples scatter. What choose_method() goes by.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -42,10 +43,19 @@ class Trial {
     // Of every block that was looked at, in the order of trial_blocks(): luminance of its pixels' samples;
     // where it works in passes, what each saw through the pixel.
     struct Block {
+        explicit Block(std::size_t count) : pixels(count), blur(count) {}
         std::vector<RunningStats> pixels;
         // Where it works in passes: the block's means by each. Its pixels see the same photons, and the mean
         // varies by more than they tell.
         RunningStats passes;
+        // Of the samples of each half, where the job's film has two: the sums of their Film::Sample::blur.
+        struct HalfBlur {
+            double sum = 0;
+            int samples = 0;
+        };
+        std::vector<std::array<HalfBlur, 2>> blur;  // of the pixels
+        // The mean of its pixels' squares (Film::ErrorEstimate::blur); 0 where nothing is known of it.
+        double blur2() const;
         std::vector<float> values;  // that they are of, in no order that matters
         double mean() const;
         double variance() const;              // of mean()

@@ -74,8 +74,9 @@ struct LightParts {
 class PartsSink {
   public:
     PartsSink() = default;
-    // Of a path that begins at the eye. Null: nobody asks. Outlives this.
-    explicit PartsSink(LightParts* to) : to_(to) {}
+    // Of a path that begins at the eye. Null: nobody asks. Both outlive this. `blur` gets what density
+    // estimates at the first place blur, radiance at the eye; what is known of it is that place's alone.
+    explicit PartsSink(LightParts* to, Rgb* blur = nullptr) : to_(to), blur_(blur) {}
 
     explicit operator bool() const { return to_ != nullptr; }
     // What tells lights apart here: all are one where nobody asks for groups.
@@ -86,7 +87,7 @@ class PartsSink {
     // With the share of what is found that reaches the eye.
     PartsSink times(const Rgb& share) const {
         PartsSink sink = *this;
-        if (to_) sink.weight_ *= share;
+        if (to_ || blur_) sink.weight_ *= share;
         return sink;
     }
     PartsSink times(float share) const { return times(Rgb(share)); }
@@ -117,6 +118,11 @@ class PartsSink {
     void indirect(const Rgb& radiance, std::uint32_t light) const {
         found(LightPart::indirect, radiance, light);
     }
+    // Of an estimate there, what it differs by from a sharper one.
+    bool asks_for_blur() const { return blur_ != nullptr; }
+    void blurred(const Rgb& difference) const {
+        if (blur_) *blur_ += weight_ * difference;
+    }
     // What was found there by a sink of its own, all of it in any other way.
     void indirect(const LightParts& found) const {
         if (!to_) return;
@@ -145,6 +151,7 @@ class PartsSink {
     PartsSink on(Way way) const {
         PartsSink sink = *this;
         sink.way_ = way;
+        if (way != Way::eye) sink.blur_ = nullptr;
         return sink;
     }
     void found(LightPart at_first, const Rgb& radiance, std::uint32_t light) const {
@@ -162,6 +169,7 @@ class PartsSink {
     }
 
     LightParts* to_ = nullptr;
+    Rgb* blur_ = nullptr;
     Rgb weight_{1.0F};
     Way way_ = Way::eye;
 };

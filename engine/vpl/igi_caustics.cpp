@@ -100,9 +100,13 @@ Rgb IgiCaustics::radiance(const Vertex& vertex, std::size_t half, int left, cons
     if (maps_.empty() || !vertex.bsdf.has_diffuse()) return Rgb(0);
     const Bsdf part = rays_find_rest_ ? vertex.bsdf.diffuse_part() : vertex.bsdf.blurred_part(0);
     DensityEstimateSettings how = density_;
+    how.sharper = parts.asks_for_blur();
     if (max_depth_ > 0) how.most_bounces = left - 1;
     const DensityEstimate estimate(maps_.size() > 1 ? maps_[half] : maps_.front(), how);
-    return estimate.radiance(vertex.hit, part, vertex.wo, MapKind::caustic, parts).value;
+    const DensityEstimateResult found =
+        estimate.radiance(vertex.hit, part, vertex.wo, MapKind::caustic, parts);
+    parts.blurred(found.value - found.sharper);
+    return found.value;
 }
 
 Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {

@@ -253,9 +253,7 @@ TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
     EXPECT_THAT(outcome.out, HasSubstr("from short trials)")) << "the numbers are expectations";
     const auto stats = nlohmann::json::parse(read_text("a.json"));
     EXPECT_THAT(stats["choice"]["tried"].get<std::string>(), HasSubstr("path"));
-    const double shared = stats["choice"]["beyond_noise"], left = stats["numbers"]["error.denoised"];
-    EXPECT_LE(shared, 0.025) << "half of what was asked for";
-    EXPECT_DOUBLE_EQ(stats["image"]["error"], std::hypot(left, shared))
+    EXPECT_EQ(stats["image"]["error"], stats["numbers"]["error.denoised"])
         << "of the picture, whatever its cause";
     EXPECT_LE(stats["image"]["error"], 0.05);
     EXPECT_TRUE(read_exr("a.exr").attributes.contains("lucerna.tried"));

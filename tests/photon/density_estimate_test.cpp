@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/stats.h"
 #include "tests/support/photons.h"
 #include "tests/support/statistics.h"
 
@@ -163,6 +164,42 @@ TEST(DensityEstimate, KBeyondTheMap_EqualsAllWithinTheRadius) {
         EXPECT_EQ(all.radius, 0.2F);
         EXPECT_GT(all.photons, 30);
     }
+}
+
+// Without boundaries it is the estimate on a disc of a quarter of the radius; and on discs that the nearest
+// photons fix, it has the same mean where they are even.
+TEST(DensityEstimate, Sharper_IsTheEstimateOnAQuarterOfTheRadius) {
+    const PhotonMap map = uniform_map(5000, 7);
+    for (const KernelShape kernel : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {
+        DensityEstimateSettings settings{0, 0.2F, 2, kernel, MetricKind::projected, Boundary::none};
+        settings.sharper = true;
+        const DensityEstimateResult wide =
+            DensityEstimate(map, settings).radiance(floor_hit({0.5F, 0.5F, 0}), white(), kUp);
+        const std::vector<float> radii(map.size(), 0.2F);
+        const DensityEstimateResult by_photon =
+            DensityEstimate(map, settings, radii).radiance(floor_hit({0.5F, 0.5F, 0}), white(), kUp);
+        settings.radius *= kSharper;
+        settings.sharper = false;
+        const DensityEstimateResult small =
+            DensityEstimate(map, settings).radiance(floor_hit({0.5F, 0.5F, 0}), white(), kUp);
+        EXPECT_GT(small.photons, 10);
+        EXPECT_NEAR(wide.sharper.x, small.value.x, 1e-5F * small.value.x);
+        EXPECT_NEAR(by_photon.sharper.x, small.value.x, 1e-5F * small.value.x);
+        EXPECT_EQ(small.sharper, Rgb(0));
+        EXPECT_NE(wide.value, small.value);
+    }
+    DensityEstimateSettings nearest{
+        50, 1, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
+    nearest.sharper = true;
+    RunningStats value, sharper;
+    for (int i = 0; i < 36; ++i) {
+        const V3f at(0.2F + 0.1F * static_cast<float>(i % 6), 0.2F + 0.1F * static_cast<float>(i / 6), 0);
+        const DensityEstimateResult found =
+            DensityEstimate(map, nearest).radiance(floor_hit(at), white(), kUp);
+        value.add(double{found.value.x});
+        sharper.add(double{found.sharper.x});
+    }
+    EXPECT_NEAR(sharper.mean(), value.mean(), 4 * sharper.standard_error());
 }
 
 TEST(DensityEstimate, AllWithinTheRadius_NoneThere_IsBlackOfThatRadius) {
