@@ -4,9 +4,11 @@
 # Scenes and references are those of denoising.py at half the width and height; references are rendered once and kept in OUT_FOLDER.
 import json
 import math
+import os
 import sys
 
-from methods import METHODS, REFERENCES, SCENES, Table, option, run
+from methods import MASKS, METHODS, REFERENCES, SCENES, Table, option
+from pixels import error, luminance
 
 REFERENCES["igi with a pre-pass"] = [*REFERENCES["igi"], "--set", "prepass=65536"]
 BY = {"staircase2": "path", "cornellglass": "progressive", "room": "progressive", "cathedral": "igi with a pre-pass"}
@@ -18,22 +20,22 @@ class Said(Table):
         width, height = SCENES[name][1]
         return f"{width // 2}x{height // 2}"
 
-    def measured(self, name, image):
-        """The error that an image has, without the reference's noise."""
-        reference, noise = self.reference(name)
-        square = self.difference(name, image, reference) ** 2 - noise ** 2
-        return math.sqrt(square) if square > noise ** 2 / 4 else math.nan
+    def measured(self, name, image, channels):
+        """The error that an image has, without the noise of the references' halves."""
+        reference, _ = self.reference(name)
+        halves = [reference.replace(".exr", f"-{half}.exr") for half in range(2)]
+        both = [luminance(half) for half in (halves if os.path.exists(halves[0]) else [reference])]
+        return error(luminance(image, channels), both, MASKS.get(name))
 
     def ratios(self, name, spp, seed):
         """Of the measured image and of the denoised one: what was said, None if nothing was, and the error."""
         start = f"{self.out}/{name}-{self.size(name)}-{spp}-{seed}"
         self.render(name, f"{start}.exr", [*METHODS["path"], "--denoise", "--spp", str(spp), "--seed", str(seed), "--stats",
                                            f"{start}.json"])
-        run(["oiiotool", f"{start}.exr", "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-o", f"{start}-denoised.exr"])
         with open(f"{start}.json") as file:
             numbers = json.load(file)["numbers"]
-        return [(numbers.get(key), self.measured(name, image)) for key, image in
-                (("error.relative", f"{start}.exr"), ("error.denoised", f"{start}-denoised.exr"))]
+        return [(numbers.get(key), self.measured(name, f"{start}.exr", channels)) for key, channels in
+                (("error.relative", "R,G,B"), ("error.denoised", "denoised.R,denoised.G,denoised.B"))]
 
 
 def cell(pairs):

@@ -312,8 +312,10 @@ class Pictures {
     static constexpr double kLeastStatedBlur = 0.3;
 
     static std::string error_text(const RunFacts& facts, const RenderReport& report) {
-        if (!report.relative_error) return "too few samples to tell the error, ";
-        std::string text = fmt::format("noise {}, ", percent_text(*report.relative_error));
+        if (!report.relative_error && !report.denoised_error) return "too few samples to tell the error, ";
+        std::string text = report.relative_error
+                               ? fmt::format("noise {}, ", percent_text(*report.relative_error))
+                               : "too few samples to tell the noise, ";
         if (report.denoised_error) {
             const auto error = picture_error(facts, report);
             text += error ? fmt::format("denoised {}, ", percent_text(*error))

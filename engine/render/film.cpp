@@ -280,7 +280,7 @@ std::optional<Film::Brightness> Film::brightness() const {
 
 Film::ErrorEstimate Film::error() const {
     const auto known = brightness();
-    if (!known) return {INFINITY, 0, {}};
+    if (!known) return {INFINITY, 0, false, {}};
     const double mean = known->mean;
     std::vector<double> shown(size_);
     for (std::size_t i = 0; i < size_; ++i) shown[i] = this->shown(i);
@@ -317,13 +317,14 @@ Film::ErrorEstimate Film::error() const {
         halves_fourth += sqr(by_halves[i]);
         samples_fourth += sqr(by_samples[i]);
     }
-    if (samples_sum <= 0) return estimate;
+    if (samples_sum <= 0) return estimate;  // known: there is none
     // A squared difference scatters by twice its mean's square, a third of which is the mean of its fourth
     // power; and where few pixels decide, theirs may be small by chance: the second is the variance of one of
     // so many.
     const double margin = std::sqrt(2.0 / 3 * halves_fourth) + samples_fourth / samples_sum;
     const auto counted = static_cast<double>(known->pixels - estimate.apart.size());
     estimate.relative = std::sqrt(std::min(samples_sum, halves_sum + margin) / counted);
+    estimate.is_known = std::sqrt(2.0 / 3 * halves_fourth) <= kMostUncertainty * halves_sum;
     estimate.blur = std::sqrt(kBlurOfDifference * std::max(blur, 0.0) / static_cast<double>(known->pixels));
     return estimate;
 }

@@ -93,9 +93,10 @@ class Film {
     // ten times as much as any other and more than all others together; the error and the mean are without
     // them.
     static constexpr int kLeastForError = 4;  // two or three have met too little of what is rare and bright
-    // The square of an estimate's blur over that of D, by Epanechnikov's kernel across an edge, where it grows
-    // as the radius. Where light is smooth, blur grows as the disc's area, and 1.14 would do.
+    // The square of an estimate's blur over that of D, by Epanechnikov's kernel across an edge, where it
+    // grows as the radius. Where light is smooth, blur grows as the disc's area, and 1.14 would do.
     static constexpr double kBlurOfDifference = 1.9;
+    static constexpr double kMostUncertainty = 0.15;
     struct ErrorEstimate {
         double relative = 0;
         // What density estimates blur, likewise a share; 0 where samples do not tell it. D, what an estimate
@@ -103,6 +104,9 @@ class Film {
         // blurs itself, and much noise; D_A and D_B of two halves are independent, and the mean of their
         // product is the square of D's mean without a noise term.
         double blur = 0;
+        // Whether `relative` is worth a statement: the standard error of the mean of the squares, over the
+        // pixels, is no more than kMostUncertainty of it. Where fireflies make most of an error, it is.
+        bool is_known = true;
         std::vector<V2i> apart;  // those pixels, rows first
     };
     ErrorEstimate error() const;

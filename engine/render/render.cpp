@@ -606,7 +606,8 @@ class Run {
         report.rays_total = rays();
         // Infinity is no number to write down.
         Film::ErrorEstimate error = film_.error();
-        if (std::isfinite(error.relative)) report.relative_error = error.relative;
+        const bool has_error = std::isfinite(error.relative), ended_by_error = report.ended_by == "error";
+        if (has_error && (error.is_known || ended_by_error)) report.relative_error = error.relative;
         report.pixels_apart = std::move(error.apart);
         result.image.attributes["lucerna.unit"] = report_.unit;
         if (job_.film.crop_end != V2i(0, 0)) {
@@ -626,8 +627,8 @@ class Run {
         result.denoised = std::move(picture.image);
         // Infinite where it is not known. An estimate that ended the render is stated, however uncertain it
         // is.
-        const bool is_stated = picture.error_is_known || report.ended_by == "error";
-        if (report.relative_error) {
+        const bool is_stated = picture.error_is_known || ended_by_error;
+        if (has_error) {
             report.blur = error.blur;
             report.denoised_error = is_stated ? std::hypot(picture.relative_error, error.blur) : INFINITY;
         }

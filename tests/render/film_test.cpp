@@ -317,5 +317,25 @@ TEST(Filters, WithNegativeLobes_KeepTheirMoments) {
     EXPECT_THROW((FilterSampler(upside_down)), InputError);
 }
 
+// The standard error of a mean of squares that forty of 4096 pixels decide is 2 / sqrt(40) of twice that
+// mean, 0.22; where all count, 0.02.
+TEST(Film, ErrorThatFewPixelsDecide_IsNotStated) {
+    constexpr int kSide = 64, kSamples = 16;
+    for (const bool fireflies : {false, true}) {
+        Film film(kSide, kSide, {1, false, true});
+        Sampler sampler(9, Purpose::test, 0, 0);
+        for (int y = 0; y < kSide; ++y) {
+            for (int x = 0; x < kSide; ++x) {
+                const bool wild = fireflies && (y * kSide + x) % 100 == 0;
+                for (int s = 0; s < kSamples; ++s)
+                    film.add(x, y, Rgb(1 + (wild ? 10.0F : 0.1F) * (sampler.next() - 0.5F)), 1, s % 2);
+            }
+        }
+        const Film::ErrorEstimate error = film.error();
+        EXPECT_TRUE(error.apart.empty());
+        EXPECT_EQ(error.is_known, !fireflies);
+    }
+}
+
 }  // namespace film_test
 }  // namespace lucerna
