@@ -182,6 +182,15 @@ struct ColourChannels {
     V3d weight{0, 1, 0};
 };
 
+// How far the irradiance that a field casts on a plane is from the lamp's, in cells as fine as the rays tell
+// (measurement/held_out.h).
+struct PlaneError {
+    double distance;  // of the plane from S [m]; INFINITY: by direction
+    double squared = 0;  // expected ∫ (difference)² over ∫ irradiance². An estimate: noise may put it below 0
+    double counts = 0;  // for comparison, a root: the noise that counting all rays into these cells has
+    double relative() const { return std::sqrt(std::max(0.0, squared)); }
+};
+
 struct LightFieldInfo {
     // Of all its light: linear sRGB of luminance 1, with negative components outside its gamut; the
     // coefficients are luminance.
@@ -194,6 +203,8 @@ struct LightFieldInfo {
     // content_hash() of the lamp that this is a bootstrap replicate of (measurement/ray_bootstrap.h); 0: of
     // none.
     std::uint64_t replicate_of = 0;
+    // Of a field made of rays, by rays that were held out from all choices of its resolution; else none.
+    std::vector<PlaneError> errors;
 };
 
 class LightField {

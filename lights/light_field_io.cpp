@@ -10,6 +10,7 @@
 // looks, how many slabs there are, and where the lamp's box is.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFloatVectorAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
@@ -42,6 +43,8 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kVersionName = "lightfieldVersion";
+// Of each plane: its distance from S, the square of the error, what counting leaves of noise (PlaneError).
+constexpr const char* kErrorsName = "lightfieldHeldOutErrors";
 constexpr const char* kReplicateName = "lightfieldReplicateOf";
 // Version 1 has even boxes alone; whatever it can say is written in it, for programs that know no other.
 // A slab of a lumigraph has version 3, which is 2 and the slab's orientation.
@@ -140,6 +143,14 @@ Imf::Header make_header(const LightField& field, const V3d& scale) {
     if (info.replicate_of != 0) {
         header.insert(kReplicateName, Imf::StringAttribute(fmt::format("{:016x}", info.replicate_of)));
     }
+    if (!info.errors.empty()) {
+        Imf::FloatVector errors;
+        for (const PlaneError& e : info.errors) {
+            for (const double value : {e.distance, e.squared, e.counts})
+                errors.push_back(static_cast<float>(value));
+        }
+        header.insert(kErrorsName, Imf::FloatVectorAttribute(errors));
+    }
     return header;
 }
 
@@ -223,6 +234,20 @@ LightFieldInfo read_info(const Imf::Header& header) {
         if (error != std::errc() || end != hash.data() + hash.size()) {
             throw InputError(
                 fmt::format("{} \"{}\"; expected a hash of 16 digits", kReplicateName, one_line(hash)));
+        }
+    }
+    if (const auto* errors = header.findTypedAttribute<Imf::FloatVectorAttribute>(kErrorsName)) {
+        const Imf::FloatVector& values = errors->value();
+        bool known = values.size() % 3 == 0;
+        for (std::size_t i = 0; known && i < values.size(); i += 3) {
+            info.errors.push_back({double{values[i]}, double{values[i + 1]}, double{values[i + 2]}});
+            known = values[i] >= 0 && std::isfinite(values[i + 1]) && std::isfinite(values[i + 2]) &&
+                    values[i + 2] >= 0;
+        }
+        if (!known) {
+            throw InputError(fmt::format(
+                "{}: expected a distance, a squared error and a noise for each plane, none of them NaN",
+                kErrorsName));
         }
     }
     return info;

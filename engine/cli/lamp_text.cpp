@@ -137,6 +137,7 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
                field.coloured() ? "varying with position and direction" : "one for all light");
     if (info.lumens_per_watt > 0)
         fmt::print(out, "luminous efficacy    {:.4g} lm/W of radiation\n", info.lumens_per_watt);
+    if (!info.errors.empty()) print_errors(out, info.errors);
     const double bytes = sizeof(float) + (field.coloured() ? sizeof(ColourChannels::Pair) : 0);
     fmt::print(out, "memory               {:.1f} MB of coefficients, {:.1f} MB of sampling table\n",
                1e-6 * bytes * count, 1e-6 * static_cast<double>(CellTable::bytes_for(field.rig())));
@@ -214,6 +215,23 @@ void print_ray_set(std::ostream& out, const RaySet& set) {
     if (set.lumens_per_watt > 0)
         fmt::print(out, "luminous efficacy    {:.4g} lm/W of radiation\n", set.lumens_per_watt);
     if (!set.provenance.empty()) fmt::print(out, "provenance           {}\n", set.provenance);
+}
+
+void print_errors(std::ostream& out, std::span<const PlaneError> errors) {
+    if (errors.empty()) {
+        fmt::print(out, "error of irradiance  not known: too few rays\n");
+        return;
+    }
+    fmt::print(out,
+               "error of irradiance  on planes at a distance from S, by the light field; by counting the "
+               "rays there\n");
+    for (const PlaneError& e : errors) {
+        const std::string where = std::isinf(e.distance) ? "by direction" : length_text(e.distance);
+        const std::string error = !(e.counts > 0)    ? "too few rays to measure"
+                                  : !(e.squared > 0) ? "too small to measure"  // below what the rays tell
+                                                     : fmt::format("{:.1f} %", 100 * e.relative());
+        fmt::print(out, "  {:<18} {:<18} {:.1f} %\n", where, error, 100 * e.counts);
+    }
 }
 
 void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ostream>
+#include <span>
 
 #include "engine/base/parallel.h"
 #include "lights/flux_unit.h"
@@ -18,8 +19,10 @@ void print_ray_set(std::ostream& out, const RaySet& rays);
 // Where the flux of a ray set went when it was projected.
 void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit);
 
-// What a photometric web holds, for people.
+// How far the light that a field casts is from the lamp's, plane by plane.
+void print_errors(std::ostream& out, std::span<const PlaneError> errors);
 
+// What a photometric web holds, for people.
 void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit unit);
 
 }  // namespace lucerna

@@ -27,7 +27,8 @@ constexpr const char* kLightImportFooter =
 
 The resolution of the field is limited by the number of rays: half of them make a field, and the other half measure the
 error of the light that it casts, on planes from contact to the far field. The resolution and the smoothing with the
-least error are used; the expected errors of the field of the whole file are printed.
+least error are used. A quarter of the rays has no part in this choice; the printed errors of the field of the whole file
+are estimated from them, as the least of many estimates would be too small.
 
 A light field holds light that leaves towards one side, +z. A lamp that also emits towards other sides gets several,
 one for each of up to six sides of a box around it (slabs); all are in one file and form one lamp. Light is
@@ -41,11 +42,12 @@ wavelength; light.spd, a spectrum in a file; file, the file's own data), or its 
 
 --replicates 20 also writes lamp-replicate-01.exr to lamp-replicate-20.exr, from which lucerna lux --replicates computes the
 measurement uncertainty of illuminance. Each is the field of as many rays, drawn from the file's rays with replacement
-(bootstrap), with the planes and the smoothing of the lamp itself and with the flux that the file states. They scatter as
-fields of repeated measurements with as many rays would. A replicate takes less time than the lamp, whose resolution is not
-chosen anew, and a file as large. From N replicates the uncertainty is known to ± 1/sqrt(2 (N - 1)): 16 % for 20. What is the
-same in all replicates is not in it: the bias by resolution and smoothing (the errors printed include it), and
-systematic errors of the goniophotometer, such as its calibration and alignment.
+(bootstrap), with the flux that the file states; everything that is chosen for the lamp, such as slabs, resolution and
+smoothing, is chosen anew for each. They scatter as imports of repeated measurements with as many rays would. A replicate
+takes as much time as the lamp, and a file about as large. From N replicates the uncertainty is known to
+± 1/sqrt(2 (N - 1)): 16 % for 20. What is the same in all replicates is not in it: the mean bias by resolution and
+smoothing (the errors printed include it), and systematic errors of the goniophotometer, such as its calibration and
+alignment.
 
 Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
@@ -66,19 +68,6 @@ struct ImportOptions {
     int replicates = 0;
     std::uint64_t seed = 0;  // of the replicates
 };
-
-void print_errors(std::ostream& out, std::span<const PlaneError> errors) {
-    fmt::print(out,
-               "error of irradiance  on planes at a distance from S, by the light field; by counting the "
-               "rays there\n");
-    for (const PlaneError& e : errors) {
-        const std::string where = std::isinf(e.distance) ? "by direction" : length_text(e.distance);
-        // An estimate below 0: smaller than the rays can tell.
-        const std::string error =
-            e.squared > 0 ? fmt::format("{:.1f} %", 100 * e.relative()) : "too small to measure";
-        fmt::print(out, "  {:<18} {:<18} {:.1f} %\n", where, error, 100 * e.counts);
-    }
-}
 
 // "1,0.8,1.2"
 std::vector<double> parse_numbers(const char* option, std::string_view word, double most) {
@@ -157,8 +146,8 @@ RaySet replicate_rays(const std::vector<DrivenRays>& parts, BootstrapKey key, co
     return lamp_rays(std::move(drawn), options);
 }
 
-// One after the other. `made` is the lamp, `lamp` what its file holds.
-void write_replicates(const std::vector<DrivenRays>& parts, const LumigraphFit& made, const Lumigraph& lamp,
+// One after the other, each with all choices made anew, as for the lamp. `lamp` is what its file holds.
+void write_replicates(const std::vector<DrivenRays>& parts, const Lumigraph& lamp,
                       const ImportOptions& options, Monitor& monitor) {
     const std::uint64_t hash = content_hash(lamp);
     const Workers& workers = options.lamp.workers;
@@ -171,7 +160,7 @@ void write_replicates(const std::vector<DrivenRays>& parts, const LumigraphFit& 
         }
         // Lamps of one scene draw independently even with one seed.
         const RaySet rays = replicate_rays(parts, {options.seed ^ hash, b, 0}, options);
-        Lumigraph replicate = refit_lumigraph(rays, made, workers, of_replicate);
+        Lumigraph replicate = fit_lumigraph(rays, options.lumigraph, workers, of_replicate).lamp;
         for (Slab& slab : replicate.slabs()) {
             LightFieldInfo info = slab.field.info();
             info.replicate_of = hash;
@@ -186,13 +175,13 @@ void write_replicates(const std::vector<DrivenRays>& parts, const LumigraphFit& 
 void print_fit(std::ostream& out, const LumigraphFit& made) {
     const FluxUnit unit = made.lamp.unit();
     print_account(out, made.account, unit);
-    if (made.lamp.simple()) return print_errors(out, made.slabs[0].errors);
+    if (made.lamp.simple()) return print_errors(out, made.lamp.slabs()[0].field.info().errors);
     for (std::size_t i = 0; i < made.slabs.size(); ++i) {
-        const FluxAccount& slab = made.slabs[i].account;
+        const FluxAccount& slab = made.slabs[i];
         fmt::print(out, "slab {}: share {:.6g} {}, of which {:.6g} {} captured\n",
                    made.lamp.slabs()[i].axes.name(), slab.total, flux_unit_name(unit), slab.captured,
                    flux_unit_name(unit));
-        print_errors(out, made.slabs[i].errors);
+        print_errors(out, made.lamp.slabs()[i].field.info().errors);
     }
 }
 
@@ -229,7 +218,7 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
     const Lumigraph lamp = finish_lamp(made.lamp, options.lamp, monitor, context);
     if (!options.lamp.quiet) print_fit(context.out, made);
     if (options.replicates == 0) return;
-    write_replicates(parts, made, lamp, options, monitor);
+    write_replicates(parts, lamp, options, monitor);
     if (options.lamp.quiet) return;
     fmt::print(context.out, "replicates           {} to {}\n", replicate_file(options.lamp.file, 1).string(),
                replicate_file(options.lamp.file, options.replicates).filename().string());

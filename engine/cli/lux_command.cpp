@@ -67,9 +67,10 @@ measured lamp as a point source with its far-field intensities, and reports the 
 everything again with each of the lamps' bootstrap replicates, which lucerna light import --replicates 20 writes beside a lamp,
 and reports the expanded uncertainty (k = 2) of mean, minimum, U_0 and points, beside the Monte Carlo interval and combined
 with it. It takes about as many times as long as there are replicates. If the scatter of the replicates is not
-distinguishable from Monte Carlo noise, an upper bound is given; a smaller --precision lowers it. Not included are the bias
-of the light fields' resolution and systematic errors of the measurement. With --plan and --html also as a map. --time is
-for all runs together.
+distinguishable from Monte Carlo noise, an upper bound is given; a smaller --precision lowers it. Included is what the choice
+of resolution and smoothing adds, which differs from one ray file to the next; not included are the mean bias by them and
+systematic errors of the measurement. Beside it stands the error of each lamp's light field by held-out rays, which includes
+that bias. With --plan and --html also as a map. --time is for all runs together.
 
 -o writes a line for each point, with direct and indirect light, and the contribution of each light group of the scene, so
 that groups can be dimmed there without another run. --image writes a pixel for each point.
@@ -264,6 +265,11 @@ void act(const LuxCommand& command, const CommandContext& context) {
             report,
             by_replicates(command.common, surfaces, report, command.options, replicates, times, monitor),
             replicates, monitor);
+        if (page.uncertainty.replicates > 0) {
+            for (const std::filesystem::path& lamp : lamps)
+                page.uncertainty.fields.push_back(
+                    field_error(lamp.string(), fields_of(read_lumigraph(lamp))));
+        }
     }
     const MeasurementUncertainty& uncertainty = page.uncertainty;
     if (!command.common.csv.empty()) write_text(command.common.csv, illuminance_csv(report, uncertainty));

@@ -49,7 +49,7 @@ std::string uncertainty(const IlluminanceReport& report, const MeasurementUncert
     std::string html = fmt::format(
         "<h2>Uncertainty of the lamps' measurement</h2>\n<p>{}.</p>\n<div class=\"wide\">{}</div>\n",
         html_text(uncertainty_heading(lamps)), table(uncertainty_rows(report, lamps), 2));
-    for (const std::string& line : uncertainty_of_points(lamps))
+    for (const std::string& line : uncertainty_lines(lamps))
         html += fmt::format("<p>{}.</p>\n", html_text(line));
     return html;
 }

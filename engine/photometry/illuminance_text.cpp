@@ -141,6 +141,11 @@ std::string illuminance_json(const IlluminanceReport& report, const MeasurementU
                         {"seconds", report.seconds},
                         {"surfaces", nlohmann::json::array()}};
     if (lamps.replicates > 0) json["replicates"] = lamps.replicates;
+    for (const FieldError& of : lamps.fields) {
+        nlohmann::json field{{"file", plain_text(of.lamp)}};
+        if (of.known) field["error_by_direction"] = of.by_direction, field["greatest_error"] = of.greatest;
+        json["light_fields"].push_back(std::move(field));
+    }
     for (std::size_t s = 0; s < report.surfaces.size(); ++s) {
         const SurfaceIlluminance& surface = report.surfaces[s];
         const CalculationSurface& grid = surface.surface;

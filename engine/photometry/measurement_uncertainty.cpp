@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/plain_text.h"
 #include "engine/base/stats.h"
@@ -109,6 +110,19 @@ MeasurementUncertainty measurement_uncertainty(const IlluminanceReport& whole,
     return made;
 }
 
+FieldError field_error(std::string lamp, std::span<const LightField* const> slabs) {
+    FieldError made{std::move(lamp), !slabs.empty(), 0, 0};
+    for (const LightField* const slab : slabs) {
+        const std::vector<PlaneError>& errors = slab->info().errors;
+        made.known = made.known && !errors.empty();
+        for (const PlaneError& e : errors) {
+            made.greatest = std::max(made.greatest, e.relative());
+            if (std::isinf(e.distance)) made.by_direction = std::max(made.by_direction, e.relative());
+        }
+    }
+    return made;
+}
+
 double combined(const Reading95& monte_carlo, const LampUncertainty& lamps) {
     return std::hypot(monte_carlo.half_width, lamps.expanded);
 }
@@ -139,7 +153,7 @@ std::string uncertainty_heading(const MeasurementUncertainty& lamps) {
         lamps.replicates, 100 / std::sqrt(2.0 * (lamps.replicates - 1)));
 }
 
-std::vector<std::string> uncertainty_of_points(const MeasurementUncertainty& lamps) {
+std::vector<std::string> uncertainty_lines(const MeasurementUncertainty& lamps) {
     std::vector<std::string> lines;
     for (const SurfaceUncertainty& of : lamps.surfaces) {
         lines.push_back(
@@ -147,13 +161,22 @@ std::vector<std::string> uncertainty_of_points(const MeasurementUncertainty& lam
                         "an upper bound",
                         plain_text(of.surface), 100 * of.rms, of.upper_bounds, of.points.size()));
     }
+    for (const FieldError& of : lamps.fields) {
+        lines.push_back(
+            of.known
+                ? fmt::format("{}: error of the light field by held-out rays, its bias included: {:.2g} % "
+                              "of irradiance by direction, up to {:.2g} % on planes nearby",
+                              plain_text(of.lamp), 100 * of.by_direction, 100 * of.greatest)
+                : fmt::format("{}: the file does not say the error of the light field; import it anew",
+                              plain_text(of.lamp)));
+    }
     return lines;
 }
 
 std::string uncertainty_text(const IlluminanceReport& whole, const MeasurementUncertainty& lamps) {
     std::string text = "uncertainty of the lamps' measurement: " + uncertainty_heading(lamps) + '\n' +
                        table_text(uncertainty_rows(whole, lamps));
-    for (const std::string& line : uncertainty_of_points(lamps)) text += line + '\n';
+    for (const std::string& line : uncertainty_lines(lamps)) text += line + '\n';
     return text;
 }
 

@@ -1,8 +1,9 @@
 // How uncertain illuminance is because its lamps were measured with a finite number of rays.
 //
-// The same points are computed once by the lamps, and once by each of B bootstrap replicates of them (light
-// fields of rays drawn anew: lights/measurement/ray_bootstrap.h). The numbers E_b of the replicates scatter
-// by the lamps' measurement and by the Monte Carlo noise of their own runs, which is known from their heads:
+// The same points are computed once by the lamps, and once by each of B bootstrap replicates of them (imports
+// of rays drawn anew, with all choices made anew: lights/measurement/ray_bootstrap.h). The numbers E_b of the
+// replicates scatter by the lamps' measurement and by the Monte Carlo noise of their own runs, which is known
+// from their heads:
 //
 //     Var_lamp = max(0, s²(E_b) - mean of the runs' Monte Carlo variances),   U = 2 √Var_lamp
 //
@@ -17,6 +18,7 @@
 #include <vector>
 
 #include "engine/photometry/illuminance.h"
+#include "lights/light_field.h"
 
 namespace lucerna {
 
@@ -37,9 +39,21 @@ struct SurfaceUncertainty {
     std::size_t upper_bounds = 0;  // how many points have no more than that
 };
 
+// How far the irradiance of a lamp's field is from the lamp's, bias included, by held-out rays of its import
+// (PlaneError): what all replicates have in common is in this error and not in U. Relative, root mean square
+// over a plane.
+struct FieldError {
+    std::string lamp;  // its file
+    bool known = false;
+    double by_direction = 0;  // in the far field; of several slabs the greatest
+    double greatest = 0;      // of all planes and slabs
+};
+FieldError field_error(std::string lamp, std::span<const LightField* const> slabs);
+
 struct MeasurementUncertainty {
     int replicates = 0;  // B, that it was computed from; 0: it was not
     std::vector<SurfaceUncertainty> surfaces;
+    std::vector<FieldError> fields;  // of the lamps
 };
 
 // From a number's values by the replicates, at least two, which do not depend on each other; each with its
@@ -63,8 +77,8 @@ std::vector<std::vector<std::string>> uncertainty_rows(const IlluminanceReport& 
                                                        const MeasurementUncertainty& lamps);
 // What the numbers of these rows are.
 std::string uncertainty_heading(const MeasurementUncertainty& lamps);
-// A line on the points of each surface.
-std::vector<std::string> uncertainty_of_points(const MeasurementUncertainty& lamps);
+// A line on the points of each surface, and one on the field of each lamp.
+std::vector<std::string> uncertainty_lines(const MeasurementUncertainty& lamps);
 // All of these.
 std::string uncertainty_text(const IlluminanceReport& whole, const MeasurementUncertainty& lamps);
 

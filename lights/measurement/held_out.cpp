@@ -175,29 +175,45 @@ double median(std::vector<double>& values) {
 
 }  // namespace
 
-HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, double height)
+HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all, double height)
     : set_(set), height_(height) {
-    const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
-    for (std::size_t i = 0; i < rays.size(); i += std::max<std::size_t>(step, 1)) rays_.push_back(rays[i]);
+    take_rays(rays, all);
     if (set.coloured()) {
         V3d sum(0);
         for (const std::size_t r : rays_) sum += double{set.rays[r].flux} * V3d(set.tristimulus[r]);
         // A channel of which there is hardly any light does not count.
         for (int c = 0; c < 3; ++c) channel_weight_[c] = sum[c] > 0.01 * sum.y ? sum.y / (3 * sum[c]) : 0.0;
     }
-    // Files may be sorted, or take turns among a lamp's parts: which half a ray goes to is drawn.
-    std::uint64_t number = 0;
-    for (const std::size_t ray : rays_) {
-        Sampler draw(0, Purpose::acquisition, 0, number++);
-        halves_[draw.bits() & 1].push_back(ray);
-        light_ += light_of(ray);
-    }
-    all_over_half_ = 2 * static_cast<double>(rays.size()) / static_cast<double>(rays_.size());
+    for (const std::size_t ray : rays_) light_ += light_of(ray);
     planes_.push_back(make_plane(0));
     const double unit = std::max(planes_.front().half.x, planes_.front().half.y);
     for (const double d : kDistances) {
         if (d > 0) planes_.push_back(make_plane(d * unit));
     }
+}
+
+HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all,
+                         const HeldOutRays& like)
+    : set_(set), height_(like.height_), channel_weight_(like.channel_weight_), planes_(like.planes_) {
+    take_rays(rays, all);
+    for (const std::size_t ray : rays_) light_ += light_of(ray);
+    for (Plane& plane : planes_) {
+        count_rays(plane);
+        find_signal(plane);
+    }
+}
+
+void HeldOutRays::take_rays(std::span<const std::size_t> rays, std::size_t all) {
+    const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
+    for (std::size_t i = 0; i < rays.size(); i += std::max<std::size_t>(step, 1)) rays_.push_back(rays[i]);
+    // Files may be sorted, or take turns among a lamp's parts: which half a ray goes to is drawn.
+    std::uint64_t number = 0;
+    for (const std::size_t ray : rays_) {
+        Sampler draw(0, Purpose::acquisition, 0, number++);
+        halves_[draw.bits() & 1].push_back(ray);
+    }
+    half_over_all_variance_ =
+        2 * static_cast<double>(all) / static_cast<double>(rays_.size()) / set_.noise_scale;  // not empty
 }
 
 V2d HeldOutRays::place_of(const LampRay& ray, double distance) const {
@@ -230,20 +246,7 @@ HeldOutRays::Plane HeldOutRays::make_plane(double distance) const {
             plane.edges[a].push_back(i == 0 ? -INFINITY : i == kCells ? INFINITY : coordinate[a].on_plane(x));
         }
     }
-    constexpr std::size_t kAll = std::size_t{kCells} * kCells;
-    for (int half = 0; half < 2; ++half) {
-        plane.counted[half].resize(kAll);
-        for (const std::size_t r : halves_[half]) {
-            const LampRay& ray = set_.rays[r];
-            const V2d at = place_of(ray, distance) - plane.middle;
-            std::size_t cell[2];
-            for (int a = 0; a < 2; ++a) {
-                const double x = (coordinate[a].of(at[a]) / (2 * coordinate[a].c) + 1) * 0.5 * kCells;
-                cell[a] = static_cast<std::size_t>(std::clamp(x, 0.0, kCells - 1.0));
-            }
-            plane.counted[half][cell[0] * kCells + cell[1]] += light_of(r);
-        }
-    }
+    count_rays(plane);
     // As a chi-square: a cell's difference counts by the square over its own flux, so that dim places count
     // beside bright ones; the mean cell's flux beside it keeps empty cells from deciding.
     double flux = 0;
@@ -252,9 +255,32 @@ HeldOutRays::Plane HeldOutRays::make_plane(double distance) const {
     for (std::size_t i = 0; i < kAll; ++i) {
         const double here = plane.counted[0][i] + plane.counted[1][i];
         plane.weight[i] = 1 / (here + flux / kAll);  // > 0: the rays carry flux
-        plane.signal += plane.weight[i] * plane.counted[0][i] * plane.counted[1][i];
     }
+    find_signal(plane);
     return plane;
+}
+
+void HeldOutRays::count_rays(Plane& plane) const {
+    PlaneCoordinate coordinate[2];
+    for (int a = 0; a < 2; ++a) coordinate[a].c = kGridMiddle * plane.half[a];
+    for (int half = 0; half < 2; ++half) {
+        plane.counted[half].assign(kAll, 0.0);
+        for (const std::size_t r : halves_[half]) {
+            const V2d at = place_of(set_.rays[r], plane.distance) - plane.middle;
+            std::size_t cell[2];
+            for (int a = 0; a < 2; ++a) {
+                const double x = (coordinate[a].of(at[a]) / (2 * coordinate[a].c) + 1) * 0.5 * kCells;
+                cell[a] = static_cast<std::size_t>(std::clamp(x, 0.0, kCells - 1.0));
+            }
+            plane.counted[half][cell[0] * kCells + cell[1]] += light_of(r);
+        }
+    }
+}
+
+void HeldOutRays::find_signal(Plane& plane) {
+    plane.signal = 0;
+    for (std::size_t i = 0; i < kAll; ++i)
+        plane.signal += plane.weight[i] * plane.counted[0][i] * plane.counted[1][i];
 }
 
 // The fluxes of the coefficients that one half of the rays makes: E times a cell's volume.
@@ -346,11 +372,12 @@ HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& we
         // Each half's field has half of `between` as its variance, each half's counts half of `counts`; the
         // field of all rays has less by as much as they are more.
         const double bias2 = held_out - 0.5 * between - 0.5 * counts;
-        const double own = 0.5 * between / all_over_half_;
+        const double own = 0.5 * between / half_over_all_variance_;
         PlaneError& error = found.errors[static_cast<std::size_t>(p)];
         error.distance = plane.distance;
         error.squared = plane.signal > 0 ? (bias2 + own) / plane.signal + clamped2 : 0;
-        error.counts = plane.signal > 0 ? std::sqrt(0.5 * counts / all_over_half_ / plane.signal) : 0;
+        error.counts =
+            plane.signal > 0 ? std::sqrt(0.5 * counts / half_over_all_variance_ / plane.signal) : 0;
     });
     return found;
 }

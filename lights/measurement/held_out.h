@@ -4,6 +4,10 @@
 // into the cells of a grid on every plane. The mean square of the difference is the field's bias (blur), its
 // own noise and the counts' noise; two fields from two halves tell the noise from the bias, so that the error
 // of the field that all rays make can be stated [Stone 1974].
+//
+// The least of many such estimates is below the error of what it belongs to, because it was chosen for its
+// noise, too. So the estimates that choose a resolution are not those that are stated: another part of the
+// rays, which no choice was made by, says these (held_out_parts).
 #pragma once
 
 #include <cstddef>
@@ -18,9 +22,14 @@ namespace lucerna {
 
 class HeldOutRays {
   public:
-    // `height` of S in the frame of the rays. Of more rays than are needed some are taken. Keeps a reference
-    // to the set.
-    HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, double height);
+    // Judges by `rays` the field that `all` rays make, of which they may be a part. `height` of S in the
+    // frame of the rays. Of more rays than are needed some are taken. Keeps a reference to the set.
+    HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all, double height);
+
+    // The same on the planes, cells and weights of `like`, which is of other rays of the lamp. Weights from
+    // the counts that they weigh would favour cells by chance where a cell has few rays.
+    HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all,
+                const HeldOutRays& like);
 
     // Of the field that all rays make on `rig`, plane by plane; and the share of their light that it holds.
     struct Found {
@@ -44,6 +53,7 @@ class HeldOutRays {
 
   private:
     static constexpr int kCells = 48;  // per side of a plane's grid: coarser is not seen, finer is noise
+    static constexpr std::size_t kAll = std::size_t{kCells} * kCells;
 
     // A plane's grid: even in a coordinate about the middle of its light, so that it has fine cells where
     // there is most and covers all of the plane.
@@ -55,7 +65,10 @@ class HeldOutRays {
         std::vector<double> weight;      // of a cell's squared difference
         double signal = 0;               // Σ weight times the two halves' product
     };
+    void take_rays(std::span<const std::size_t> rays, std::size_t all);
     Plane make_plane(double distance) const;
+    void count_rays(Plane& plane) const;  // into its cells
+    static void find_signal(Plane& plane);
     // What a ray counts for: its flux, or of rays in colour the mean of its X, Y and Z, each as a share of
     // all rays', as the field's sampled channel is made (ColourChannels).
     double light_of(std::size_t ray) const {
@@ -70,8 +83,10 @@ class HeldOutRays {
     const RaySet& set_;
     std::vector<std::size_t> rays_;  // those taken
     std::vector<std::size_t> halves_[2];
-    double all_over_half_ = 2;  // how many times as many rays the lamp's field is made of as a half's
-    double light_ = 0;          // of those taken
+    // The variance of a half's field over that of the lamp's: how many times as many rays the lamp's is made
+    // of, and RaySet::noise_scale.
+    double half_over_all_variance_ = 2;
+    double light_ = 0;  // of those taken
     double height_ = 0;
     V3d channel_weight_{0, 1, 0};
     std::vector<Plane> planes_;  // the first is S itself

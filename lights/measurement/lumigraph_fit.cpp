@@ -66,6 +66,7 @@ RaySet rays_of_slab(const RaySet& set, const std::vector<SlabAxes>& axes, std::s
     RaySet part;
     part.unit = set.unit;
     part.xyz = set.xyz;
+    part.noise_scale = set.noise_scale;
     part.lumens_per_watt = set.lumens_per_watt;
     part.provenance = set.provenance;
     const auto turned = [&](const V3f& p) {
@@ -167,21 +168,17 @@ std::pair<double, double> all_but(double tail, const std::vector<std::pair<doubl
     return ends;
 }
 
-LumigraphFit::OfSlab& book(LumigraphFit::OfSlab& of, FluxAccount& all) {
-    const FluxAccount& a = of.account;
+void book(const FluxAccount& a, FluxAccount& all) {
     all.captured += a.captured;
     all.backward += a.backward;
     all.beside_s += a.beside_s;
     all.beside_m += a.beside_m;
     all.not_in_basis += a.not_in_basis;
-    return of;
 }
 
 LumigraphFit fit_one(const RaySet& set, const FitOptions& options, const Workers& workers, Monitor& monitor) {
     Projection made = fit_light_field(set, options, workers, monitor);
-    return {Lumigraph(std::move(made.field)),
-            made.account,
-            {{made.account, std::move(made.errors), made.weights}}};
+    return {Lumigraph(std::move(made.field)), made.account, {made.account}};
 }
 
 // Of the whole set, before its slabs are booked.
@@ -206,7 +203,7 @@ LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, c
     const Box3d box = box_of(set);
     FluxAccount all = account_of(set, axes);
     std::vector<Slab> slabs;
-    std::vector<LumigraphFit::OfSlab> books;
+    std::vector<FluxAccount> books;
     for (std::size_t k = 0; k < axes.size(); ++k) {
         const RaySet part = rays_of_slab(set, axes, k);
         if (part.rays.empty()) continue;
@@ -220,8 +217,8 @@ LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, c
             of_slab.begin->extendBy(axes[k].to_slab(box_corner(box, corner)));
         monitor.info(fmt::format("slab {}:", axes[k].name()));
         Projection made = fit_light_field(part, of_slab, workers, monitor);
-        books.push_back({made.account, std::move(made.errors), made.weights});
-        book(books.back(), all);
+        books.push_back(made.account);
+        book(made.account, all);
         slabs.push_back({axes[k], std::move(made.field)});
     }
     if (slabs.empty()) throw InputError("ray set: no ray carries flux");
@@ -302,21 +299,6 @@ LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, c
     }
     if (!(usable > 0)) return fit_one(set, options.fit, workers, monitor);  // which says so
     return several(sides_with_light(set, usable));
-}
-
-Lumigraph refit_lumigraph(const RaySet& set, const LumigraphFit& made, const Workers& workers,
-                          Monitor& monitor) {
-    const std::span<const Slab> like = made.lamp.slabs();
-    const auto field_of = [&](const RaySet& part, std::size_t k) {
-        return project_rays(part, like[k].field.rig(), workers, monitor, made.slabs[k].weights).field;
-    };
-    if (made.lamp.simple()) return field_of(set, 0);
-    std::vector<SlabAxes> axes;
-    for (const Slab& slab : like) axes.push_back(slab.axes);
-    std::vector<Slab> slabs;
-    for (std::size_t k = 0; k < axes.size(); ++k)
-        slabs.push_back({axes[k], field_of(rays_of_slab(set, axes, k), k)});
-    return lamp_of(std::move(slabs), made.lamp.box(), account_of(set, axes));
 }
 
 }  // namespace lucerna

@@ -20,13 +20,7 @@ struct LumigraphFit {
     Lumigraph lamp;
     // Of the whole set. `backward`: rays towards sides that have no slab.
     FluxAccount account;
-    // Of each slab: of its share of the rays' light.
-    struct OfSlab {
-        FluxAccount account;
-        std::vector<PlaneError> errors;
-        RayWeights weights;
-    };
-    std::vector<OfSlab> slabs;
+    std::vector<FluxAccount> slabs;  // of each: of its share of the rays' light
 };
 
 // A slab whose share of the flux is no more than this is left out: its light goes to its neighbours.
@@ -40,11 +34,6 @@ inline constexpr double kHeld = 0.99;
 // in: rays may start on a surface far around the lamp. Throws InputError as fit_light_field().
 LumigraphFit fit_lumigraph(const RaySet& rays, const LumigraphOptions& options, const Workers& workers,
                            Monitor& monitor);
-
-// The lamp of other rays by what was chosen for `made`: its slabs, its box, the planes and the weights of
-// each slab. Where such rays come from: ray_bootstrap.h.
-Lumigraph refit_lumigraph(const RaySet& rays, const LumigraphFit& made, const Workers& workers,
-                          Monitor& monitor);
 
 // The box that the light of a ray set begins in, in the frame of the rays.
 Box3d box_of(const RaySet& rays);

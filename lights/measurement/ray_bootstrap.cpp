@@ -4,6 +4,8 @@
 
 #include <cassert>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
@@ -51,8 +53,9 @@ void settle_colours(RaySet& set) {
 RaySet resampled(const RaySet& set, const BootstrapKey& key, const Workers& workers) {
     assert(!set.rays.empty());
     const std::size_t count = set.rays.size();
-    require_memory(bytes_of(count, sizeof(LampRay) + (set.coloured() ? sizeof(V3f) : 0)),
-                   fmt::format("a replicate of {} rays", count), "use fewer rays");
+    require_memory(
+        bytes_of(count, sizeof(LampRay) + 2 * sizeof(std::size_t) + (set.coloured() ? sizeof(V3f) : 0)),
+        fmt::format("a replicate of {} rays", count), "use fewer rays");
     RaySet drawn;
     drawn.unit = set.unit;
     drawn.flux = set.flux;
@@ -64,19 +67,24 @@ RaySet resampled(const RaySet& set, const BootstrapKey& key, const Workers& work
     drawn.xyz = set.xyz;
     drawn.lumens_per_watt = set.lumens_per_watt;
     drawn.provenance = fmt::format("bootstrap replicate {} of {}", key.replicate, set.provenance);
-    drawn.rays.resize(count);
-    if (set.coloured()) drawn.tristimulus.resize(count);
-    parallel_ranges(
-        workers, static_cast<std::int64_t>(count), kDrawsPerChunk,
-        [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-            Sampler sampler(key.seed, Purpose::bootstrap, static_cast<std::uint32_t>(key.replicate),
-                            std::uint64_t{key.part} << 32U | static_cast<std::uint64_t>(chunk));
-            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-                const std::size_t from = draw_index(sampler, count);
-                drawn.rays[i] = set.rays[from];
-                if (set.coloured()) drawn.tristimulus[i] = set.tristimulus[from];
-            }
-        });
+    drawn.noise_scale = set.noise_scale / 2;  // the sample's own noise, and as much by the draw
+    std::vector<std::size_t> draws(count);
+    parallel_ranges(workers, static_cast<std::int64_t>(count), kDrawsPerChunk,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+                        Sampler sampler(key.seed, Purpose::bootstrap,
+                                        static_cast<std::uint32_t>(key.replicate),
+                                        std::uint64_t{key.part} << 32U | static_cast<std::uint64_t>(chunk));
+                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                            draws[i] = draw_index(sampler, count);
+                    });
+    std::vector<std::uint32_t> times(count);
+    for (const std::size_t i : draws) ++times[i];
+    for (std::size_t i = 0; i < count; ++i) {
+        if (times[i] == 0) continue;
+        drawn.rays.push_back(set.rays[i]);
+        drawn.rays.back().flux *= static_cast<float>(times[i]);
+        if (set.coloured()) drawn.tristimulus.push_back(set.tristimulus[i]);
+    }
     if (set.coloured()) settle_colours(drawn);
     const double before = whole_light(set), now = whole_light(drawn);
     if (!states_flux(set)) {

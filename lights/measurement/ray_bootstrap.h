@@ -2,10 +2,12 @@
 // rays leaves uncertain in whatever is computed from a lamp.
 //
 // The rays are a sample of the lamp's light. As many of them, drawn with replacement, are a sample that might
-// have been measured as well; a light field of such a sample is a replicate of the lamp's. What is computed
-// from each of several replicates scatters as it would from one measurement with so many rays to the next.
-// Every replicate has the planes and weights of the lamp itself, so that what these smooth away, the bias of
-// the field, is in none of the scatter; nor is what is wrong with all rays alike.
+// have been measured as well. A replicate of the lamp is the light field that the import makes of such a
+// sample, with all of its choices made anew: slabs, planes, resolution and smoothing depend on the rays, so
+// that the bias of the field and the effect of the clamp differ from one measurement to the next. What is
+// computed from each of several replicates therefore scatters as it would from one import of so many rays to
+// the next. The part of the bias that all replicates share is in none of the scatter; nor is what is wrong
+// with all rays alike.
 #pragma once
 
 #include <cstdint>
@@ -30,9 +32,11 @@ struct BootstrapKey {
     std::uint32_t part = 0;
 };
 
-// As many rays as `set` has, drawn from it with replacement, each with its colour. The flux of the set is
-// what its header states, if it states one in the set's unit; else it changes with the rays' sum. Skipped
-// rays stay as they are. The same for any number of threads.
+// As many rays as `set` has, drawn from it with replacement, each with its colour. A ray that is drawn
+// several times stands in the result once, with so many times its flux: two copies would not be independent
+// of each other, and held-out rays (held_out.h) must not be known to the field that they judge. The flux of
+// the set is what its header states, if it states one in the set's unit; else it changes with the rays' sum.
+// Skipped rays stay as they are. The same for any number of threads.
 RaySet resampled(const RaySet& set, const BootstrapKey& key, const Workers& workers);
 
 // "lamp.exr" -> "lamp-replicate-01.exr"; `replicate` counts from 1.

@@ -237,7 +237,9 @@ Projection fit_light_field(const RaySet& set, const FitOptions& options, const W
                            Monitor& monitor) {
     RayPlanes planes = choose_planes(set, options, workers, monitor);
     Projection made = project_rays(set, planes.rig, workers, monitor, planes.weights);
-    made.errors = std::move(planes.errors);
+    LightFieldInfo info = made.field.info();
+    info.errors = std::move(planes.errors);
+    made.field = std::move(made.field).with(std::move(info));
     const FluxAccount& a = made.account;
     monitor.info(fmt::format(
         "flux {:.6g} {}: {:.6g} captured; missed {:.4g} (unusable {:.4g}, backwards {:.4g}, beside S "

@@ -134,7 +134,7 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     info.captured = account.captured;
     info.missed = account.missed();
     const double noise = square > variance ? std::sqrt(variance / (square - variance)) : INFINITY;
-    return {std::move(bare).with(std::move(info)), account, noise, {}, weights};
+    return {std::move(bare).with(std::move(info)), account, noise};
 }
 
 namespace {

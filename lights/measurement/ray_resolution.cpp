@@ -4,6 +4,7 @@
 #include <map>
 #include <vector>
 
+#include "engine/base/sampler.h"
 #include "lights/measurement/held_out.h"
 #include "lights/measurement/ray_projection.h"
 
@@ -38,12 +39,14 @@ struct Badness {
 
 class Search {
   public:
-    Search(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes, const Rig& rig,
+    // `held_out` are the rays to choose by, of `all` that the field will be made of. Keeps a reference to
+    // them.
+    Search(const HeldOutRays& held_out, std::size_t all, const PlaneBoxes& boxes, const Rig& rig,
            const Workers& workers, Monitor& monitor)
         : boxes_(boxes),
           rig_(rig),
-          held_out_(set, rays, rig.centre.z),
-          most_(std::min(kMostCoefficients, std::max(kAlways, kMostPerRay * rays.size()))),
+          held_out_(held_out),
+          most_(std::min(kMostCoefficients, std::max(kAlways, kMostPerRay * all))),
           workers_(workers),
           monitor_(monitor) {
         // Where half of the light passes M, from the far field.
@@ -78,9 +81,7 @@ class Search {
                 }
             }
         }
-        RayPlanes planes = lay(at);
-        planes.errors = held_out_.errors(planes.rig, planes.weights, workers_);
-        return planes;
+        return lay(at);
     }
 
   private:
@@ -145,7 +146,7 @@ class Search {
 
     const PlaneBoxes& boxes_;
     Rig rig_;
-    HeldOutRays held_out_;
+    const HeldOutRays& held_out_;
     std::size_t most_;   // coefficients
     double half_m_ = 0;  // of the light on M: half of it is within
     std::map<Choice, Badness> tried_;
@@ -155,13 +156,26 @@ class Search {
 
 }  // namespace
 
-double PlaneError::relative() const {
-    return std::sqrt(std::max(0.0, squared));
+HeldOutParts held_out_parts(std::span<const std::size_t> rays) {
+    HeldOutParts parts;
+    std::uint64_t number = 0;
+    for (const std::size_t ray : rays) {
+        Sampler draw(0, Purpose::acquisition, 1, number++);
+        // A set of one ray still has a resolution, but no stated error.
+        const bool judges = !parts.choosing.empty() && (draw.bits() & 3) == 0;
+        (judges ? parts.judging : parts.choosing).push_back(ray);
+    }
+    return parts;
 }
 
 void choose_resolution(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes,
                        RayPlanes& planes, const Workers& workers, Monitor& monitor) {
-    planes = Search(set, rays, boxes, planes.rig, workers, monitor).best();
+    const HeldOutParts parts = held_out_parts(rays);
+    const HeldOutRays choosing(set, parts.choosing, rays.size(), planes.rig.centre.z);
+    planes = Search(choosing, rays.size(), boxes, planes.rig, workers, monitor).best();
+    if (parts.judging.empty()) return;
+    const HeldOutRays judge(set, parts.judging, rays.size(), choosing);
+    planes.errors = judge.errors(planes.rig, planes.weights, workers);
 }
 
 }  // namespace lucerna

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <nlohmann/json.hpp>
 
@@ -95,8 +96,13 @@ TEST_F(Replicates, AreWrittenBesideTheLampAndReadForItsUncertainty) {
     std::sort(expected.begin(), expected.end());
     EXPECT_EQ(files(), expected);
     const LightField lamp = read_light_field("lamp.exr"), first = read_light_field("lamp-replicate-01.exr");
-    EXPECT_EQ(first.rig().centre, lamp.rig().centre);
-    EXPECT_EQ(first.rig().pixel, lamp.rig().pixel);
+    // What is not given by options is chosen anew.
+    EXPECT_EQ(first.rig().views, lamp.rig().views);
+    EXPECT_NE(first.rig().pixel, lamp.rig().pixel);
+    ASSERT_EQ(lamp.info().errors.size(), 7U);
+    EXPECT_EQ(lamp.info().errors.front().distance, 0);
+    EXPECT_TRUE(std::isinf(lamp.info().errors.back().distance));
+    EXPECT_THAT(lucerna_run({"light", "info", "lamp.exr"}).out, HasSubstr("by direction"));
     EXPECT_NEAR(first.info().captured + first.info().missed, 1000, 0.1);
     EXPECT_NE(content_hash(first), content_hash(lamp));
     EXPECT_NE(content_hash(first), content_hash(read_light_field("lamp-replicate-02.exr")));
@@ -104,12 +110,16 @@ TEST_F(Replicates, AreWrittenBesideTheLampAndReadForItsUncertainty) {
     const Outcome seen = lucerna_run({"lux", "room.pbrt", "--replicates", "--samples", "1", "-o", "lux.csv",
                                       "--plan", "lux.svg", "--html", "lux.html", "--json", "lux.json"});
     ASSERT_EQ(seen.code, 0) << seen.err;
-    EXPECT_THAT(seen.out, AllOf(HasSubstr("from 5 bootstrap replicates"), HasSubstr("Monte Carlo")));
+    EXPECT_THAT(seen.out, AllOf(HasSubstr("from 5 bootstrap replicates"), HasSubstr("Monte Carlo"),
+                                HasSubstr("error of the light field by held-out rays")));
     EXPECT_THAT(read_text("lux.csv"), HasSubstr("U of lamps [lx]"));
     EXPECT_THAT(read_text("lux-uncertainty.svg"), HasSubstr("uncertainty"));
     EXPECT_THAT(read_text("lux.html"), HasSubstr("from 5 bootstrap replicates"));
     const Json json = Json::parse(read_text("lux.json"));
     EXPECT_EQ(json["replicates"], 5);
+    EXPECT_EQ(json["light_fields"][0]["file"], "lamp.exr");
+    EXPECT_FLOAT_EQ(json["light_fields"][0]["error_by_direction"].get<float>(),
+                    static_cast<float>(lamp.info().errors.back().relative()));
     const Json& desk = json["surfaces"][0];
     EXPECT_GT(desk["lamps"]["mean"]["half_width_of_both"], desk["mean"]["half_width"]);
 }

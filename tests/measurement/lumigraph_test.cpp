@@ -63,8 +63,8 @@ struct Stated {
 };
 Stated stated_errors(const LumigraphFit& made) {
     RunningStats on_planes, by_direction;
-    for (const LumigraphFit::OfSlab& slab : made.slabs) {
-        for (const PlaneError& error : slab.errors)
+    for (const Slab& slab : made.lamp.slabs()) {
+        for (const PlaneError& error : slab.field.info().errors)
             (std::isinf(error.distance) ? by_direction : on_planes).add(std::max(0.0, error.squared));
     }
     return {std::sqrt(on_planes.mean()), std::sqrt(by_direction.mean())};

@@ -42,19 +42,6 @@ RaySet disc_rays(int count, std::uint32_t number) {
     return set;
 }
 
-RaySet sphere_rays(int count) {
-    RaySet set;
-    set.unit = FluxUnit::lumen;
-    set.flux = kFlux;
-    for (int i = 0; i < count; ++i) {
-        Sampler sampler(8, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const V3d n = V3d(square_to_sphere(sampler.next2()));
-        set.rays.push_back({V3f(kRadius * n), V3f(lambertian(n, sampler.next2())),
-                            static_cast<float>((i % 2 == 0 ? 1.5 : 0.5) * kFlux / count)});
-    }
-    return set;
-}
-
 Rig planes() {
     Rig rig;
     rig.views = {5, 5};
@@ -131,12 +118,14 @@ TEST(RayBootstrap, Draws_AreTheSameByOneKeyAndOthersByAnother) {
     EXPECT_TRUE(same_rays(drawn, resampled(set, {1, 1, 0}, Workers{3})));
     for (const BootstrapKey& other : {BootstrapKey{2, 1, 0}, BootstrapKey{1, 2, 0}, BootstrapKey{1, 1, 1}})
         EXPECT_FALSE(same_rays(drawn, resampled(set, other, {})));
-    // With replacement: 1 - 1/e of the rays are drawn at all, with a variance of (1/e - 2/e²) / n.
+    // With replacement: 1 - 1/e of the rays are drawn at all, with a variance of (1/e - 2/e²) / n. None
+    // stands there twice.
     std::set<float> places;
     for (const LampRay& ray : drawn.rays) places.insert(ray.o.x);
-    const double share = static_cast<double>(places.size()) / 60000;
-    EXPECT_NEAR(share, 1 - std::exp(-1), 4 * std::sqrt((std::exp(-1) - 2 * std::exp(-2)) / 60000) + 1e-3);
-    EXPECT_EQ(drawn.rays.size(), set.rays.size());
+    const double share = static_cast<double>(drawn.rays.size()) / 60000;
+    EXPECT_NEAR(share, 1 - std::exp(-1), 4 * std::sqrt((std::exp(-1) - 2 * std::exp(-2)) / 60000));
+    EXPECT_GT(static_cast<double>(places.size()), 0.998 * static_cast<double>(drawn.rays.size()));
+    EXPECT_EQ(drawn.noise_scale, 0.5);
 }
 
 TEST(RayBootstrap, Flux_IsWhatTheFileStatesOrWhatTheRaysHave) {
@@ -169,32 +158,6 @@ TEST(RayBootstrap, Flux_IsWhatTheFileStatesOrWhatTheRaysHave) {
         light += coloured.light_of(i), flux += double{coloured.rays[i].flux};
     EXPECT_NEAR(light / flux, 1, 1e-5);
     EXPECT_NEAR(coloured.xyz.y, 1, 1e-6);
-}
-
-TEST(RayBootstrap, Refit_HasTheLampsPlanesOnEverySide) {
-    Monitor silent;
-    for (const bool sphere : {false, true}) {
-        const RaySet set = sphere ? sphere_rays(2000) : disc_rays(1500, 0);
-        const LumigraphFit made = fit_lumigraph(set, {}, {}, silent);
-        const Lumigraph replicate = refit_lumigraph(resampled(set, {0, 1, 0}, {}), made, {}, silent);
-        ASSERT_EQ(replicate.slabs().size(), made.lamp.slabs().size());
-        EXPECT_EQ(replicate.slabs().size() > 1, sphere);
-        for (std::size_t k = 0; k < replicate.slabs().size(); ++k) {
-            const Slab &a = replicate.slabs()[k], &b = made.lamp.slabs()[k];
-            EXPECT_EQ(a.axes.n, b.axes.n);
-            EXPECT_EQ(a.field.rig().views, b.field.rig().views);
-            EXPECT_EQ(a.field.rig().pixels, b.field.rig().pixels);
-            EXPECT_EQ(a.field.rig().spacing, b.field.rig().spacing);
-            EXPECT_EQ(a.field.rig().pixel, b.field.rig().pixel);
-            EXPECT_EQ(a.field.rig().centre, b.field.rig().centre);
-            EXPECT_EQ(a.field.rig().distance, b.field.rig().distance);
-        }
-        EXPECT_EQ(replicate.box().min, made.lamp.box().min);
-        EXPECT_NE(content_hash(replicate), content_hash(made.lamp));
-        EXPECT_NEAR(replicate.captured() + replicate.missed(), kFlux, sphere ? 0.05 * kFlux : 1e-3 * kFlux);
-        // Of the same rays it is the lamp itself: the weights are the same, too.
-        EXPECT_EQ(content_hash(refit_lumigraph(set, made, {}, silent)), content_hash(made.lamp));
-    }
 }
 
 TEST(RayBootstrap, Replicates_AreCountedIfTheyAreOfTheLamp) {

@@ -123,7 +123,15 @@ TEST(MeasurementUncertainty, OfReports_StandsInTableCsvAndJson) {
     const IlluminanceReport whole = report(100, 200, 0.2);
     std::vector<IlluminanceReport> by_replicate;
     for (int b = 0; b < 5; ++b) by_replicate.push_back(report(100 + b, 200, 0.2));
-    const MeasurementUncertainty made = measurement_uncertainty(whole, by_replicate);
+    MeasurementUncertainty made = measurement_uncertainty(whole, by_replicate);
+    LightFieldInfo info;
+    info.errors = {{0, 0.04, 0.1}, {INFINITY, 0.0025, 0.01}};
+    Rig rig;
+    rig.spacing = rig.pixel = {0.01, 0.01};
+    rig.distance = 0.1;
+    const LightField known(rig, {1.0F}, info), unknown(rig, {1.0F});
+    const LightField* const both[] = {&known, &unknown};
+    made.fields = {field_error("a.exr", std::span(both).first(1)), field_error("b.exr", both)};
     ASSERT_EQ(made.surfaces.size(), 1U);
     const SurfaceUncertainty& of = made.surfaces[0];
     // 0, 1 … 4 have the variance 2.5, and the mean of the surface a quarter of it.
@@ -136,8 +144,11 @@ TEST(MeasurementUncertainty, OfReports_StandsInTableCsvAndJson) {
     EXPECT_NEAR(of.rms, 2 * std::sqrt(((2.5 - noise) / 1e4 - noise / 4e4) / 2), 1e-9);
     EXPECT_NEAR(combined({100, 0.2}, of.points[0]), std::hypot(0.2, of.points[0].expanded), 1e-12);
     EXPECT_THAT(uncertainty_text(whole, made),
-                ::testing::AllOf(HasSubstr("from 5 bootstrap replicates"), HasSubstr("± 35 %"),
-                                 HasSubstr("± 3.2"), HasSubstr("at 1 of 2 points"), HasSubstr("U_0")));
+                ::testing::AllOf(
+                    HasSubstr("from 5 bootstrap replicates"), HasSubstr("± 35 %"), HasSubstr("± 3.2"),
+                    HasSubstr("at 1 of 2 points"), HasSubstr("U_0"),
+                    HasSubstr("a.exr: error of the light field by held-out rays, its bias included: 5 %"),
+                    HasSubstr("up to 20 %"), HasSubstr("b.exr: the file does not say")));
     const std::string csv = illuminance_csv(whole, made);
     EXPECT_THAT(csv, HasSubstr(",U of lamps [lx],upper bound,half-width of both [lx]\n"));
     EXPECT_THAT(csv, HasSubstr(",3.16,0,3.16\n"));
@@ -145,6 +156,8 @@ TEST(MeasurementUncertainty, OfReports_StandsInTableCsvAndJson) {
     EXPECT_THAT(illuminance_csv(whole), Not(HasSubstr("lamps")));
     const auto json = nlohmann::json::parse(illuminance_json(whole, made));
     EXPECT_EQ(json["replicates"], 5);
+    EXPECT_DOUBLE_EQ(json["light_fields"][0]["greatest_error"], 0.2);
+    EXPECT_FALSE(json["light_fields"][1].contains("greatest_error"));
     EXPECT_NEAR(json["surfaces"][0]["lamps"]["mean"]["U"], of.mean.expanded, 1e-9);
     EXPECT_EQ(json["surfaces"][0]["values"][1]["lamps"]["upper_bound"], true);
     EXPECT_FALSE(nlohmann::json::parse(illuminance_json(whole)).contains("replicates"));

@@ -41,7 +41,7 @@ TEST(FitLightField, RealFiles_AreAccountedFor) {
                   << " %, backward " << 100 * a.backward / a.total << " %, unaccounted " << 100 * unaccounted
                   << " %; S at " << 1e3 * p.field.rig().centre << " mm; " << p.field.rig().views << " views "
                   << 1e3 * p.field.rig().spacing << " mm apart, " << p.field.rig().pixels << " pixels\n";
-        for (const PlaneError& e : p.errors)
+        for (const PlaneError& e : p.field.info().errors)
             std::cout << "  " << 1e3 * e.distance << " mm: " << 100 * e.relative() << " %\n";
         EXPECT_LT(std::fabs(unaccounted), 0.01) << name;
         // The cylinder sends half of its light backwards, and much of the rest sideways.

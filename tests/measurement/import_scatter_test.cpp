@@ -1,0 +1,158 @@
+// What is stated of an imported lamp, against what independent ray files of the lamp say, each of which is
+// imported with the command's own choices: the uncertainty by replicates, and the error by held-out rays.
+#include <gtest/gtest.h>
+
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+#include <cstdint>
+#include <iostream>
+#include <numeric>
+#include <vector>
+
+#include "engine/base/sampler.h"
+#include "engine/base/stats.h"
+#include "engine/base/warp.h"
+#include "lights/measurement/held_out.h"
+#include "lights/measurement/lumigraph_fit.h"
+#include "lights/measurement/ray_bootstrap.h"
+#include "lights/measurement/ray_projection.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace import_scatter_test {
+
+using testing::kFalseAlarm;
+
+constexpr double kRadius = 0.01, kFlux = 100, kExponent = 10;
+
+// Independent rays of a disc with the intensity cos^kExponent: measurement `number` of the same lamp.
+RaySet disc_rays(int count, std::uint32_t number) {
+    RaySet set;
+    set.unit = FluxUnit::lumen;
+    set.flux = set.header_lumens = kFlux;
+    for (int i = 0; i < count; ++i) {
+        Sampler sampler(21, Purpose::test, number, static_cast<std::uint64_t>(i));
+        const V2d p = kRadius * V2d(square_to_disc(sampler.next2()));
+        const V2f u = sampler.next2();
+        const double z = std::pow(1 - double{u.x}, 1 / (kExponent + 1)), r = std::sqrt(1 - z * z);
+        const double turn = 2 * M_PI * double{u.y};
+        set.rays.push_back({V3f(V3d(p.x, p.y, 0)), V3f(V3d(r * std::cos(turn), r * std::sin(turn), z)),
+                            static_cast<float>(kFlux / count)});
+    }
+    return set;
+}
+
+// The irradiance at a point before a field, by what it emits: max(0, h), scaled to the measured flux. By the
+// midpoint rule over S, without Monte Carlo noise.
+double emitted_irradiance(const LightField& field, double gain, const V3d& at) {
+    constexpr int kParts = 2;  // of an interval
+    const Rig& rig = field.rig();
+    const V3d p = at - rig.centre;
+    std::vector<double> place[2], width[2];
+    for (int a = 0; a < 2; ++a) {
+        for (int i = 0; i < rig.intervals(a) * kParts; ++i) {
+            const double step = rig.spacing[a] / kParts;
+            const double on_s = rig.s_coordinate.on_plane(rig.interval_edge_x(a, 0) + (i + 0.5) * step);
+            place[a].push_back(on_s);
+            width[a].push_back(step / rig.s_coordinate.slope(on_s));
+        }
+    }
+    double sum = 0;
+    for (std::size_t i = 0; i < place[0].size(); ++i) {
+        for (std::size_t j = 0; j < place[1].size(); ++j) {
+            const V2d on_s(place[0][i], place[1][j]), across = V2d(p.x, p.y) - on_s;
+            const double r2 = across.length2() + sqr(p.z);
+            const auto radiance = double{field.radiance(on_s, on_s + across * (rig.distance / p.z))};
+            sum += radiance * sqr(p.z / r2) * width[0][i] * width[1][j];
+        }
+    }
+    return gain * sum;
+}
+
+// The mean over a square of 1.2 m, one metre before the lamp, on 6 x 6 points.
+double mean_illuminance(const Lumigraph& lamp) {
+    constexpr int kPoints = 6;
+    double sum = 0;
+    for (const Slab& slab : lamp.slabs()) {
+        const double gain = slab.field.flux() / slab.field.clamped_flux({});
+        for (int i = 0; i < kPoints * kPoints; ++i) {
+            const auto at = [](int k) { return 1.2 * ((k + 0.5) / kPoints - 0.5); };
+            sum += emitted_irradiance(slab.field, gain, {at(i % kPoints), at(i / kPoints), 1});
+        }
+    }
+    return sum / (kPoints * kPoints);
+}
+
+// As lucerna light import makes it.
+Lumigraph imported(const RaySet& set) {
+    Monitor silent;
+    return fit_lumigraph(set, {}, {}, silent).lamp;
+}
+
+// Two estimates of one variance, of so many degrees of freedom each: Fisher's F. As often as kFalseAlarm one
+// refuses it although it is so.
+bool one_variance(double a, double freedom_a, double b, double freedom_b) {
+    const boost::math::fisher_f f(freedom_a, freedom_b);
+    const double upper = cdf(complement(f, a / b));
+    return std::min(upper, 1 - upper) > kFalseAlarm / 2;
+}
+
+TEST(ImportScatter, OfReplicates_IsThatOfIndependentRayFiles) {
+    constexpr int kRays = 1000, kFiles = 60, kSets = 6, kReplicates = 10;
+    RunningStats files;
+    double anew = 0, on_planes_of_the_lamp = 0;
+    for (std::uint32_t m = 0; m < kFiles; ++m) {
+        const RaySet set = disc_rays(kRays, m);
+        files.add(mean_illuminance(imported(set)));
+        if (m >= kSets) continue;
+        Monitor silent;
+        const RayPlanes planes = choose_planes(set, {}, {}, silent);
+        RunningStats replicates, alike;
+        for (int b = 1; b <= kReplicates; ++b) {
+            const RaySet drawn = resampled(set, {m, b, 0}, {});
+            replicates.add(mean_illuminance(imported(drawn)));
+            alike.add(mean_illuminance(project_rays(drawn, planes.rig, {}, silent, planes.weights).field));
+        }
+        anew += replicates.variance() / kSets;
+        on_planes_of_the_lamp += alike.variance() / kSets;
+    }
+    std::cout << "mean " << files.mean() << ", standard deviation of files " << std::sqrt(files.variance())
+              << ", of replicates " << std::sqrt(anew) << ", of replicates on the lamp's planes "
+              << std::sqrt(on_planes_of_the_lamp) << "\n";
+    constexpr int kFreedom = kSets * (kReplicates - 1);
+    EXPECT_TRUE(one_variance(files.variance(), kFiles - 1, anew, kFreedom));
+    // What must be refused: replicates that have the lamp's own planes.
+    EXPECT_FALSE(one_variance(files.variance(), kFiles - 1, on_planes_of_the_lamp, kFreedom));
+}
+
+// Few rays, many candidates: what the choice sees is nearly all noise. The errors by the rays that chose are
+// too small; those that are stated are what fresh rays find.
+TEST(ImportScatter, ErrorsStated_AreNotTheLeastOfManyEstimates) {
+    constexpr int kRays = 3000, kFiles = 60, kFresh = 100'000;
+    Monitor silent;
+    const RaySet fresh = disc_rays(kFresh, 1000);
+    std::vector<std::size_t> all(kFresh), few(kRays);
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    std::iota(few.begin(), few.end(), std::size_t{0});
+    RunningStats stated, chosen, found;
+    for (std::uint32_t m = 0; m < kFiles; ++m) {
+        const RaySet set = disc_rays(kRays, 100 + m);
+        const RayPlanes planes = choose_planes(set, {}, {}, silent);
+        const LightField field = project_rays(set, planes.rig, {}, silent, planes.weights).field;
+        const double height = planes.rig.centre.z;
+        const HeldOutRays choosing(set, held_out_parts(few).choosing, kRays, height);
+        const double truth = total_error(HeldOutRays(fresh, all, kFresh, choosing).errors(field));
+        found.add(truth);
+        stated.add(total_error(planes.errors) - truth);
+        chosen.add(total_error(choosing.errors(planes.rig, planes.weights, {})) - truth);
+    }
+    std::cout << "found " << found.mean() << ", stated less found " << stated.mean() << " +- "
+              << stated.standard_error() << ", by the rays that chose " << chosen.mean() << " +- "
+              << chosen.standard_error() << "\n";
+    EXPECT_GT(testing::t_test(stated, 0), kFalseAlarm);
+    EXPECT_LT(chosen.mean(), 0);
+    EXPECT_LT(testing::t_test(chosen, 0), kFalseAlarm);
+}
+
+}  // namespace import_scatter_test
+}  // namespace lucerna
