@@ -67,10 +67,6 @@ struct RaySet {
     // Luminous efficacy of the radiation of a set in watts [lm/W], where spectra or columns of the file tell
     // it; 0: not known.
     double lumens_per_watt = 0;
-    // The variance of what is computed from one measurement's rays, over the variance that these rays show
-    // among themselves: 1 of independent rays, 1/2 of rays drawn from a measurement with replacement, whose
-    // multiplicities scatter besides (measurement/ray_bootstrap.h).
-    double noise_scale = 1;
     std::string provenance;  // one line: what the file says about itself
 
     bool coloured() const { return !tristimulus.empty(); }

@@ -28,7 +28,7 @@ constexpr const char* kLightImportFooter =
 The resolution of the field is limited by the number of rays: half of them make a field, and the other half measure the
 error of the light that it casts, on planes from contact to the far field. The resolution and the smoothing with the
 least error are used. A quarter of the rays has no part in this choice; the printed errors of the field of the whole file
-are estimated from them, as the least of many estimates would be too small.
+are estimated from them, because an estimate by the rays that chose would be biased.
 
 A light field holds light that leaves towards one side, +z. A lamp that also emits towards other sides gets several,
 one for each of up to six sides of a box around it (slabs); all are in one file and form one lamp. Light is
@@ -43,7 +43,7 @@ wavelength; light.spd, a spectrum in a file; file, the file's own data), or its 
 --replicates 20 also writes lamp-replicate-01.exr to lamp-replicate-20.exr, from which lucerna lux --replicates computes the
 measurement uncertainty of illuminance. Each is the field of as many rays, drawn from the file's rays with replacement
 (bootstrap), with the flux that the file states; everything that is chosen for the lamp, such as slabs, resolution and
-smoothing, is chosen anew for each. They scatter as imports of repeated measurements with as many rays would. A replicate
+smoothing, is chosen anew for each. They scatter as imports of repeated measurements would, or somewhat more. A replicate
 takes as much time as the lamp, and a file about as large. From N replicates the uncertainty is known to
 ± 1/sqrt(2 (N - 1)): 16 % for 20. What is the same in all replicates is not in it: the mean bias by resolution and
 smoothing (the errors printed include it), and systematic errors of the goniophotometer, such as its calibration and

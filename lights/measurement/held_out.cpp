@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "engine/base/sampler.h"
 
@@ -166,6 +167,18 @@ struct Response {
     }
 };
 
+// What is emitted is clamped: light that negative coefficients should have taken away stays where it does not
+// belong. Bells overlap, and about half of the negative sum is taken from what is beside it.
+template <typename Coefficient>
+double clamping_error(std::span<const Coefficient> coefficients) {
+    double negative = 0, total = 0;
+    for (const Coefficient e : coefficients) {
+        negative += std::max(0.0, -double{e});
+        total += double{e};
+    }
+    return total > 0 ? sqr(0.5 * negative / total) : 0.0;
+}
+
 // The value below which half of the values lie. Not empty.
 double median(std::vector<double>& values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -212,8 +225,7 @@ void HeldOutRays::take_rays(std::span<const std::size_t> rays, std::size_t all) 
         Sampler draw(0, Purpose::acquisition, 0, number++);
         halves_[draw.bits() & 1].push_back(ray);
     }
-    half_over_all_variance_ =
-        2 * static_cast<double>(all) / static_cast<double>(rays_.size()) / set_.noise_scale;  // not empty
+    half_over_all_variance_ = 2 * static_cast<double>(all) / static_cast<double>(rays_.size());  // not empty
 }
 
 V2d HeldOutRays::place_of(const LampRay& ray, double distance) const {
@@ -346,16 +358,11 @@ HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& we
     parallel_chunks(workers, 2, [&](std::int64_t half) {
         flux[half] = project_half(rig, weights, static_cast<int>(half));
     });
-    // What is emitted is clamped: light that negative coefficients should have taken away stays where it does
-    // not belong. Bells overlap, and about half of the negative sum is taken from what is beside it.
-    double negative = 0, total = 0;
-    for (std::size_t i = 0; i < flux[0].size(); ++i) {
-        const double e = flux[0][i] + flux[1][i];
-        negative += std::max(0.0, -e);
-        total += e;
-    }
-    const double clamped2 = total > 0 ? sqr(0.5 * negative / total) : 0.0;
     Found found;
+    std::vector<double> both = flux[0];
+    for (std::size_t i = 0; i < both.size(); ++i) both[i] += flux[1][i];
+    found.clamped = clamping_error(std::span<const double>(both));
+    const double total = std::accumulate(both.begin(), both.end(), 0.0);
     found.held = light_ > 0 ? total / light_ : 0.0;
     found.errors.resize(planes_.size());
     parallel_chunks(workers, static_cast<std::int64_t>(planes_.size()), [&](std::int64_t p) {
@@ -375,7 +382,7 @@ HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& we
         const double own = 0.5 * between / half_over_all_variance_;
         PlaneError& error = found.errors[static_cast<std::size_t>(p)];
         error.distance = plane.distance;
-        error.squared = plane.signal > 0 ? (bias2 + own) / plane.signal + clamped2 : 0;
+        error.squared = plane.signal > 0 ? (bias2 + own) / plane.signal : 0;
         error.counts =
             plane.signal > 0 ? std::sqrt(0.5 * counts / half_over_all_variance_ / plane.signal) : 0;
     });
@@ -390,6 +397,7 @@ std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
     for (std::size_t r = 0; r < set_.rays.size(); ++r) all += light_of(r);
     std::vector<double> flux(field.coefficients().begin(), field.coefficients().end());
     for (double& e : flux) e *= rig.cell_volume() * taken / all;  // rays carry some
+    const double clamped = clamping_error(std::span<const double>(flux));
     std::vector<PlaneError> errors;
     for (const Plane& plane : planes_) {
         const std::vector<double> cast_by = std::move(cast({&flux, 1}, rig, plane).front());
@@ -401,12 +409,17 @@ std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
         const double signal = 4 * plane.signal;
         PlaneError error{plane.distance};
         if (signal > 0) {
-            error.squared = (square - counts) / signal;
+            error.squared = (square - counts) / signal + clamped;
             error.counts = std::sqrt(counts / signal);
         }
         errors.push_back(error);
     }
     return errors;
+}
+
+void add_clamping(std::vector<PlaneError>& errors, const LightField& field) {
+    const double clamped = clamping_error(field.coefficients());
+    for (PlaneError& e : errors) e.squared += clamped;
 }
 
 double total_error(std::span<const PlaneError> errors) {

@@ -5,9 +5,11 @@
 // own noise and the counts' noise; two fields from two halves tell the noise from the bias, so that the error
 // of the field that all rays make can be stated [Stone 1974].
 //
-// The least of many such estimates is below the error of what it belongs to, because it was chosen for its
-// noise, too. So the estimates that choose a resolution are not those that are stated: another part of the
-// rays, which no choice was made by, says these (held_out_parts).
+// An estimate by rays that a choice was made by is biased. The least of many estimates is too small, because
+// it was chosen for its noise, too; and a cell's weight depends on the rays that are counted in it, which
+// makes errors too large where cells have few rays. So the estimates that choose a resolution are not those
+// that are stated: another part of the rays, by which no choice was made, says these (held_out_parts), with
+// the planes, cells and weights of the part that chose.
 #pragma once
 
 #include <cstddef>
@@ -31,17 +33,17 @@ class HeldOutRays {
     HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all,
                 const HeldOutRays& like);
 
-    // Of the field that all rays make on `rig`, plane by plane; and the share of their light that it holds.
+    // The errors of the field that all rays make on `rig`, plane by plane, before its light is clamped. The
+    // square of the error that clamping adds on each plane, and the share of the light that the field holds,
+    // are those of the field that these rays make, which are fewer and have more noise.
     struct Found {
         std::vector<PlaneError> errors;
+        double clamped = 0;
         double held = 0;
     };
     Found find_errors(const Rig& rig, const RayWeights& weights, const Workers& workers) const;
-    std::vector<PlaneError> errors(const Rig& rig, const RayWeights& weights, const Workers& workers) const {
-        return find_errors(rig, weights, workers).errors;
-    }
 
-    // Of a field made of other rays, against all of these.
+    // Of a field made of other rays, as it is emitted, against all of these.
     std::vector<PlaneError> errors(const LightField& field) const;
 
     // Per axis: where half of the flux passes S to either side, and the half width of the strip about it that
@@ -83,14 +85,16 @@ class HeldOutRays {
     const RaySet& set_;
     std::vector<std::size_t> rays_;  // those taken
     std::vector<std::size_t> halves_[2];
-    // The variance of a half's field over that of the lamp's: how many times as many rays the lamp's is made
-    // of, and RaySet::noise_scale.
+    // The variance of a half's field over that of the lamp's, which is made of so many times as many rays.
     double half_over_all_variance_ = 2;
     double light_ = 0;  // of those taken
     double height_ = 0;
     V3d channel_weight_{0, 1, 0};
     std::vector<Plane> planes_;  // the first is S itself
 };
+
+// Adds to errors what clamping adds to those of `field`.
+void add_clamping(std::vector<PlaneError>& errors, const LightField& field);
 
 // The sum over planes of what they are off, squared: what the choice of a resolution makes least.
 double total_error(std::span<const PlaneError> errors);

@@ -66,7 +66,6 @@ RaySet rays_of_slab(const RaySet& set, const std::vector<SlabAxes>& axes, std::s
     RaySet part;
     part.unit = set.unit;
     part.xyz = set.xyz;
-    part.noise_scale = set.noise_scale;
     part.lumens_per_watt = set.lumens_per_watt;
     part.provenance = set.provenance;
     const auto turned = [&](const V3f& p) {

@@ -67,7 +67,6 @@ RaySet resampled(const RaySet& set, const BootstrapKey& key, const Workers& work
     drawn.xyz = set.xyz;
     drawn.lumens_per_watt = set.lumens_per_watt;
     drawn.provenance = fmt::format("bootstrap replicate {} of {}", key.replicate, set.provenance);
-    drawn.noise_scale = set.noise_scale / 2;  // the sample's own noise, and as much by the draw
     std::vector<std::size_t> draws(count);
     parallel_ranges(workers, static_cast<std::int64_t>(count), kDrawsPerChunk,
                     [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {

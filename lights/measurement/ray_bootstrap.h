@@ -6,8 +6,9 @@
 // sample, with all of its choices made anew: slabs, planes, resolution and smoothing depend on the rays, so
 // that the bias of the field and the effect of the clamp differ from one measurement to the next. What is
 // computed from each of several replicates therefore scatters as it would from one import of so many rays to
-// the next. The part of the bias that all replicates share is in none of the scatter; nor is what is wrong
-// with all rays alike.
+// the next, or somewhat more: the drawn rays have the noise of half as many independent ones, and so have the
+// choices that are made by them. The part of the bias that all replicates share is in none of the scatter;
+// nor is what is wrong with all rays alike.
 #pragma once
 
 #include <cstdint>

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "lights/measurement/held_out.h"
 #include "lights/measurement/ray_passage.h"
 #include "lights/measurement/ray_projection.h"
 
@@ -239,6 +240,7 @@ Projection fit_light_field(const RaySet& set, const FitOptions& options, const W
     Projection made = project_rays(set, planes.rig, workers, monitor, planes.weights);
     LightFieldInfo info = made.field.info();
     info.errors = std::move(planes.errors);
+    add_clamping(info.errors, made.field);
     made.field = std::move(made.field).with(std::move(info));
     const FluxAccount& a = made.account;
     monitor.info(fmt::format(

@@ -72,7 +72,8 @@ struct FitOptions {
 struct RayPlanes {
     Rig rig;
     RayWeights weights;
-    // Of the field that all rays make there, by rays that no choice was made by (choose_resolution).
+    // Of the field that all rays make there before its light is clamped, by rays that no choice was made by
+    // (choose_resolution).
     std::vector<PlaneError> errors;
 };
 
@@ -87,11 +88,11 @@ struct RayPlanes {
 //   M      the least box about the axis, in the proportion of the lobe's own widths, that reaches the share,
 //          but at most kWidestM times as far as D (85°).
 //   coordinates, views, pixels, weights: of those tried the ones of least error of irradiance, over planes
-//          from contact to the far field, in rays that the field does not know (held_out.h). The least of
-//          many estimates is too small; a quarter of the rays is held out from all choices, and the error
-//          that is stated is by them. Light that
-//          passes the two boxes must be held, but for as much again as the boxes may lose: what holds less
-//          is taken only where nothing that was tried holds more.
+//          from contact to the far field, in rays that the field does not know (held_out.h). An
+//          estimate by the rays that choose is biased: a quarter of the rays is held out from all choices,
+//          and the error that is stated is estimated from them. Light that passes the two boxes must be
+//          held, but for as much again as the boxes may lose: what holds less is taken only where nothing
+//          that was tried holds more.
 // An even S covers its box, with one filter outside on every side, so that no point lacks one of its 4 x 4
 // duals; a compressed one covers the plane. Throws InputError if no ray leaves towards +z, or an option is
 // out of range.

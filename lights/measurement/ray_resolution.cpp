@@ -108,7 +108,8 @@ class Search {
         Badness badness;
         if (planes.rig.coefficients() <= most_) {
             const HeldOutRays::Found found = held_out_.find_errors(planes.rig, planes.weights, workers_);
-            badness = {std::max(0.0, boxes_.held - found.held), total_error(found.errors)};
+            const double clamped = found.clamped * static_cast<double>(found.errors.size());
+            badness = {std::max(0.0, boxes_.held - found.held), total_error(found.errors) + clamped};
         }
         tried_[choice] = badness;
         return badness;
@@ -175,7 +176,7 @@ void choose_resolution(const RaySet& set, std::span<const std::size_t> rays, con
     planes = Search(choosing, rays.size(), boxes, planes.rig, workers, monitor).best();
     if (parts.judging.empty()) return;
     const HeldOutRays judge(set, parts.judging, rays.size(), choosing);
-    planes.errors = judge.errors(planes.rig, planes.weights, workers);
+    planes.errors = judge.find_errors(planes.rig, planes.weights, workers).errors;
 }
 
 }  // namespace lucerna

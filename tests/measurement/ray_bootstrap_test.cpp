@@ -125,7 +125,6 @@ TEST(RayBootstrap, Draws_AreTheSameByOneKeyAndOthersByAnother) {
     const double share = static_cast<double>(drawn.rays.size()) / 60000;
     EXPECT_NEAR(share, 1 - std::exp(-1), 4 * std::sqrt((std::exp(-1) - 2 * std::exp(-2)) / 60000));
     EXPECT_GT(static_cast<double>(places.size()), 0.998 * static_cast<double>(drawn.rays.size()));
-    EXPECT_EQ(drawn.noise_scale, 0.5);
 }
 
 TEST(RayBootstrap, Flux_IsWhatTheFileStatesOrWhatTheRaysHave) {
