@@ -1,11 +1,14 @@
 #include "photon/build_maps.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
 #include "engine/base/memory.h"
 #include "engine/base/monitor.h"
 #include "photon/trace_light_paths.h"
@@ -286,33 +289,26 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters
     return result;
 }
 
-std::uint64_t map_key(const Scene& scene, const MapParameters& parameters) {
-    WordHash key;
-    key.add(static_cast<std::uint64_t>(parameters.paths));
-    key.add(parameters.seed);
-    key.add(std::uint64_t{parameters.pass});
+Facts map_facts(const MapParameters& parameters) {
+    Facts facts{{"seed", fmt::format("{}", parameters.seed)}, {"pass", fmt::format("{}", parameters.pass)}};
+    std::vector<std::string_view> maps;
+    bool targets = false;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        key.add(int{parameters.wanted[kind]});
-        key.add(static_cast<std::uint64_t>(parameters.targets[kind]));
+        if (!parameters.wanted[kind]) continue;
+        const std::string_view name = map_name(static_cast<MapKind>(kind));
+        maps.push_back(name);
+        if (parameters.targets[kind] == 0) continue;
+        targets = true;
+        facts.emplace_back(fmt::format("target of the {} map", name),
+                           fmt::format("{}", parameters.targets[kind]));
     }
-    key.add(int{parameters.volume_direct});
-    key.add(parameters.specular_below);
-    key.add(parameters.longest);
-    if (parameters.emission) key.add(parameters.emission->hash());
-
-    MapParameters all = parameters;
-    all.wanted.fill(true);
-    ChunkPhotons first(all, kPathsPerChunk);
-    const LightPaths paths = light_paths(all, kPathsPerChunk);
-    trace_chunk(scene, paths, samplers_of(paths), 0, kPathsPerChunk, first);
-    for (const Photons& batch : first.batches) {
-        key.add_bytes(std::as_bytes(std::span(batch.positions)));
-        key.add_bytes(std::as_bytes(std::span(batch.photons)));
-    }
-    for (const V3d& flux : {first.ledger.emitted, first.ledger.absorbed, first.ledger.escaped}) {
-        for (int c = 0; c < 3; ++c) key.add(flux[c]);
-    }
-    return key.value();
+    facts.emplace_back("number of light paths",
+                       targets ? "as the targets need" : fmt::format("{}", parameters.paths));
+    facts.emplace_back("list of maps", fmt::format("{}", fmt::join(maps, ", ")));
+    facts.emplace_back("volume map", parameters.volume_direct ? "with direct light" : "without direct light");
+    facts.emplace_back("largest alpha that counts as specular", fmt::format("{}", parameters.specular_below));
+    facts.emplace_back("longest path before a photon", fmt::format("{}", parameters.longest));
+    return facts;
 }
 
 namespace {

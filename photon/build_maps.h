@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/deadline.h"
+#include "engine/base/facts.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "photon/deposit.h"
@@ -73,10 +76,9 @@ struct PhotonMaps {
 PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters, const Workers& workers,
                              Monitor& monitor);
 
-// Names the maps that these parameters make of a scene. As a scene has no name, what it does with its first
-// light paths stands for it: a change that none of some thousand paths hits is not noticed. Maps in files are
-// `photonmap`'s, which sets neither caustic_chains nor most_bounces: they are not part of it.
-std::uint64_t map_key(const Scene& scene, const MapParameters& parameters);
+// What maps depend on beside the scene, by name. Maps in files are `photonmap`'s, which sets neither
+// caustic_chains nor most_bounces, and whose light paths are then emitted plainly: these are not part of it.
+Facts map_facts(const MapParameters& parameters);
 
 // The rays of a photon pass, for measuring: what the pass asks of the scene, without what it makes of it.
 
@@ -87,19 +89,45 @@ std::vector<Ray> rays_of_light_paths(const Scene& scene, const MapParameters& pa
 
 // Photon maps on disk: built once, looked at from many places.
 
+// What maps in a file were made for.
+struct MapOrigin {
+    std::string scene;   // name of its file, to be shown
+    std::string unit;    // of flux
+    V3d place{0, 0, 0};  // world position of the photons' (0,0,0)
+    Facts facts;  // of the scene and map_facts(): maps serve renders of which all of these are the same
+};
+
 // Where a render takes its maps from and where it leaves them; empty: builds them, leaves none.
 struct MapFiles {
     std::filesystem::path load, save;
+    // Of the scene that is rendered; render() fills them in.
+    std::string scene = {};
+    Facts scene_facts = {};
 
     bool any() const { return !load.empty() || !save.empty(); }
 };
 
-// Replaces the file. `key` is map_key()'s. Throws InputError.
-void save_maps(const std::filesystem::path& file, const PhotonMaps& maps, std::uint64_t key);
+// The fact of the scene that names the working space of the photons' power.
+inline constexpr std::string_view kColourSpaceFact = "colour space";
 
-// The same maps, photon by photon; indexed anew. Throws InputError if the file is damaged or of another key,
-// or names a light beyond `lights`.
-PhotonMaps load_maps(const std::filesystem::path& file, std::uint64_t key, std::size_t lights,
+inline constexpr const char* kMapsSuffix = ".photons";
+
+// Replaces the file. Throws InputError.
+void save_maps(const std::filesystem::path& file, const PhotonMaps& maps, const MapOrigin& origin);
+
+// What a file holds, whatever it was made for.
+struct SavedMaps {
+    MapOrigin origin;
+    std::array<std::optional<Photons>, kMapKinds> maps;
+    std::array<DepositCount, kMapKinds> counts{};
+    Ledger ledger;
+};
+// Throws InputError if the file is damaged.
+SavedMaps read_maps(const std::filesystem::path& file);
+
+// The same maps, photon by photon; indexed anew. Throws InputError if the file is damaged or its facts are
+// not these, or if it names a light beyond `lights`.
+PhotonMaps load_maps(const std::filesystem::path& file, const Facts& facts, std::size_t lights,
                      IndexKind index, const Workers& workers);
 
 }  // namespace lucerna

@@ -73,7 +73,7 @@ class LearnedEmission {
     double probability(std::uint32_t light) const;
 
     std::size_t blocks() const { return (nodes_.size() + roots_.size()) / 2; }  // of all lights
-    // Names the density, for files.
+    // Names the density.
     std::uint64_t hash() const;
 
   private:

@@ -2,63 +2,28 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <set>
 #include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/units.h"
-#include "engine/base/version.h"
 #include "engine/cli/run.h"
-#include "engine/scene/arithmetic.h"
 
 namespace lucerna {
 namespace {
 
-// By their contents: a folder may have been moved.
-std::uint64_t hash_of_files(const std::vector<std::filesystem::path>& files) {
-    WordHash hash;
-    std::set<std::filesystem::path> seen;
-    std::vector<std::byte> block(std::size_t{1} << 20);  // a multiple of the hash's words
-    for (const std::filesystem::path& file : files) {
-        if (!seen.insert(file).second) continue;
-        std::error_code status;
-        if (!std::filesystem::exists(file, status)) {
-            hash.add("missing");  // and left out, with the user's consent
-            continue;
-        }
-        std::ifstream in = open_to_read(file);
-        std::uint64_t size = 0;
-        while (in) {
-            in.read(reinterpret_cast<char*>(block.data()), static_cast<std::streamsize>(block.size()));
-            const auto got = static_cast<std::size_t>(in.gcount());
-            hash.add_bytes(std::span(block).first(got));
-            size += got;
-        }
-        hash.add(size);
-    }
-    return hash.value();
-}
-
 std::string film_text(const FilmSettings& film) {
     const FilterSettings& f = film.filter;
-    const std::string colours =
-        film.colours.is_srgb() ? "" : fmt::format("colours in {}, ", film.colours.name());
-    return fmt::format("{}{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}",
-                       colours, film.width, film.height, film.crop_begin.x, film.crop_begin.y,
-                       film.crop_end.x, film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x,
-                       f.radius.y, f.sigma, f.b, f.c, f.tau);
+    return fmt::format("{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}",
+                       film.width, film.height, film.crop_begin.x, film.crop_begin.y, film.crop_end.x,
+                       film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x, f.radius.y, f.sigma,
+                       f.b, f.c, f.tau);
 }
 
-PictureFacts facts_of(const Job& job, const FilmSettings& film, std::uint64_t seed) {
+Facts facts_of(const Job& job, const FilmSettings& film, std::uint64_t seed) {
     const V2i size = film.rendered_size();
-    PictureFacts facts{
-        {"version of lucerna", std::string(program_version())},
-        {"arithmetic", arithmetic()},
-        {"scene (hash of all its files)", fmt::format("{:016x}", hash_of_files(job.files))},
-        {"unit of light",
-         std::string(job.scene.stated_unit() ? unit_name(*job.scene.stated_unit()) : "that of each light")},
+    Facts facts = scene_facts(job);
+    const Facts of_picture{
+        {"view (hash of camera, film and calculation surfaces)", fmt::format("{:016x}", job.view.hash())},
         {"image size", fmt::format("{} x {}", size.x, size.y)},
         {std::string(kHalvesFact), film.adaptive     ? "two halves, adaptive"
                                    : film.two_halves ? "two halves"
@@ -67,17 +32,18 @@ PictureFacts facts_of(const Job& job, const FilmSettings& film, std::uint64_t se
         {"film", film_text(film)},
         {"integrator", std::string(integrator_name(job.integrator))},
         {"seed", fmt::format("{}", seed)}};
+    facts.insert(facts.end(), of_picture.begin(), of_picture.end());
     for (auto& [name, value] : describe(job.integrator)) facts.emplace_back("parameter " + name, value);
     return facts;
 }
 
 }  // namespace
 
-PictureFacts picture_facts(const Job& job, std::uint64_t seed) {
+Facts picture_facts(const Job& job, std::uint64_t seed) {
     return facts_of(job, job.film, seed);
 }
 
-PictureFacts whole_picture_facts(const Job& job, std::uint64_t seed) {
+Facts whole_picture_facts(const Job& job, std::uint64_t seed) {
     FilmSettings whole = job.film;
     whole.crop_begin = whole.view_begin, whole.crop_end = whole.view_end;
     return facts_of(job, whole, seed);

@@ -29,9 +29,9 @@ struct CheckpointOptions {
 
 // What must be the same for an image to go on: program, files, seed, integrator and its settings, film. Reads
 // all files of the scene. Throws InputError.
-PictureFacts picture_facts(const Job& job, std::uint64_t seed);
+Facts picture_facts(const Job& job, std::uint64_t seed);
 // The same of what all parts of a picture show (FilmSettings::is_part()), whichever of them the job renders.
-PictureFacts whole_picture_facts(const Job& job, std::uint64_t seed);
+Facts whole_picture_facts(const Job& job, std::uint64_t seed);
 
 class Checkpointing {
   public:
@@ -53,7 +53,7 @@ class Checkpointing {
     CheckpointOptions options_;
     Monitor& monitor_;
     std::optional<Checkpoint> resumed_;
-    PictureFacts facts_;
+    Facts facts_;
     std::exception_ptr failed_;  // the last attempt
 };
 

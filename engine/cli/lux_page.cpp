@@ -105,7 +105,7 @@ std::string place_text(const CalculationSurface& surface) {
         surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
 }
 
-std::string facts(const PictureFacts& facts) {
+std::string facts(const Facts& facts) {
     std::vector<std::vector<std::string>> rows{{"name", "content"}};
     for (const auto& [name, value] : facts) rows.push_back({plain_line(name), plain_line(value)});
     return table(rows, 2);

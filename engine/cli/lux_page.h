@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
+#include "engine/base/facts.h"
 #include "engine/figures/figure.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/measurement_uncertainty.h"
-#include "engine/render/picture_facts.h"
 
 namespace lucerna {
 
@@ -17,7 +17,7 @@ PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& r
 
 struct LuxPage {
     std::string scene;             // as the command line names it
-    PictureFacts facts;            // program, files and settings, with hashes
+    Facts facts;                   // program, files and settings, with hashes
     std::optional<Image> picture;  // display-referred
     std::uint64_t seed = 0;
     std::vector<PlanFigure> more_plans = {};

@@ -72,7 +72,7 @@ void leave_it_to_rank_0() {
     std::this_thread::sleep_for(std::chrono::seconds(3));
 }
 
-void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts) {
+void require_same_facts(Ranks& ranks, std::string_view would, Facts facts) {
     facts.insert(facts.begin(), {"program (hash of its file)", hash_of_program()});
     std::vector<std::string> lines;
     for (const auto& [name, value] : facts) lines.push_back(name), lines.push_back(value);
@@ -83,7 +83,7 @@ void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts
         std::vector<std::string> others;
         Unpacker unpacker(all[r]);
         unpacker(others);
-        PictureFacts there;
+        Facts there;
         for (std::size_t i = 0; i + 1 < others.size(); i += 2) there.emplace_back(others[i], others[i + 1]);
         if (const auto difference = first_difference(there, facts)) {
             throw InputError(

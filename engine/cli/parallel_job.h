@@ -8,11 +8,11 @@
 #include <span>
 #include <string_view>
 
+#include "engine/base/facts.h"
 #include "engine/base/monitor.h"
 #include "engine/base/ranks.h"
 #include "engine/cli/commands.h"
 #include "engine/integrators/settings.h"
-#include "engine/render/picture_facts.h"
 
 namespace lucerna {
 
@@ -46,7 +46,7 @@ void leave_it_to_rank_0();
 // Of the work, and of this program, on every rank: rank 0 throws InputError that names the first rank, and
 // its host, whose program, files or settings differ, and in what: it would e.g. "render another picture". The
 // others wait there to be ended.
-void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts);
+void require_same_facts(Ranks& ranks, std::string_view would, Facts facts);
 // Rank 0's.
 void share_settings(Ranks& ranks, IntegratorSettings& settings);
 

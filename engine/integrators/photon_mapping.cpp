@@ -100,10 +100,12 @@ MapParameters map_parameters(const PhotonMapSettings& settings, const PassContex
 
 PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context, const MapFiles& files) {
     const Scene& scene = context.scene;
+    MapOrigin origin{files.scene, flux_unit_text(scene_unit(scene)), scene.origin(), files.scene_facts};
+    const Facts by_parameters = map_facts(parameters);
+    origin.facts.insert(origin.facts.end(), by_parameters.begin(), by_parameters.end());
     if (!files.load.empty()) {
         context.statistics.map_source = "read from a file";
-        return load_maps(files.load, map_key(scene, parameters), scene.lights().size(), parameters.index,
-                         context.workers);
+        return load_maps(files.load, origin.facts, scene.lights().size(), parameters.index, context.workers);
     }
     PhotonMaps maps = build_photon_maps(scene, parameters, context.workers, context.monitor);
     const bool writes = !context.workers.ranks || context.workers.ranks->leads();
@@ -111,7 +113,7 @@ PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context
         if (suffix_of(files.save) == kMapPointsSuffix) {
             write_map_points(files.save, maps, scene.origin());
         } else {
-            save_maps(files.save, maps, map_key(scene, parameters));
+            save_maps(files.save, maps, origin);
         }
     }
     return maps;

@@ -160,6 +160,7 @@ void DirectiveReader::attribute() {
     }
     Params params =
         Params::read(tokens(), fmt::format("Attribute \"{}\"", target), place_, reading_.leniency);
+    params.add_to(reading_.part->directives);
     params.take_colours_in(reading_.state.colour_space);
     const auto& before = reading_.state.attributes;
     const auto changed =
@@ -179,6 +180,7 @@ void DirectiveReader::attribute() {
 void DirectiveReader::world_begin() {
     close_blocks("WorldBegin");
     stage_ = Stage::world;
+    before_world_ = draft_.world;
     if (reading_.draft.occlusion) {
         reading_.state.material->material.model = DiffuseMaterial{RgbTexture::constant(Rgb(1))};
     }

@@ -29,54 +29,55 @@ bool is_own_shape(std::string_view kind) {
 const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
     using R = DirectiveReader;
     using enum Where;
+    using enum Part;
     static const std::vector<Entry> entries = {
-        {"Accelerator", options_only, &R::accelerator},
-        {"ActiveTransform", anywhere, &R::active_transform},
-        {"AreaLightSource", world_only, &R::area_light_source},
-        {"Attribute", anywhere, &R::attribute},
-        {"AttributeBegin", world_only, &R::attribute_begin},
-        {"AttributeEnd", world_only, &R::attribute_end},
-        {"Camera", options_only, &R::camera},
-        {"ColorSpace", anywhere, &R::color_space},
-        {"ConcatTransform", anywhere, &R::concat_transform},
-        {"CoordSysTransform", anywhere, &R::coord_sys_transform},
-        {"CoordinateSystem", anywhere, &R::coordinate_system},
-        {"CalculationSurface", world_only, &R::calculation_surface},
-        {"Film", options_only, &R::film},
-        {"Identity", anywhere, &R::identity},
-        {"Import", anywhere, &R::import},
-        {"Include", anywhere, &R::include},
-        {"Integrator", options_only, &R::integrator},
-        {"LightSource", world_only, &R::light_source},
-        {"LookAt", anywhere, &R::look_at_directive},
-        {"MakeNamedMaterial", world_only, &R::make_named_material},
-        {"MakeNamedMedium", anywhere, &R::make_named_medium},
-        {"Material", world_only, &R::material},
-        {"MediumInterface", anywhere, &R::medium_interface},
-        {"NamedMaterial", world_only, &R::named_material},
-        {"ObjectBegin", world_only, &R::object_begin},
-        {"ObjectEnd", world_only, &R::object_end},
-        {"ObjectInstance", world_only, &R::object_instance},
-        {"Option", options_only, &R::option},
-        {"PixelFilter", options_only, &R::pixel_filter},
-        {"Renderer", options_only, &R::renderer},
-        {"ReverseOrientation", world_only, &R::reverse_orientation},
-        {"Rotate", anywhere, &R::rotate},
-        {"Sampler", options_only, &R::sampler},
-        {"Scale", anywhere, &R::scale},
-        {"SearchPath", anywhere, &R::search_path},
-        {"Shape", world_only, &R::shape},
-        {"SurfaceIntegrator", options_only, &R::integrator},  // version 2's name
-        {"Texture", world_only, &R::texture},
-        {"Transform", anywhere, &R::transform},
-        {"TransformBegin", anywhere, &R::transform_begin},
-        {"TransformEnd", anywhere, &R::transform_end},
-        {"TransformTimes", anywhere, &R::transform_times},
-        {"Translate", anywhere, &R::translate},
-        {"Volume", world_only, &R::volume},
-        {"VolumeIntegrator", options_only, &R::volume_integrator},
-        {"WorldBegin", options_only, &R::world_begin},
-        {"WorldEnd", world_only, &R::world_end},
+        {"Accelerator", options_only, neither, &R::accelerator},
+        {"ActiveTransform", anywhere, neither, &R::active_transform},
+        {"AreaLightSource", world_only, world, &R::area_light_source},
+        {"Attribute", anywhere, world, &R::attribute},
+        {"AttributeBegin", world_only, neither, &R::attribute_begin},
+        {"AttributeEnd", world_only, neither, &R::attribute_end},
+        {"Camera", options_only, view, &R::camera},
+        {"ColorSpace", anywhere, world, &R::color_space},
+        {"ConcatTransform", anywhere, neither, &R::concat_transform},
+        {"CoordSysTransform", anywhere, neither, &R::coord_sys_transform},
+        {"CoordinateSystem", anywhere, neither, &R::coordinate_system},
+        {"CalculationSurface", world_only, view, &R::calculation_surface},
+        {"Film", options_only, view, &R::film},
+        {"Identity", anywhere, neither, &R::identity},
+        {"Import", anywhere, neither, &R::import},
+        {"Include", anywhere, neither, &R::include},
+        {"Integrator", options_only, neither, &R::integrator},
+        {"LightSource", world_only, world, &R::light_source},
+        {"LookAt", anywhere, neither, &R::look_at_directive},
+        {"MakeNamedMaterial", world_only, world, &R::make_named_material},
+        {"MakeNamedMedium", anywhere, world, &R::make_named_medium},
+        {"Material", world_only, world, &R::material},
+        {"MediumInterface", anywhere, world, &R::medium_interface},
+        {"NamedMaterial", world_only, world, &R::named_material},
+        {"ObjectBegin", world_only, world, &R::object_begin},
+        {"ObjectEnd", world_only, world, &R::object_end},
+        {"ObjectInstance", world_only, world, &R::object_instance},
+        {"Option", options_only, neither, &R::option},
+        {"PixelFilter", options_only, view, &R::pixel_filter},
+        {"Renderer", options_only, neither, &R::renderer},
+        {"ReverseOrientation", world_only, world, &R::reverse_orientation},
+        {"Rotate", anywhere, neither, &R::rotate},
+        {"Sampler", options_only, neither, &R::sampler},
+        {"Scale", anywhere, neither, &R::scale},
+        {"SearchPath", anywhere, neither, &R::search_path},
+        {"Shape", world_only, world, &R::shape},
+        {"SurfaceIntegrator", options_only, neither, &R::integrator},  // version 2's name
+        {"Texture", world_only, world, &R::texture},
+        {"Transform", anywhere, neither, &R::transform},
+        {"TransformBegin", anywhere, neither, &R::transform_begin},
+        {"TransformEnd", anywhere, neither, &R::transform_end},
+        {"TransformTimes", anywhere, neither, &R::transform_times},
+        {"Translate", anywhere, neither, &R::translate},
+        {"Volume", world_only, world, &R::volume},
+        {"VolumeIntegrator", options_only, neither, &R::volume_integrator},
+        {"WorldBegin", options_only, neither, &R::world_begin},
+        {"WorldEnd", world_only, neither, &R::world_end},
     };
     return entries;
 }
@@ -188,8 +189,26 @@ void DirectiveReader::directive() {
     }
     name_ = entry->name;
     reading_.place = place_;
-    if (stands_here(*entry)) (this->*entry->action)();
+    reading_.part = part_of(*entry);
+    if (stands_here(*entry)) {
+        note_directive(*entry);
+        (this->*entry->action)();
+    }
     for (const Open& open : files_) depart_oddities(*open.source);
+}
+
+// Integrator and samples are facts of their own; transformations count where something is placed by them.
+SceneText* DirectiveReader::part_of(const Entry& entry) {
+    if (entry.part == Part::neither) return nullptr;
+    return entry.part == Part::view ? &draft_.view : &draft_.world;
+}
+
+// Before WorldBegin the transformation is the camera's: what may stand on both sides of it and depends on the
+// transformation adds that itself (read_named_medium).
+void DirectiveReader::note_directive(const Entry& entry) {
+    if (!reading_.part) return;
+    reading_.part->directives.add(entry.name);
+    if (entry.where != Where::anywhere) reading_.note_transformation();
 }
 
 void DirectiveReader::depart_oddities(const Source& source) {
@@ -252,6 +271,11 @@ void DirectiveReader::finish() {
     if (!overrides_.output.empty()) draft.film.filename = overrides_.output;
     if (overrides_.resolution.x > 0) override_resolution();
     settle_lens(draft);
+    // What options of the method or the command line change in the world.
+    draft.world.directives.add(draft.film.colours.name());
+    draft.world.directives.add(draft.unit ? unit_name(*draft.unit) : "");
+    draft.world.directives.add(int{draft.occlusion});
+    draft.world.directives.add(int{reading_.old_dialect});
 }
 
 void DirectiveReader::keep_options() {
@@ -268,6 +292,8 @@ void DirectiveReader::keep_options() {
     options_.integrator = draft_.integrator;
     options_.occlusion = draft_.occlusion;
     options_.unit = draft_.unit;
+    options_.view = draft_.view;
+    options_.world = before_world_;
     if (!more()) return;
     options_.media = draft_.media;
     options_.camera_medium = draft_.camera_medium;
@@ -293,7 +319,7 @@ void DirectiveReader::override_resolution() {
 }
 
 void DirectiveReader::open_file(const std::string& name, bool import) {
-    const std::filesystem::path file = reading_.resolve(name);
+    const std::filesystem::path file = reading_.resolve(name);  // of no part: its directives are
     for (const Open& open : files_) {
         if (open.source->name() == file.string()) {
             fail(place_, "{} \"{}\": the file includes itself", name_, shown(name));
@@ -352,7 +378,9 @@ std::string DirectiveReader::quoted(std::string_view what) {
         fail(at, "{} expects {} in quotes here, not \"{}\"", name_, what,
              token.kind == Token::Kind::end ? "the end of the file" : shown(token.text));
     }
-    return string_value(token, at);
+    std::string value = string_value(token, at);
+    if (reading_.part) reading_.part->directives.add(value);
+    return value;
 }
 
 std::vector<double> DirectiveReader::numbers(std::size_t count, std::string_view what) {
@@ -394,6 +422,7 @@ Params DirectiveReader::parameters(std::string_view kind, std::string_view targe
         close_file();
         params.read_more(tokens());
     }
+    if (reading_.part) params.add_to(reading_.part->directives);
     params.take_colours_in(reading_.state.colour_space);
     if (const auto& attributes = reading_.state.attributes) {
         const auto defaults = attributes->find(target);
@@ -405,6 +434,7 @@ Params DirectiveReader::parameters(std::string_view kind, std::string_view targe
 // ---- blocks
 
 void DirectiveReader::begin_block() {
+    draft_.world.directives.add("(");
     saved_.push_back({name_, place_, reading_.state});
 }
 
@@ -415,6 +445,8 @@ bool DirectiveReader::end_block(std::string_view opening) {
         reading_.depart(place_, fmt::format("{} without {}", name_, opening), "it is left out");
         return false;
     }
+    draft_.world.directives.add(")");
+    draft_.world.directives.add(opening);
     while (saved_.back().directive != opening) {
         const Saved& last = saved_.back();
         const bool object_goes_on = last.directive == "ObjectBegin";

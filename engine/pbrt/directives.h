@@ -28,9 +28,11 @@ class DirectiveReader {
   private:
     enum class Stage : std::uint8_t { options, world, ended };
     enum class Where : std::uint8_t { anywhere, options_only, world_only };
+    enum class Part : std::uint8_t { neither, world, view };
     struct Entry {
         std::string_view name;
         Where where;
+        Part part;  // of the draft's text that it belongs to (SceneText)
         void (DirectiveReader::*action)();
     };
     // A file that is being read.
@@ -48,6 +50,8 @@ class DirectiveReader {
     static const std::vector<Entry>& table();
     void require_room();
     void directive();
+    SceneText* part_of(const Entry& entry);
+    void note_directive(const Entry& entry);
     // What pbrt takes although it is not well formed.
     void depart_oddities(const Source& source);
     void begin_frame();
@@ -139,6 +143,7 @@ class DirectiveReader {
 
     Draft draft_;    // of the frame at hand
     Draft options_;  // what the next frame begins with
+    SceneText before_world_;
     Reading reading_;
     const SceneOverrides& overrides_;
     int frames_ = 0;  // that are complete

@@ -180,6 +180,7 @@ struct Draft : DraftShapes {
     std::vector<std::shared_ptr<const Source>> sources;
     std::vector<std::filesystem::path> files;   // that the text names, in order, some more than once
     std::vector<std::filesystem::path> caches;  // kept beside them
+    SceneText world, view;                      // Job's
 
     std::vector<std::unique_ptr<DraftObject>> objects;
     std::vector<DraftInstance> instances;

@@ -237,6 +237,7 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
         medium.box = read_box(params);
         read_other_grid(reading, kind, params, medium);
     }
+    if (medium.box) reading.note_transformation();
     if (!inverse(reading.state.ctm)) {
         fail(params.place(), "{}: its transformation is not invertible", params.owner());
     }

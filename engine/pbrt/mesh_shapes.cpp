@@ -97,6 +97,11 @@ ObjectMesh read_array_mesh(const Reading& reading, Params& params) {
              params.owner(), shown(name));
     }
     const ObjectMesh& mesh = *known->second;
+    WordHash& hash = reading.part->directives;
+    hash.add_bytes(std::as_bytes(std::span(mesh.p)));
+    hash.add_bytes(std::as_bytes(std::span(mesh.n)));
+    hash.add_bytes(std::as_bytes(std::span(mesh.uv)));
+    hash.add_bytes(std::as_bytes(std::span(mesh.triangles)));
     const auto vertices = static_cast<int>(mesh.p.size());
     for (const auto& [what, count] : {std::pair("normals", mesh.n.size()), std::pair("uv", mesh.uv.size())}) {
         if (count != 0 && count != mesh.p.size())

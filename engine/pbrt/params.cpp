@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "engine/base/units.h"
 
@@ -250,6 +251,18 @@ void Params::read_more(Tokens& tokens) {
         add(std::move(param));
     }
     depart_oddities(*tokens.place().source);
+}
+
+void Params::add_to(WordHash& hash) const {
+    for (const Param& param : params_) {
+        hash.add(static_cast<int>(param.type));
+        hash.add(param.name);
+        hash.add(std::uint64_t{param.numbers.size()});
+        hash.add_bytes(std::as_bytes(std::span(param.numbers)));
+        hash.add(std::uint64_t{param.strings.size()});
+        for (const std::string& text : param.strings) hash.add(text);
+        for (const bool flag : param.flags) hash.add(int{flag});
+    }
 }
 
 void Params::take_colours_in(const ColourSpace* space) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/base/colour_space.h"
+#include "engine/base/files.h"
 #include "engine/base/monitor.h"
 #include "engine/base/vec.h"
 #include "engine/pbrt/tokens.h"
@@ -65,6 +66,9 @@ class Params {
                        bool ours = false);
     // The list goes on.
     void read_more(Tokens& tokens);
+
+    // Names, types and values of those that are given here.
+    void add_to(WordHash& hash) const;
 
     // The space that the numbers of colours are in.
     void take_colours_in(const ColourSpace* space);

@@ -18,13 +18,24 @@ Job job_of(Draft draft, const SceneOverrides& overrides, const Workers& workers,
     const int spp = draft.spp, passes = draft.passes;
     std::vector<CalculationSurface> surfaces = std::move(draft.surfaces);
     std::vector<std::filesystem::path> files = std::move(draft.files), caches = std::move(draft.caches);
+    SceneText world = std::move(draft.world), view = std::move(draft.view);
     Assembled assembled = assemble(std::move(draft), workers, monitor);
     if (overrides.edit) overrides.edit(assembled.parts);
     const Phase phase(monitor, "build scene", 0);
     Scene scene(std::move(assembled.parts), workers);
     warn_of_overlapping_lights(scene, assembled.light_places, workers, monitor);
-    return {std::move(scene), Camera(assembled.camera), film,  integrator, spp, {}, std::move(surfaces),
-            std::move(files), std::move(caches),        passes};
+    return {std::move(scene),
+            Camera(assembled.camera),
+            film,
+            integrator,
+            spp,
+            {},
+            std::move(surfaces),
+            std::move(files),
+            std::move(caches),
+            std::move(world),
+            std::move(view),
+            passes};
 }
 
 }  // namespace
@@ -119,7 +130,10 @@ std::filesystem::path Reading::resolve(const std::string& name) {
                fmt::format("{} is used", printable(other)));
         file = in_folder(other);
     }
-    if (!name.empty()) draft.files.push_back(file);
+    if (!name.empty()) {
+        draft.files.push_back(file);
+        if (part) part->files.push_back(file);
+    }
     return file;
 }
 

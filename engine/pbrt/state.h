@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -76,12 +77,15 @@ struct Reading {
     bool skip_missing = false;  // a mesh whose file is missing is left out, a texture grey, with a warning
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
     bool old_dialect = false;
-    Place place = {};  // of the directive at hand
+    Place place = {};           // of the directive at hand
+    SceneText* part = nullptr;  // of the draft, to which that directive belongs; null: to neither
 
     // The space that the render is in; colours are read as ratios and light of it.
     const WorkingSpace& colours() const { return draft.film.colours; }
     // The file that the scene's text names. All of them come this way.
     std::filesystem::path resolve(const std::string& name);
+    // The directive at hand depends on the transformation.
+    void note_transformation() const { part->directives.add_bytes(std::as_bytes(std::span(&state.ctm, 1))); }
     DraftShapes& shapes() const { return object ? object->shapes : draft; }
     // What pbrt does as well, and what departs from the text; see tokens.h.
     void warn(const Place& at, std::string_view message) { leniency.warn(at, message); }

@@ -186,8 +186,7 @@ Checkpoint load_checkpoint(const std::filesystem::path& file) {
     return checkpoint;
 }
 
-void require_same(const std::filesystem::path& file, const PictureFacts& made_with,
-                  const PictureFacts& facts) {
+void require_same(const std::filesystem::path& file, const Facts& made_with, const Facts& facts) {
     const auto difference = first_difference(made_with, facts);
     if (!difference) return;
     input_error({file.string()},

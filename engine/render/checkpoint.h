@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/render/picture_facts.h"
+#include "engine/base/facts.h"
 
 namespace lucerna {
 
 struct Checkpoint {
-    PictureFacts facts;
+    Facts facts;
     double seconds = 0;                     // that the image has taken so far
     int samples_done = 0;                   // of every pixel
     int passes_done = 0;                    // of an integrator that works in passes
@@ -39,7 +39,6 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
 Checkpoint load_checkpoint(const std::filesystem::path& file);
 
 // Throws InputError that names `file` and the first fact in which the checkpoint differs from `facts`.
-void require_same(const std::filesystem::path& file, const PictureFacts& made_with,
-                  const PictureFacts& facts);
+void require_same(const std::filesystem::path& file, const Facts& made_with, const Facts& facts);
 
 }  // namespace lucerna

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/facts.h"
+#include "engine/base/files.h"
 #include "engine/base/working_space.h"
 #include "engine/integrators/settings.h"
 #include "engine/scene/calculation_surface.h"
@@ -69,6 +71,16 @@ struct Receivers {
     }
 };
 
+// A part of what the scene's text says: its directives, hashed in their order by names and values, and the
+// files of their parameters. Spaces and comments are no part of it, nor are names of text files.
+struct SceneText {
+    WordHash directives;
+    std::vector<std::filesystem::path> files;  // some more than once
+
+    // Of directives and contents of files; reads them. Throws InputError.
+    std::uint64_t hash() const;
+};
+
 struct Job {
     Scene scene;
     Camera camera;
@@ -84,12 +96,19 @@ struct Job {
     std::vector<std::filesystem::path> files = {};
     // What is kept beside those files, to be found the next time: lamps' cell tables. It changes no image.
     std::vector<std::filesystem::path> caches = {};
+    // What the text says of geometry, materials, lights and media, with the colours and the unit of the
+    // render; and of the camera, the film and calculation surfaces. SceneOverrides::edit is not part of them.
+    SceneText world = {}, view = {};
     // That the scene asks of a method that works in passes, by which `spp` was set; 0: it does not say.
     int passes = 0;
     // The medium of the borders around `camera`, where that is not the scene's own camera; only the path
     // tracer looks at it.
     std::optional<std::int32_t> camera_medium = {};
 };
+
+// What light in the scene depends on: program, arithmetic and Job::world, by name. Reads the files of the
+// latter. Throws InputError.
+Facts scene_facts(const Job& job);
 
 // What the job's image shows.
 inline View view_of(const Job& job) {

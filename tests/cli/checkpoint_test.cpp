@@ -70,8 +70,14 @@ TEST_F(CheckpointCommand, OfAnotherRender_IsRefusedByWhatDiffers) {
     refused({"--set", "maxdepth=2"}, {"parameter maxdepth is 4, here it is 2"});
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--resume", "c", "--spp", "1"},
                    {"holds up to 2 samples per pixel; --spp 1 is too small"});
+    write("scene.pbrt", std::string(testing::kScene) + "LightSource \"point\"\n");
+    refused({}, {"scene (hash of geometry, materials, lights and media)"});
+    std::string moved = testing::kScene;
+    moved.replace(moved.find("LookAt 0 1 -3"), 13, "LookAt 0 1 -4");
+    write("scene.pbrt", moved);
+    refused({}, {"view (hash of camera, film and calculation surfaces)"});
     write("scene.pbrt", std::string(testing::kScene) + "# a word more\n");
-    refused({}, {"scene (hash of all its files)"});
+    render({"--spp", "2", "-o", "a.exr", "--resume", "c"});
 }
 
 TEST_F(CheckpointCommand, FileThatTheSceneNames_IsPartOfIt) {
@@ -81,7 +87,7 @@ TEST_F(CheckpointCommand, FileThatTheSceneNames_IsPartOfIt) {
     render({"--spp", "3", "-o", "a.exr", "--resume", "c"});
     write("more.pbrt", "Shape \"sphere\" \"float radius\" 0.3\n");
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--resume", "c"},
-                   {"scene (hash of all its files)"});
+                   {"scene (hash of geometry, materials, lights and media)"});
 }
 
 TEST_F(CheckpointCommand, UnusableFiles_AreRefusedBeforeTheSceneIsRead) {

@@ -314,7 +314,9 @@ TEST_F(RunRender, KeptMaps_GiveTheSameImageAsNewOnes) {
 
     const Outcome other = render("no.exr", {"--load-maps", "room.photons", "--seed", "1"});
     EXPECT_EQ(other.code, 1);
-    EXPECT_THAT(other.err, HasSubstr("room.photons: these maps are for a different scene"));
+    EXPECT_THAT(other.err,
+                HasSubstr("room.photons: these maps were made for another scene or by other settings: their "
+                          "seed is 0, here it is 1"));
     ASSERT_EQ(render("points.exr", {"--save-maps", "room.ply"}).code, 0);
     EXPECT_THAT(read_text("room.ply"), ::testing::StartsWith("ply\nformat binary_"));
     const Outcome path = lucerna_run({"render", "scene.pbrt", "--save-maps", "path.photons"});

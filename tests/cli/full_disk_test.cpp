@@ -118,7 +118,7 @@ std::vector<Writer> writers() {
              save_checkpoint(to, checkpoint);
          }},
         {"maps.photons",
-         [all = std::make_shared<PhotonMaps>(maps())](const Path& to) { save_maps(to, *all, 1); }},
+         [all = std::make_shared<PhotonMaps>(maps())](const Path& to) { save_maps(to, *all, {}); }},
         {"acquire.sums",
          [](const Path& to) {
              save_state(to, {1, 2, {}, FilterSums(testing::rig_b())});

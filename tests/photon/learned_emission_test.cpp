@@ -239,21 +239,5 @@ TEST(LearnedEmission, CellsOfAMeasuredLamp_AreDrawnByTheDensity_AndTheTestSeesAS
     EXPECT_FALSE(testing::chi_square(observed, expected).accepted());
 }
 
-TEST(LearnedEmission, NamesMaps) {
-    const Scene scene = four_lights();
-    const LearnedEmission one(scene, four_blocks(), 0.25F), same(scene, four_blocks(), 0.25F),
-        other(scene, four_blocks(), 0.26F);
-    MapParameters maps;
-    maps.paths = 1000;
-    maps.wanted[0] = true;
-    const auto key = [&](const LearnedEmission* emission) {
-        maps.emission = emission;
-        return map_key(scene, maps);
-    };
-    EXPECT_EQ(key(&one), key(&same));
-    EXPECT_NE(key(&one), key(&other));
-    EXPECT_NE(key(&one), key(nullptr));
-}
-
 }  // namespace emission_plan_test
 }  // namespace lucerna

@@ -231,7 +231,7 @@ TEST_F(Mpi, RanksThatWouldRenderAnotherPicture_AreRefusedByName) {
         std::string named;
     };
     for (const Other& other :
-         {Other{{program, "render", "other.pbrt"}, "scene (hash of all its files)"},
+         {Other{{program, "render", "other.pbrt"}, "scene (hash of geometry, materials, lights and media)"},
           Other{{program, "render", "scene.pbrt", "--seed", "4"}, "its seed is 4"},
           Other{{program, "render", "scene.pbrt", "--set", "maxdepth=3"}, "parameter maxdepth"},
           Other{{copy, "render", "scene.pbrt"}, "program (hash of its file)"},

@@ -344,7 +344,7 @@ class CheckpointFile : public ::testing::Test {
 
 TEST_F(CheckpointFile, WhatWasSaved_ComesBack) {
     const Checkpoint back = load_checkpoint(file_);
-    EXPECT_EQ(back.facts, (PictureFacts{{"scene", "a b c"}, {"seed", "11"}}));
+    EXPECT_EQ(back.facts, (Facts{{"scene", "a b c"}, {"seed", "11"}}));
     EXPECT_EQ(back.seconds, kept_.seconds);
     EXPECT_EQ(back.samples_done, 2);
     EXPECT_EQ(back.tiles, kept_.tiles);
@@ -397,7 +397,7 @@ TEST_F(CheckpointFile, OtherKinds_AreToldApart) {
 }
 
 TEST_F(CheckpointFile, OfAnotherRender_NamesTheFirstDifference) {
-    const auto against = [&](PictureFacts facts) {
+    const auto against = [&](Facts facts) {
         return error_of([&] { require_same(file_, load_checkpoint(file_).facts, facts); });
     };
     EXPECT_EQ(against(kept_.facts), "no error");

@@ -1,4 +1,4 @@
-#include "engine/render/picture_facts.h"
+#include "engine/base/facts.h"
 
 #include <map>
 
@@ -12,14 +12,14 @@ std::string plain_line(std::string_view text) {
     return line;
 }
 
-std::optional<FactDifference> first_difference(const PictureFacts& first, const PictureFacts& second) {
+std::optional<FactDifference> first_difference(const Facts& first, const Facts& second) {
     const std::map<std::string, std::string> before(first.begin(), first.end());
     const std::map<std::string, std::string> now(second.begin(), second.end());
     const auto value = [](const auto& from, const std::string& name) {
         const auto found = from.find(name);
         return found == from.end() ? std::string("nothing") : plain_line(found->second);
     };
-    PictureFacts all = second;  // in an order that tells the coarse things first
+    Facts all = second;  // in an order that tells the coarse things first
     all.insert(all.end(), first.begin(), first.end());
     for (const auto& [name, ignored] : all) {
         FactDifference difference{plain_line(name), value(before, name), value(now, name)};
