@@ -1,4 +1,4 @@
-// lucerna info: what a scene, an image or a lamp holds; which integrators there are.
+// lucerna info: what a scene, an image, a lamp or a file of photon maps holds; which integrators there are.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -19,10 +19,12 @@
 #include "engine/cli/console.h"
 #include "engine/cli/integrators_text.h"
 #include "engine/cli/lamp_text.h"
+#include "engine/cli/map_text.h"
 #include "engine/integrators/integrator.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/job.h"
 #include "lights/photometric_files.h"
+#include "photon/build_maps.h"
 
 namespace lucerna {
 namespace {
@@ -165,6 +167,7 @@ constexpr const char* kInfoFooter = R"(Examples:
   lucerna info room.pbrt
   lucerna info room.exr
   lucerna info lamp.tm25ray
+  lucerna info room.photons
   lucerna info --integrators)";
 
 struct InfoOptions {
@@ -275,6 +278,7 @@ void act(const InfoOptions& options, const CommandContext& context) {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
         return print_ray_set(context.out, read_rays(options.file, monitor));
     }
+    if (suffix == kMapsSuffix) return print_maps(context.out, read_maps(options.file));
     print_scene_file(options, context);
 }
 
@@ -282,12 +286,13 @@ void act(const InfoOptions& options, const CommandContext& context) {
 
 void add_info_command(CLI::App& program, const CommandContext& context) {
     const auto options = std::make_shared<InfoOptions>();
-    CLI::App& app =
-        *program.add_subcommand("info", "Describe a scene, an image or a lamp; list the integrators");
+    CLI::App& app = *program.add_subcommand(
+        "info", "Describe a scene, an image, a lamp or saved photon maps; list the integrators");
     app.footer(kInfoFooter);
     app.add_option(
            "FILE", options->file,
-           "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file (.ies, .ldt)")
+           "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file (.ies, .ldt), "
+           "photon maps (.photons)")
         ->type_name("FILE");
     app.add_flag("--skip-missing", options->skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");

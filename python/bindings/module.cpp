@@ -15,4 +15,5 @@ PYBIND11_MODULE(_lucerna, module) {
     lucerna::bind_images(module);
     lucerna::bind_scenes(module);
     lucerna::bind_lamps(module);
+    lucerna::bind_maps(module);
 }

@@ -208,7 +208,7 @@ Rendered render_now(ReadScene& scene, Asked& asked, const Stopwatch& clock, Pyth
     Rendered rendered;
     rendered.complete = result.report.complete;
     rendered.report = statistics_json(facts, job, result.report, {});
-    complete_image(facts, job, asked.request.layers, asked.request.layers, result);
+    complete_image(facts, job, {asked.request.layers, asked.request.layers, {}}, options.workers, result);
     rendered.image = std::move(result.image);
     return rendered;
 }

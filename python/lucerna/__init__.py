@@ -13,6 +13,7 @@ from ._illuminance import IlluminanceGrid, illuminance
 from ._images import Image, compare, read_image, write_image
 from ._lamps import LightField, PhotometricWeb, import_rays, open_ies
 from ._lucerna import CalculationSurface, __version__
+from ._maps import PhotonMap, PhotonMaps, read_photon_maps
 from ._render import Result, render
 from ._scenes import Scene, SceneBuilder, blackbody, read_scene, read_text, spectrum, texture
 
@@ -24,6 +25,8 @@ __all__ = [
     "LightField",
     "LucernaWarning",
     "PhotometricWeb",
+    "PhotonMap",
+    "PhotonMaps",
     "Result",
     "Scene",
     "SceneBuilder",
@@ -34,6 +37,7 @@ __all__ = [
     "import_rays",
     "open_ies",
     "read_image",
+    "read_photon_maps",
     "read_scene",
     "read_text",
     "render",

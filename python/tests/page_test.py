@@ -56,6 +56,10 @@ class Page(unittest.TestCase):
                 [COMMAND, "light", "emit", "led.exr", "--rays", "20000", "-o", "my-led.tm25ray", "--quiet"],
                 check=True, timeout=60,
             )
+            words = "room.pbrt --resolution 8x6 --integrator photonmap --set photons=20000 --spp 1 --quiet".split()
+            subprocess.run(
+                [COMMAND, "render", *words, "-o", "maps.exr", "--save-maps", "room.photons"], check=True, timeout=60
+            )
             names = {}
             for line, text in found:
                 # Lines of an error are those of the page.

@@ -64,8 +64,8 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<toml++/", {"engine/base/toml.cpp"}},
     {"<pybind11/",
      {"python/bindings/arrays.h", "python/bindings/bindings.h", "python/bindings/images.cpp",
-      "python/bindings/lamps.cpp", "python/bindings/module.cpp", "python/bindings/python_monitor.h",
-      "python/bindings/scenes.cpp"}},
+      "python/bindings/lamps.cpp", "python/bindings/maps.cpp", "python/bindings/module.cpp",
+      "python/bindings/python_monitor.h", "python/bindings/scenes.cpp"}},
 };
 
 // Who may open a stream to read by itself: the one way for all readers, and what asks the system.
