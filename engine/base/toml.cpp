@@ -303,6 +303,27 @@ std::vector<double> TomlTable::numbers(std::string_view key, double least, doubl
     return all;
 }
 
+std::vector<double> TomlTable::durations(std::string_view key) const {
+    constexpr double kMost = 1e9;  // seconds
+    std::vector<double> all;
+    for (const TomlValue& item :
+         as<TomlValue::Array>(key, need(key), "a list of times, for example [\"5s\"]")) {
+        const auto* text = std::get_if<std::string>(&item.is);
+        const bool number =
+            std::holds_alternative<std::int64_t>(item.is) || std::holds_alternative<double>(item.is);
+        if (!text && !number) {
+            input_error(item.place, "\"{}\" has {}; expected times, as \"5s\", or numbers of seconds", key,
+                        kind_of(item));
+        }
+        all.push_back(text ? parse_duration(item.place, *text) : real(key, item, 0, kMost));
+        if (!(all.back() > 0 && all.back() <= kMost))
+            input_error(item.place,
+                        "\"{}\" of {:g} s is not accepted; expected more than 0, and at most {:g} s", key,
+                        all.back(), kMost);
+    }
+    return all;
+}
+
 std::filesystem::path TomlTable::path(std::string_view key) const {
     const std::string name = text(key);
     if (name.empty()) input_error(place_of(key), "\"{}\" is empty; expected a file name", key);

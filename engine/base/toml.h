@@ -58,6 +58,9 @@ class TomlTable {
     V2i wholes(std::string_view key, int least, int most, std::optional<V2i> fallback = {}) const;
     // [a, b, …] of numbers in range; any count.
     std::vector<double> numbers(std::string_view key, double least, double most) const;
+    // [a, b, …] of times in seconds, each text with its unit ("5s", "2min") or a number of seconds; any
+    // count.
+    std::vector<double> durations(std::string_view key) const;
     // A path, relative to the folder of this file.
     std::filesystem::path path(std::string_view key) const;
 

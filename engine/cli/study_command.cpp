@@ -27,6 +27,7 @@ constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and
   file = "../scenes/cloister/cloister.pbrt"    # relative to the folder of the study
   resolution = "120x80"                        # default: from the scene
   mask = 4                                     # leave out pixels where the reference is above this value
+  mask_lamps = true                            # leave out pixels that see a lamp or the sky, also in mirrors and glass
 
   [reference]
   integrator = "path"
@@ -36,7 +37,7 @@ constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and
   name = "guided"
   integrator = "photonmap"
   set = "indirect=none direct=guided candidates=4|16"    # | separates alternatives; each is measured
-  spp = [4, 16, 64]
+  spp = [4, 16, 64]                            # or times, with reading: time = ["5s", "2min"]
 
 Every render is kept in DIR/runs, under a name made from its inputs. If the study is interrupted or killed, only the current
 render is lost; the same command continues from there, and repeats the renders whose inputs have changed. Times are measured
@@ -70,7 +71,7 @@ struct StudyCommand {
 std::vector<StudyWork> work_of(const StudyDescription& description) {
     std::vector<StudyWork> all;
     for (const StudyScene& scene : description.scenes) {
-        all.push_back({&scene, &description.reference, kReferenceSeed});
+        all.push_back({&scene, &description.reference, kReferenceSeed, true});
         for (const StudyPoint& point : description.points) {
             for (int seed = 0; seed < description.seeds; ++seed)
                 all.push_back({&scene, &point, static_cast<std::uint64_t>(seed)});
@@ -89,6 +90,10 @@ class Study {
     // `ranks`: null, or rank 0's.
     Study(const StudyDescription& description, StudyRuns& runs, Ranks* ranks, Monitor& monitor)
         : description_(description), runs_(runs), monitor_(monitor), all_(work_of(description)) {
+        if (description.scenes.size() > 1) {  // of one scene the first render finds out
+            Monitor silent;                   // its warnings come with its renders
+            runs_.check(all_, silent);
+        }
         if (ranks) made_ = made_by(*ranks);
     }
 
@@ -96,10 +101,12 @@ class Study {
     std::vector<StudyResult> all() {
         std::vector<StudyResult> results;
         for (const StudyScene& scene : description_.scenes) {
-            const auto reference = next_image();
-            if (!reference) break;
+            const auto run = next_run();
+            if (!run) break;
+            note(*run);
+            const NamedImage reference = read_reference(run->image, scene);
             const std::size_t before = results.size();
-            const StudyMeasure measure(reference->image, scene.mask_above);
+            const StudyMeasure measure(reference, scene.mask_above);
             bool goes_on = true;
             for (const StudyPoint& point : description_.points) {
                 auto result = measured(scene, point, measure);
@@ -108,7 +115,7 @@ class Study {
                 if (result) results.push_back(std::move(*result));
             }
             if (results.size() == before) break;
-            references_.emplace_back(reference->image.name);
+            references_.emplace_back(reference.name);
             if (!goes_on) break;
         }
         return results;
@@ -132,7 +139,7 @@ class Study {
         result.method = point.method;
         result.settings = point.settings;
         result.set = point.overrides.set;
-        result.set.emplace_back("spp", fmt::format("{}", point.overrides.spp));
+        result.set.emplace_back(point.end_name, point.end_value);
         std::vector<NamedImage> images;
         bool is_whole = true;
         for (int seed = 0; seed < description_.seeds; ++seed) {
@@ -171,11 +178,14 @@ class Study {
     std::optional<Rendered> next_image() {
         const auto run = next_run();
         if (!run) return {};
-        if (!run->machine.empty()) origin_.machines.insert(run->machine);
-        if (!run->host.empty()) origin_.hosts.insert(run->host);
-        if (!run->date.empty()) origin_.dates.insert(run->date);
-        origin_.threads.insert(run->threads);
+        note(*run);
         return Rendered{{run->image.string(), read_exr(run->image)}, run->seconds, run->host};
+    }
+    void note(const StudyRun& run) {
+        if (!run.machine.empty()) origin_.machines.insert(run.machine);
+        if (!run.host.empty()) origin_.hosts.insert(run.host);
+        if (!run.date.empty()) origin_.dates.insert(run.date);
+        origin_.threads.insert(run.threads);
     }
 
     const StudyDescription& description_;

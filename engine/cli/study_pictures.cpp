@@ -54,7 +54,7 @@ class ScenePictureWriter {
   public:
     ScenePictureWriter(const StudyScene& scene, const std::filesystem::path& reference,
                        const PictureCaps& caps, const Workers& workers)
-        : scene_(scene), caps_(caps), workers_(workers), reference_{reference.string(), read_exr(reference)} {
+        : scene_(scene), caps_(caps), workers_(workers), reference_(read_reference(reference, scene)) {
         const Image shown = comparable_pair(reference_.image, reference_.image, reference_.name,
                                             reference_.name, scene.mask_above)
                                 .reference;

@@ -1,7 +1,9 @@
 #include "engine/cli/study_runs.h"
 
 #include <fmt/format.h>
+
 #include <unistd.h>
+#include <algorithm>
 
 #include <fstream>
 #include <map>
@@ -16,19 +18,26 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/parallel_job.h"
+#include "engine/cli/render_request.h"
 #include "engine/cli/run_report.h"
 #include "engine/render/render.h"
 
 namespace lucerna {
 namespace {
 
-std::string name_of(const Job& job, std::uint64_t seed) {
+// Whether the image is kept with the light of lamps that are seen, which tells their pixels.
+bool keeps_lamps(const StudyWork& work) {
+    return work.is_reference && work.scene->mask_lamps;
+}
+
+std::string name_of(const Job& job, const StudyWork& work) {
     WordHash hash;
-    for (const auto& [name, value] : picture_facts(job, seed)) {
+    for (const auto& [name, value] : picture_facts(job, work.seed)) {
         hash.add(std::string_view(name));
         hash.add(std::string_view(value));
     }
     hash.add(job.spp);
+    if (work.point->seconds > 0) hash.add(work.point->seconds);
     return fmt::format("{:016x}", hash.value());
 }
 
@@ -104,6 +113,17 @@ void warn_of_crowded_hosts(Ranks& ranks, Monitor& monitor) {
 
 }  // namespace
 
+void StudyRuns::check(std::span<const StudyWork> all, Monitor& monitor) {
+    for (const StudyWork& work : all) {
+        if (!work.is_reference) continue;
+        try {
+            read(work, monitor);
+        } catch (const InputError& error) {
+            throw InputError(work.scene->place, fmt::format("\"file\": {}", error.what()));
+        }
+    }
+}
+
 StudyRuns::StudyRuns(std::filesystem::path folder, const Command& command)
     : folder_(std::move(folder)), command_(command) {
     if (command_.ranks && !command_.ranks->leads()) return;
@@ -130,20 +150,36 @@ std::optional<StudyRuns::Made> StudyRuns::make(const StudyWork& work, Monitor& m
                                                std::optional<Listening>& listening) {
     RunFacts facts{work.scene->file, work.seed, command_.workers.threads, 0, 0, 0};
     const Stopwatch reading;
-    const Job job = read(work, monitor);
+    Job job = read(work, monitor);
     facts.read_seconds = reading.seconds();
     Made made;
-    made.name = name_of(job, work.seed);
+    RenderOptions options{work.seed, command_.workers};
+    if (work.point->seconds > 0) {
+        // The time of reading is part of it, as it is of the time that is measured.
+        options.limits.seconds = work.point->seconds - facts.read_seconds;
+        apply({}, options.limits, job);
+    }
+    if (keeps_lamps(work)) job.film.parts = true;
+    made.name = name_of(job, work);
     const std::filesystem::path image = image_of(made.name);
     if (command_.ranks ? kept_.contains(made.name) : noted(notes_of(made.name), image).has_value())
         return made;
 
     if (!listening) listening.emplace(command_.around);
     const Stopwatch rendering;
-    RenderResult result = render(job, {work.seed, command_.workers}, monitor);
+    RenderResult result = render(job, options, monitor);
     facts.render_seconds = rendering.seconds();
     if (!result.report.complete || monitor.stopped()) return {};
     result.image.attributes.merge(header_attributes(facts, job, result.report));
+    if (keeps_lamps(work)) {
+        add_channels(result.image,
+                     with_channels(result.parts.value(),
+                                   [](const std::string& name) {
+                                       return std::ranges::find(kLampChannels, name) !=
+                                              std::ranges::end(kLampChannels);
+                                   }),
+                     "");
+    }
     made.image = exr_bytes(result.image);
     made.notes = notes_text(statistics_json(facts, job, result.report, image), command_.ranks);
     return made;

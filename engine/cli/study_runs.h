@@ -35,6 +35,7 @@ struct StudyWork {
     const StudyScene* scene;
     const StudyPoint* point;
     std::uint64_t seed;
+    bool is_reference = false;
 };
 
 class StudyRuns {
@@ -50,6 +51,10 @@ class StudyRuns {
     };
     // `folder` is made if it is not there, by rank 0. Throws InputError.
     StudyRuns(std::filesystem::path folder, const Command& command);
+
+    // Reads every scene once, so that a fault in the last one does not come out after the renders of the
+    // others. Throws InputError that names the scene's place in the description.
+    void check(std::span<const StudyWork> all, Monitor& monitor);
 
     // None if the monitor wished to stop; nothing is kept of that render then. A render is named by a hash of
     // the scene's files, every setting, the seed and the version: whatever changes one of them makes a new

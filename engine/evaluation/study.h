@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,7 @@ namespace lucerna {
 //   [[scene]]
 //   file = "../../scenes/cloister/cloister.pbrt"     # from the folder of this file
 //   resolution = "120x80"
+//   mask_lamps = true                                     # leave out pixels that see a lamp or the sky
 //
 //   [reference]
 //   integrator = "path"
@@ -33,20 +35,28 @@ namespace lucerna {
 //   name = "guided"
 //   integrator = "photonmap"
 //   set = "indirect=none direct=guided candidates=4|16"   # every one of the alternatives
-//   spp = [4, 16, 64]
+//   spp = [4, 16, 64]                                     # or: time = ["5s", "1min"]
 
 struct StudyScene {
     std::string name;
     std::filesystem::path file;
     V2i resolution{0, 0};                                         // (0,0): the scene's own
     double mask_above = std::numeric_limits<double>::infinity();  // compare.h
+    // Whether pixels that see a lamp or the sky, straight or by way of mirrors and clear glass, are left out.
+    bool mask_lamps = false;
+    Location place = {};  // of `file` in the description
 };
+// In a reference of a scene with mask_lamps: the light of lamps that are seen (docs/reference/layers.md).
+inline constexpr std::string_view kLampChannels[] = {"emission.R", "emission.G", "emission.B"};
 
 // One method with all its settings chosen.
 struct StudyPoint {
     std::string method;
     std::string settings;  // those that were written down, as "k=50 spp=16"
     SceneOverrides overrides;
+    double seconds = 0;    // the render ends by then, with reading; 0: by its samples
+    std::string end_name;  // "spp" or "time": what ends the render, and its value
+    std::string end_value;
 };
 
 struct StudyDescription {
@@ -65,7 +75,7 @@ StudyDescription read_study(const std::filesystem::path& file);
 // One point of the description on one scene. Errors are squared and relative, of one image.
 struct StudyResult {
     std::string scene, method, settings;
-    std::vector<std::pair<std::string, std::string>> set;  // the settings one by one, spp the last
+    std::vector<std::pair<std::string, std::string>> set;  // the settings one by one, spp or time the last
     std::filesystem::path image;                           // of the first seed
     double seconds = 0;           // reading, preparation and one image; the mean over seeds
     std::set<std::string> hosts;  // that measured them, of a parallel job
@@ -108,6 +118,9 @@ std::string study_json(const StudyDescription& description, const std::vector<St
 // square over the pixels of the difference of luminance over the reference's luminance, plus a tenth of its
 // mean (both squared). What `render --error` estimates of its noise is this, so "2 %" means the same wherever
 // it is said, and whatever the scene's unit of radiance.
+
+// The reference's image from its file, with NaN where pixels are left out as the scene's mask_lamps asks.
+NamedImage read_reference(const std::filesystem::path& file, const StudyScene& scene);
 
 class StudyMeasure {
   public:

@@ -52,32 +52,54 @@ std::vector<Assignments> choices_of(const Location& at, const std::string& text)
     return all;
 }
 
-std::vector<int> spp_of(const TomlTable& table) {
-    std::vector<int> all;
-    for (const double spp : table.numbers("spp", 1, kMostSpp)) {
-        if (spp != std::floor(spp)) {
-            throw InputError(table.place_of("spp"),
-                             fmt::format("{} samples per pixel: expected whole numbers", spp));
+// What ends a render: so many samples per pixel, or a time.
+struct RenderEnd {
+    int spp = 0;
+    double seconds = 0;
+    std::string value;  // as people write it
+};
+
+std::vector<RenderEnd> ends_of(const TomlTable& table) {
+    std::vector<RenderEnd> all;
+    if (table.has("spp")) {
+        for (const double spp : table.numbers("spp", 1, kMostSpp)) {
+            if (spp != std::floor(spp)) {
+                throw InputError(table.place_of("spp"),
+                                 fmt::format("\"spp\" of {} is not accepted; expected whole numbers", spp));
+            }
+            all.push_back({static_cast<int>(spp), 0, fmt::format("{:.0f}", spp)});
         }
-        all.push_back(static_cast<int>(spp));
     }
-    if (all.empty())
-        throw InputError(table.place_of("spp"), "no number of samples given; expected one or more");
+    if (table.has("time")) {
+        for (const double seconds : table.durations("time"))
+            all.push_back({0, seconds, fmt::format("{:g}s", seconds)});
+    }
+    if (all.empty()) {
+        const std::string_view key = table.has("time") ? "time" : "spp";
+        throw InputError(
+            table.place_of(key),
+            "nothing ends the renders; expected one or more numbers of samples per pixel, as spp "
+            "= [16], or times, as time = [\"5s\"]");
+    }
     return all;
 }
 
 std::vector<StudyPoint> points_of(const TomlTable& table, const std::string& method) {
     const std::string integrator = table.text("integrator");
+    const std::vector<RenderEnd> ends = ends_of(table);
     std::vector<StudyPoint> points;
     for (const Assignments& choice : choices_of(table.place_of("set"), table.text("set", ""))) {
-        for (const int spp : spp_of(table)) {
+        for (const RenderEnd& end : ends) {
             StudyPoint point;
             point.method = method;
             point.overrides.integrator = integrator;
             point.overrides.set = choice;
-            point.overrides.spp = spp;
+            point.overrides.spp = end.spp;
+            point.seconds = end.seconds;
+            point.end_name = end.spp > 0 ? "spp" : "time";
+            point.end_value = end.value;
             for (const auto& [key, value] : choice) point.settings += fmt::format("{}={} ", key, value);
-            point.settings += fmt::format("spp={}", spp);
+            point.settings += fmt::format("{}={}", point.end_name, point.end_value);
             points.push_back(std::move(point));
         }
     }
@@ -98,13 +120,16 @@ StudyScene scene_of(const TomlTable& table) {
     // A scene that is not there should not come out after the renders of the ones before it.
     std::error_code unknown;
     if (!std::filesystem::is_regular_file(scene.file, unknown)) {
-        throw InputError(table.place_of("file"),
-                         fmt::format("\"{}\" is no file; expected a scene's", one_line(scene.file.string())));
+        throw InputError(
+            table.place_of("file"),
+            fmt::format("\"file\" of \"{}\" is no file; expected a scene's", one_line(scene.file.string())));
     }
     scene.name = table.text("name", scene.file.stem().string());
     if (table.has("resolution")) {
         scene.resolution = parse_size(table.place_of("resolution"), table.text("resolution"), 65536);
     }
+    scene.place = table.place_of("file");
+    scene.mask_lamps = table.flag("mask_lamps", false);
     scene.mask_above = table.number("mask", 0, 1e30, std::numeric_limits<double>::infinity());
     table.done();
     return scene;

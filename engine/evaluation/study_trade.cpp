@@ -186,6 +186,26 @@ double relative_variance(const Image& reference) {
 
 }  // namespace
 
+NamedImage read_reference(const std::filesystem::path& file, const StudyScene& scene) {
+    NamedImage reference{file.string(), read_exr(file)};
+    if (!scene.mask_lamps) return reference;
+    Image& image = reference.image;
+    std::vector<std::size_t> lamps;
+    for (const std::string_view name : kLampChannels) {
+        const auto channel = find_channel(image, std::string(name));
+        if (!channel) throw InputError({file.string()}, fmt::format("has no channel {}", name));
+        lamps.push_back(*channel);
+    }
+    for (std::size_t at = 0; at < image.data.size(); at += image.channels.size()) {
+        if (std::ranges::none_of(lamps, [&](std::size_t c) { return image.data[at + c] > 0; })) continue;
+        std::fill_n(&image.data[at], image.channels.size(), std::numeric_limits<float>::quiet_NaN());
+    }
+    image = with_channels(image, [](const std::string& name) {
+        return std::ranges::find(kLampChannels, name) == std::ranges::end(kLampChannels);
+    });
+    return reference;
+}
+
 StudyMeasure::StudyMeasure(const NamedImage& reference, double mask_above)
     : reference_{reference.name, luminance_image(reference.image)} {
     const auto channels = shared_channels(reference.image, reference.image, reference.name, reference.name);

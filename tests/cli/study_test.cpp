@@ -9,6 +9,7 @@
 #include <regex>
 
 #include "engine/base/files.h"
+#include "engine/base/image.h"
 #include "engine/cli/command_files.h"
 #include "engine/evaluation/study.h"
 #include "tests/cli/run_support.h"
@@ -192,6 +193,8 @@ TEST_F(RunStudy, WhatIsMissingOrNew_IsMade) {
     // The scene itself.
     write_text("scene.pbrt", read_text("scene.pbrt") + "\n# another thought\n");
     write_study(kStudy);
+    EXPECT_THAT(lucerna_run({"study", "study.toml", "-o", "out"}).out, HasSubstr("0 made, 11 found"));
+    write_text("scene.pbrt", read_text("scene.pbrt") + "LightSource \"point\"\n");
     EXPECT_THAT(lucerna_run({"study", "study.toml", "-o", "out"}).out, HasSubstr("11 made, 0 found"));
 }
 
@@ -205,6 +208,23 @@ TEST_F(RunStudy, WrongDescriptions_AreRefusedBeforeTheWorkByPlace) {
                 HasSubstr("2 combinations of settings"));
     EXPECT_THAT(refusal(with(kStudy, "spp = [16]", "spp = [1.5]")), HasSubstr("1.5"));
     EXPECT_THAT(refusal(with(kStudy, "spp = [16]", "spp = []")), HasSubstr("one or more"));
+    EXPECT_THAT(refusal(with(kStudy, "spp = [16]", "spp = 16")),
+                AllOf(HasSubstr("study.toml:8"), HasSubstr("\"spp\" is a whole number"), HasSubstr("list")));
+    EXPECT_THAT(refusal(with(kStudy, "spp = [16]", "spp = [\"16\"]")),
+                AllOf(HasSubstr("study.toml:8"), HasSubstr("\"spp\" is text; expected a number")));
+    EXPECT_THAT(refusal(with(kStudy, "spp = [2]", "")),
+                AllOf(HasSubstr("study.toml:14"), HasSubstr("time = [\"5s\"]")));
+    EXPECT_THAT(
+        refusal(with(kStudy, "spp = [2]", "time = [\"5\"]")),
+        AllOf(HasSubstr("study.toml:18"), HasSubstr("\"5\" is not a time"), HasSubstr("for example")));
+    EXPECT_THAT(refusal(with(kStudy, "spp = [2]", "time = [-1]")),
+                AllOf(HasSubstr("study.toml:18"), HasSubstr("\"time\" of -1")));
+    EXPECT_THAT(refusal(with(kStudy, "spp = [2]", "time = [true]")),
+                AllOf(HasSubstr("study.toml:18"), HasSubstr("\"time\" has true or false; expected times")));
+    EXPECT_THAT(refusal(with(kStudy, "[reference]", "mask_lamps = 1\n[reference]")),
+                AllOf(HasSubstr("study.toml:6"), HasSubstr("\"mask_lamps\" is a whole number")));
+    EXPECT_THAT(refusal(with(kStudy, "[reference]", "mask_lamp = true\n[reference]")),
+                AllOf(HasSubstr("study.toml:6"), HasSubstr("did you mean \"mask_lamps\"?")));
     EXPECT_THAT(refusal(with(kStudy, "seeds = 2", "seeds = 0")), HasSubstr("study.toml:2"));
     EXPECT_THAT(refusal(with(kStudy, "[[scene]]\nfile = \"scene.pbrt\"\nresolution = \"8x6\"\n", "")),
                 HasSubstr("no [[scene]]"));
@@ -213,6 +233,83 @@ TEST_F(RunStudy, WrongDescriptions_AreRefusedBeforeTheWorkByPlace) {
     EXPECT_THAT(refusal(with(kStudy, "8x6", "8by6")), HasSubstr("study.toml:5"));
     EXPECT_THAT(refusal(with(kStudy, "title", "titel")), HasSubstr("titel"));
     EXPECT_THAT(refusal(with(kStudy, "maxdepth=3|4", "maxdepth=3|3")), HasSubstr("maxdepth=3 spp=1"));
+}
+
+// The last of two scenes has a fault: nothing is rendered of the first.
+TEST_F(RunStudy, FaultInALaterScene_IsFoundBeforeAnyRender) {
+    write("other.pbrt", std::string(testing::kScene) + "Shape \"sphere\" \"float radius\" oops\n");
+    const std::string said =
+        refusal(with(kStudy, "[reference]", "[[scene]]\nfile = \"other.pbrt\"\n[reference]"));
+    EXPECT_THAT(said, HasSubstr("study.toml:7:"));
+    EXPECT_THAT(said, HasSubstr("\"file\": other.pbrt:13:"));
+    EXPECT_THAT(said, HasSubstr("oops"));
+    EXPECT_TRUE(std::filesystem::is_empty("out/runs"));
+}
+
+TEST_F(RunStudy, Times_EndRendersAndAreFoundAgain) {
+    const std::string timed = with(kStudy, "spp = [1, 4]", "time = [\"300ms\", 0.6]");
+    EXPECT_THAT(refusal(timed), HasSubstr("\"300ms\" is not a time"));
+    write_study(with(kStudy, "spp = [1, 4]", "time = [\"0.3s\", 0.6]"));
+    const StudyDescription read = read_study("study.toml");
+    EXPECT_EQ(read.points[0].settings, "maxdepth=3 time=0.3s");
+    EXPECT_EQ(read.points[1].settings, "maxdepth=3 time=0.6s");
+    EXPECT_EQ(read.points[0].overrides.spp, 0);
+    EXPECT_DOUBLE_EQ(read.points[1].seconds, 0.6);
+    const Outcome outcome = lucerna_run({"study", "study.toml", "-o", "out"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto results = nlohmann::json::parse(read_text("out/results.json"));
+    ASSERT_EQ(results["points"].size(), 5U);
+    const auto seconds = [&](int i) { return results["points"][i]["seconds"].get<double>(); };
+    EXPECT_GT(seconds(0), 0.2);
+    EXPECT_GT(seconds(1), 0.5);
+    EXPECT_LT(seconds(0), seconds(1));
+    EXPECT_THAT(lucerna_run({"study", "study.toml", "-o", "out"}).out, HasSubstr("0 made, 11 found"));
+}
+
+// A bright lamp covers a few pixels.
+TEST_F(RunStudy, MaskOfLamps_LeavesOutPixelsThatSeeOne) {
+    write("scene.pbrt", std::string(testing::kScene) + R"(AttributeBegin
+AreaLightSource "diffuse" "rgb L" [ 1000 1000 1000 ]
+Translate 0 0.6 0
+Shape "sphere" "float radius" 0.3
+AttributeEnd
+)");
+    const auto mean_errors = [](const std::string& text) {
+        write_study(text);
+        const Outcome outcome = lucerna_run({"study", "study.toml", "-o", "out"});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        const auto results = nlohmann::json::parse(read_text("out/results.json"));
+        return std::pair(results["points"][0]["error2"].get<double>(),
+                         results["points"][0]["flip"].get<double>());
+    };
+    const auto [with_lamp, flip_with] = mean_errors(kStudy);
+    const auto [without, flip_without] =
+        mean_errors(with(kStudy, "[reference]", "mask_lamps = true\n[reference]"));
+    // Relative to a tenth of the mean, which the lamp makes large, all else is small.
+    EXPECT_NE(with_lamp, without);
+    EXPECT_NE(flip_with, flip_without);
+    StudyScene scene;
+    std::size_t masked = 0, all = 0;
+    for (const auto& file : std::filesystem::directory_iterator("out/runs")) {
+        if (file.path().extension() != ".exr") continue;
+        const Image image = read_exr(file.path());
+        const auto lamps = find_channel(image, std::string(kLampChannels[0]));
+        if (!lamps) continue;
+        scene.mask_lamps = true;
+        const Image reference = read_reference(file.path(), scene).image;
+        EXPECT_FALSE(find_channel(reference, std::string(kLampChannels[0])));
+        for (int y = 0; y < image.height; ++y) {
+            for (int x = 0; x < image.width; ++x, ++all) {
+                const bool sees = image.value(x, y, static_cast<int>(*lamps)) > 0;
+                EXPECT_EQ(std::isnan(reference.value(x, y, 0)), sees);
+                // The lamp is brighter than all that it lights: a pixel that sees it is no other.
+                if (image.rgb_at(x, y).x > 200) EXPECT_TRUE(sees) << x << " " << y;
+                masked += sees ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(masked, 0U);
+    EXPECT_LT(masked, all / 2);
 }
 
 StudyResult point(const char* scene, const char* method, double seconds, double error) {

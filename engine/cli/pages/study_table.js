@@ -4,9 +4,10 @@
 
     // { name, text(point), value(point) }: what is shown, and what is sorted by; null sorts last.
     function columns(study) {
-        const numbered = (text) => (text !== '' && isFinite(Number(text)) ? Number(text) : text);
+        const number = (text) => Number(/^[\d.e+-]+s$/.test(text) ? text.slice(0, -1) : text);
+        const numbered = (text) => (text !== '' && isFinite(number(text)) ? number(text) : text);
         const keys = [...new Set(study.points.flatMap((p) => p.set.map(([key]) => key)))];
-        keys.sort((a, b) => (a === 'spp') - (b === 'spp'));
+        keys.sort((a, b) => parts.endsRender(a) - parts.endsRender(b));
         const of = (point, key) => (point.set.find(([k]) => k === key) || [key, ''])[1];
         const bounded = (part, point) => {
             if (part.value !== undefined) return parts.percent(part.value);

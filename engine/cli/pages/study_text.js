@@ -64,17 +64,21 @@ window.studyParts = {};
         .filter((p) => p.error <= target)
         .reduce((best, p) => (best && best.seconds <= p.seconds ? best : p), null);
 
-    // What belongs on one line: a method's points that differ in nothing but their samples, in their order; all of a
-    // method's in the description's order, where that would leave none but single points.
+    // What ends a render: samples per pixel, or a time in seconds ("5s").
+    parts.endsRender = (key) => key === 'spp' || key === 'time';
+
+    // What belongs on one line: a method's points that differ in nothing but their samples or times, in their order; all
+    // of a method's in the description's order, where that would leave none but single points.
     parts.lines = (points) => {
-        const samples = (point) => Number(point.set.find(([key]) => key === 'spp')[1]);
+        const samples = (point) => parseFloat(point.set.find(([key]) => parts.endsRender(key))[1]);
         const bySamples = (list) => list.slice().sort((a, b) => samples(a) - samples(b));
         const grouped = (list, key) => {
             const groups = new Map();
             for (const point of list) groups.set(key(point), (groups.get(key(point)) || []).concat([point]));
             return [...groups.values()];
         };
-        const others = (point) => JSON.stringify(point.set.filter(([key]) => key !== 'spp'));
+        const others = (point) => JSON.stringify(
+            [point.set.filter(([key]) => !parts.endsRender(key)), point.set.find(([key]) => parts.endsRender(key))[0]]);
         return grouped(points, (p) => p.method).flatMap((own) => {
             const lines = grouped(own, others);
             return lines.every((line) => line.length === 1) ? [own] : lines.map(bySamples);
