@@ -55,7 +55,11 @@ void act(const MergeCommand& command, const CommandContext& context) {
         denoised = denoise(layers_of(merged.image, command.output.file), command.workers);
     Image image = merged.keeps_layers || !denoised ? std::move(merged.image)
                                                    : with_channels(merged.image, is_of_the_image);
-    if (denoised) add_channels(image, denoised->image, "denoised.");
+    if (denoised) {
+        add_channels(image, denoised->image, "denoised.");
+        add_denoised_groups(image, merged.chosen, command.output.file, command.workers);
+    }
+    keep_layers(image, merged.chosen);
     std::string what = fmt::format("{} parts", parts.size());
     if (denoised)
         what += denoised->error_is_known ? ", denoised " + percent_text(denoised->relative_error)

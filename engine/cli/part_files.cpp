@@ -19,14 +19,14 @@ namespace {
 constexpr const char *kPart = "lucerna.part", *kOf = "lucerna.parts", *kView = "lucerna.view",
                      *kFacts = "lucerna.picture", *kLayers = "lucerna.layers";
 
-std::string text_of(const PictureFacts& facts) {
+std::string text_of(const Facts& facts) {
     std::string text;
     for (const auto& [name, value] : facts) text += plain_line(name) + '\t' + plain_line(value) + '\n';
     return text;
 }
 
-PictureFacts facts_in(const std::string& text) {
-    PictureFacts facts;
+Facts facts_in(const std::string& text) {
+    Facts facts;
     std::istringstream in(text);
     for (std::string line; std::getline(in, line);) {
         const std::size_t tab = std::min(line.find('\t'), line.size());
@@ -39,7 +39,7 @@ struct Part {
     std::filesystem::path file;
     ImagePart which;
     PixelBox view;  // of the picture, what all parts show
-    PictureFacts facts;
+    Facts facts;
     Image image;
 };
 
@@ -114,16 +114,16 @@ std::string listed(std::span<const int> numbers) {
 }  // namespace
 
 std::map<std::string, std::string> part_attributes(const ImagePart& part, const Job& job, std::uint64_t seed,
-                                                   bool layers) {
+                                                   bool layers, const LayerNames& chosen) {
     const FilmSettings& film = job.film;
-    PictureFacts facts = whole_picture_facts(job, seed);
+    Facts facts = whole_picture_facts(job, seed);
     facts.emplace_back("number of samples", fmt::format("{}", job.spp));
     return {{kPart, fmt::format("{}", part.number)},
             {kOf, fmt::format("{}", part.of)},
             {kView, fmt::format("{} {} {} {}", film.view_begin.x, film.view_begin.y, film.view_end.x,
                                 film.view_end.y)},
             {kFacts, text_of(facts)},
-            {kLayers, layers ? "kept" : ""}};
+            {kLayers, layers ? fmt::format("kept {}", fmt::join(chosen, ",")) : ""}};
 }
 
 MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
@@ -141,7 +141,10 @@ MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
             to = Image(size.x, size.y, part.image.channels);
             to.space = part.image.space;
             to.attributes = part.image.attributes;
-            merged.keeps_layers = to.attributes[kLayers] == "kept";
+            constexpr std::string_view kept = "kept ";
+            const std::string& names = to.attributes[kLayers];
+            merged.keeps_layers = names.starts_with(kept);
+            if (merged.keeps_layers) merged.chosen = parse_layers(names.substr(kept.size()));
             for (const char* name : {kPart, kOf, kView, kFacts, kLayers}) to.attributes.erase(name);
             if (size != part.image.picture) to.corner = part.view.begin, to.picture = part.image.picture;
         } else {

@@ -8,18 +8,21 @@
 #include <vector>
 
 #include "engine/base/image.h"
+#include "engine/cli/image_layers.h"
 #include "engine/render/image_part.h"
 #include "engine/render/job.h"
 
 namespace lucerna {
 
-// For the header of a part's image: which part, and of what. `layers`: the picture keeps them.
+// For the header of a part's image: which part, and of what. `layers`: the picture keeps those that are
+// chosen.
 std::map<std::string, std::string> part_attributes(const ImagePart& part, const Job& job, std::uint64_t seed,
-                                                   bool layers);
+                                                   bool layers, const LayerNames& chosen);
 
 struct MergedParts {
     Image image;                // all channels of the parts, as they were stored
     bool keeps_layers = false;  // its halves and features are the picture's, not for a denoiser alone
+    LayerNames chosen;          // of the picture's
 };
 
 // Throws InputError that names the files and parts: one is none of a picture, or of another one than the

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "engine/base/colour_space.h"
@@ -14,7 +15,8 @@
 #include "engine/base/image.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
-#include "engine/scene/light_parts.h"
+#include "engine/cli/image_layers.h"
+#include "engine/denoise/denoise.h"
 
 namespace lucerna {
 namespace {
@@ -28,9 +30,11 @@ and coloured in that way would give.
 separated by a comma. A colour is #rrggbb, sRGB as in a picture, or three factors for linear red, green and blue, r:g:b; it
 filters the existing light like a gel in front of the lamp: #ffffff changes nothing.
 
-The result has R, G and B, their variance as far as it is known, and the changed groups, so it can be relit again. Layers
-that are no longer valid are left out: parts, halves and the denoised image. Without --exposure the picture has the exposure
-of IMAGE, so dimmed light is darker.
+The result has R, G and B, their variance as far as it is known, and the changed groups, so it can be relit again. If IMAGE
+has denoised groups (denoised.lightgroup.NAME, as --layers writes them), the result has them, too, and their sum as denoised
+image, which the picture shows. If IMAGE has the halves of the groups, the result has halves and features, so that lucerna
+denoise can denoise it as a whole. Parts of the light are no longer valid and are left out. Without --exposure the picture
+has the exposure of IMAGE, so dimmed light is darker.
 
 Examples:
   lucerna render room.pbrt --spp 64 --layers -o room.exr
@@ -102,22 +106,6 @@ struct RelightCommand {
     std::vector<NamedChange> changes;
 };
 
-std::string layer_of(const std::string& group) {
-    return kLightGroupPrefix + group;
-}
-
-// In the order of their channels.
-std::vector<std::string> groups_of(const Image& image) {
-    const std::string prefix = kLightGroupPrefix;
-    std::vector<std::string> groups;
-    for (const std::string& channel : image.channels) {
-        if (!channel.starts_with(prefix) || !channel.ends_with(".R")) continue;
-        const std::string name = channel.substr(prefix.size(), channel.size() - prefix.size() - 2);
-        if (name.find('.') == name.npos) groups.push_back(name);
-    }
-    return groups;
-}
-
 // By group: what each is multiplied by, in the space of the layers.
 std::vector<Rgb> factors_of(const std::vector<std::string>& groups, const RelightCommand& command,
                             const ColourSpace* space) {
@@ -152,47 +140,104 @@ std::size_t channel_of(const Image& image, const std::string& name, const std::s
     return *channel;
 }
 
-// Variances of sums. Groups share their samples, so that their errors may go together in any way: the most
-// that the sum's deviation can be is the sum of theirs. Where all are multiplied alike it is what the image
-// knew.
-Image relit(const Image& image, const std::vector<std::string>& groups, const std::vector<Rgb>& factors,
-            const std::string& file) {
-    constexpr const char* kColours[] = {"R", "G", "B"};
-    std::vector<std::string> names{"R", "G", "B", "variance.R", "variance.G", "variance.B"};
-    for (const std::string& group : groups) {
-        for (const char* part : {".", ".variance."}) {
-            for (const char* colour : kColours) names.push_back(layer_of(group) + part + colour);
-        }
+// What is summed over the groups: channels under a prefix, those of a group under prefix and layer.
+struct Summed {
+    std::string prefix;
+    bool has_variance;
+};
+
+// Channels of the image that are R, G and B of what is summed, or their variances.
+std::string channel_name(const Summed& summed, const std::string& layer, bool variance, int colour) {
+    return summed.prefix + layer + (variance ? "variance." : "") + "RGB"[colour];
+}
+
+// Sums over the groups, and the groups, each multiplied.
+//
+// Variances of sums: groups share their samples, so that their errors may go together in any way, and the
+// most that the sum's deviation can be is the sum of theirs. Where all are multiplied alike, the image knows
+// the sum.
+void add_sums(const Image& image, const std::vector<std::string>& groups, const std::vector<Rgb>& factors,
+              const Summed& summed, const std::string& file, Image& result) {
+    std::vector<std::string> names;
+    for (const bool variance : {false, true}) {
+        for (int c = 0; c < 3 && (!variance || summed.has_variance); ++c)
+            names.push_back(channel_name(summed, "", variance, c));
     }
-    Image result(image.width, image.height, names);
+    const std::size_t of_one = names.size();
+    for (const std::string& group : groups) {
+        for (std::size_t i = 0; i < of_one; ++i)
+            names.push_back(
+                channel_name(summed, layer_of_group(group) + ".", i >= 3, static_cast<int>(i % 3)));
+    }
+    Image sums(image.width, image.height, names);
     for (std::size_t c = 0; c < 3; ++c) {
         std::vector<std::size_t> values, variances;
-        for (const std::string& group : groups) {
-            values.push_back(channel_of(image, layer_of(group) + "." + kColours[c], file));
-            variances.push_back(channel_of(image, layer_of(group) + ".variance." + kColours[c], file));
-        }
-        const auto factor = [&](std::size_t group) { return factors[group][static_cast<int>(c)]; };
         bool alike = true;
-        for (std::size_t g = 1; g < groups.size(); ++g) alike = alike && factor(g) == factor(0);
-        const auto known = alike ? find_channel(image, std::string("variance.") + kColours[c]) : std::nullopt;
+        for (std::size_t g = 0; g < groups.size(); ++g) {
+            values.push_back(channel_of(image, names[of_one * (g + 1) + c], file));
+            if (summed.has_variance)
+                variances.push_back(channel_of(image, names[of_one * (g + 1) + 3 + c], file));
+            alike = alike && factors[g][static_cast<int>(c)] == factors[0][static_cast<int>(c)];
+        }
+        const float common = factors[0][static_cast<int>(c)];
+        // A denoised image is not the sum of its denoised groups: it is denoised as a whole.
+        const auto known_sum = alike && !summed.has_variance ? find_channel(image, names[c]) : std::nullopt;
+        const auto known_variance =
+            alike && summed.has_variance ? find_channel(image, names[3 + c]) : std::nullopt;
         const std::size_t width = image.channels.size(), pixels = image.data.size() / width;
         for (std::size_t p = 0; p < pixels; ++p) {
             const float* const from = &image.data[width * p];
-            float* const to = &result.data[names.size() * p];
+            float* const to = &sums.data[names.size() * p];
             double sum = 0, deviation = 0;
             for (std::size_t g = 0; g < groups.size(); ++g) {
-                const double k{factor(g)};
-                const double value = k * double{from[values[g]]},
-                             variance = k * k * double{from[variances[g]]};
+                const double k{factors[g][static_cast<int>(c)]};
+                const double value = k * double{from[values[g]]};
                 sum += value;
+                to[of_one * (g + 1) + c] = static_cast<float>(value);
+                if (!summed.has_variance) continue;
+                const double variance = k * k * double{from[variances[g]]};
                 deviation += std::sqrt(variance);
-                to[6 + 6 * g + c] = static_cast<float>(value);
-                to[6 + 6 * g + 3 + c] = static_cast<float>(variance);
+                to[of_one * (g + 1) + 3 + c] = static_cast<float>(variance);
             }
-            to[c] = static_cast<float>(sum);
-            to[3 + c] = known ? factor(0) * factor(0) * from[*known] : static_cast<float>(sqr(deviation));
+            to[c] = known_sum ? common * from[*known_sum] : static_cast<float>(sum);
+            if (summed.has_variance)
+                to[3 + c] = known_variance ? common * common * from[*known_variance]
+                                           : static_cast<float>(sqr(deviation));
         }
     }
+    if (result.channels.empty()) {
+        result = std::move(sums);
+    } else {
+        add_channels(result, sums, "");
+    }
+}
+
+// Whether the image has the channels .R of what is summed for all groups.
+bool has_all(const Image& image, const std::vector<std::string>& groups, const std::string& prefix) {
+    return std::ranges::all_of(groups, [&](const std::string& group) {
+        return find_channel(image, prefix + layer_of_group(group) + ".R").has_value();
+    });
+}
+
+Image relit(const Image& image, const std::vector<std::string>& groups, const std::vector<Rgb>& factors,
+            const std::string& file) {
+    Image result;
+    add_sums(image, groups, factors, {"", true}, file, result);
+    if (has_all(image, groups, "denoised."))
+        add_sums(image, groups, factors, {"denoised.", false}, file, result);
+    if (!has_all(image, groups, kHalfNames[0]) || !find_channel(image, feature_channels().front()))
+        return result;
+    // What lucerna denoise needs: halves, numbers of their samples, and features, which light does not
+    // change.
+    for (const char* half : kHalfNames) add_sums(image, groups, factors, {half, true}, file, result);
+    add_channels(result,
+                 with_channels(image,
+                               [](const std::string& channel) {
+                                   return channel.ends_with(".samples") ||
+                                          std::ranges::find(feature_channels(), channel) !=
+                                              feature_channels().end();
+                               }),
+                 "");
     return result;
 }
 
@@ -204,14 +249,17 @@ void act(const RelightCommand& command, const CommandContext& context) {
 
     const Image image = read_exr(command.image);
     const ColourSpace* const space = space_of_layers(image);
-    const std::vector<std::string> groups = groups_of(image);
+    const std::vector<std::string> groups = light_groups_of(image);
     Image result = relit(image, groups, factors_of(groups, command, space), command.image);
     describe_alike(result, image);
     result.space = space;
     result.attributes.erase("lucerna.broughtfrom");
     // Exposed as the image was, so that what is dimmed is darker.
-    command.output.write(result, fmt::format("light groups {}", fmt::join(groups, ", ")), result, image,
-                         context);
+    const std::optional<Image> denoised = colours_of_layer(result, "denoised"),
+                               before = colours_of_layer(image, "denoised");
+    command.output.write(
+        result, fmt::format("light groups {}{}", fmt::join(groups, ", "), denoised ? ", denoised" : ""),
+        denoised ? *denoised : result, denoised && before ? *before : image, context);
 }
 
 }  // namespace

@@ -112,7 +112,9 @@ struct RenderCommand {
     std::string scene;
     std::string output;
     bool png = false;
+    std::string layers_asked;  // empty: no --layers; else "true" or names, of each --layers in a line
     bool layers = false;
+    LayerNames chosen;            // of the layers; empty: all
     std::optional<bool> denoise;  // none: where it is of use
     std::optional<ImagePart> part;
     std::optional<PixelBox> crop;
@@ -214,7 +216,7 @@ void declare_files(const RenderCommand& command, CommandFiles& files) {
     const MapFiles& maps = command.options.maps;
     if (!maps.save.empty()) {
         const bool points = suffix_of(maps.save) == kMapPointsSuffix;
-        files.writes(maps.save, points ? kMapPointsSuffix : ".photons", "--save-maps");
+        files.writes(maps.save, points ? kMapPointsSuffix : kMapsSuffix, "--save-maps");
     }
     if (!maps.load.empty()) {
         require_readable(maps.load);
@@ -239,17 +241,32 @@ bool has_light_or_is_whole(const RenderResult& result) {
 // What is left to do after the render: denoising, and writing the image. Compressing noise does some 50 MB/s
 // on a machine of today. A guess, for an end in time; where it is wrong by a factor of two nobody will
 // notice.
-double writing_seconds(const RenderCommand& command, const FilmSettings& film) {
+double writing_seconds(const RenderCommand& command, const Job& job) {
+    const FilmSettings& film = job.film;
     const V2i size = film.rendered_size();
-    const double denoising = film.two_halves ? kDenoiserSecondsPerPixel / command.options.workers.threads : 0;
+    const std::size_t images = 1 + (film.parts ? job.scene.light_groups().names.size() : 0);
+    const double denoising = film.two_halves ? static_cast<double>(images) * kDenoiserSecondsPerPixel /
+                                                   command.options.workers.threads
+                                             : 0;
     return (denoising + (command.png ? 0.8e-6 : 0.5e-6)) * size.x * size.y;
 }
 
 // Where a picture is made for people, or time or error ends the render, unless it is to go on another day:
 // then the command line alone says what is rendered.
-bool denoises(const RenderCommand& command) {
+bool shows_denoised(const RenderCommand& command) {
     const bool asked_to_show = command.png || has_limit(command.options.limits);
-    return command.layers || command.denoise.value_or(asked_to_show && command.checkpoint.kept().empty());
+    return command.denoise.value_or(asked_to_show && command.checkpoint.kept().empty());
+}
+bool denoises(const RenderCommand& command) {
+    return command.layers || shows_denoised(command);
+}
+
+// With the denoised light that the image has without --layers, too.
+LayerNames kept_layers(const RenderCommand& command) {
+    LayerNames names = command.chosen;
+    if (!names.empty() && shows_denoised(command))
+        names.insert(names.end(), {"denoised.R", "denoised.G", "denoised.B"});
+    return names;
 }
 
 // What is to be had again, bit for bit, is not chosen by the clock.
@@ -276,8 +293,10 @@ class Pictures {
             const Image& picture = shown(result);
             write_png(png_beside(image_), picture, command_.picture.look(picture));
         }
-        // Of a part the layers are for merging, where it is denoised.
-        complete_image(facts, job, command_.layers || command_.part, command_.layers, result);
+        // Of a part the layers are for merging, where it is denoised, and where some are chosen.
+        FileLayers layers{command_.layers || command_.part, command_.layers, {}};
+        if (!command_.part) layers.chosen = kept_layers(command_);
+        complete_image(facts, job, layers, command_.options.workers, result);
         result.image.attributes.insert(attributes_.begin(), attributes_.end());
         write_exr(image_, result.image);
     }
@@ -401,6 +420,7 @@ struct Frames {
 std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
     std::optional<Job> job = scene.next();
     if (!job) return job;
+    require_layers({"--layers"}, command.chosen, *job);
     RenderRequest request;
     request.passes = command.passes;
     request.spp = command.overrides.spp;
@@ -454,7 +474,8 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
                                                          : std::filesystem::path(command.output);
     while (!frames.written.insert(image).second) image = of_frame(image, frame);
     std::map<std::string, std::string> attributes;
-    if (command.part) attributes = part_attributes(*command.part, job, facts.seed, command.layers);
+    if (command.part)
+        attributes = part_attributes(*command.part, job, facts.seed, command.layers, kept_layers(command));
     const Pictures pictures(command, image, std::move(attributes));
     if (command.output.empty()) declare_image(command, image, files);
     files.reads(job.files);
@@ -466,7 +487,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
         require_same_facts(*frames.ranks, "render a different picture", picture_facts(job, facts.seed));
     RenderOptions options = command.options;
     options.workers.ranks = frames.ranks;
-    const double whole = command.options.limits.seconds - writing_seconds(command, job.film);
+    const double whole = command.options.limits.seconds - writing_seconds(command, job);
     options.limits.seconds = whole - clock.seconds();
     if (may_choose(command)) {
         const Stopwatch choosing;
@@ -609,9 +630,11 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
     app.add_flag_callback(
            "--no-denoise", [&command] { command.denoise = false; }, "do not denoise")
         ->excludes("--denoise");
-    app.add_flag("--layers", command.layers,
+    app.add_flag("--layers", command.layers_asked,
                  "write additional layers: light by kind and by light group, features of the first visible "
-                 "surface, and the data for denoising; see docs/reference/layers.md")
+                 "surface, and the data for denoising; --layers=NAME,NAME writes only these, for example "
+                 "--layers=direct,lightgroup,albedo; see docs/reference/layers.md")
+        ->multi_option_policy(CLI::MultiOptionPolicy::Join)
         ->excludes("--no-denoise");
     app.add_flag_callback(
         "--no-adaptive", [&command] { command.adaptive = false; },
@@ -653,7 +676,8 @@ void add_map_options(CLI::App& app, RenderCommand& command) {
         ->type_name("FILE.photons|.ply");
     app.add_option(
            "--load-maps", command.options.maps.load,
-           "load the photon maps from this file; scene, seed and settings must be those of --save-maps")
+           "load the photon maps from this file; geometry, materials, lights, seed and settings of the light "
+           "paths must be those of --save-maps")
         ->type_name("FILE.photons")
         ->excludes("--save-maps");
 }
@@ -735,6 +759,8 @@ void add_render_command(CLI::App& program, const CommandContext& context) {
     add_live_options(app, *command);
     app.callback([command, &context] {
         command->overrides.output = command->output;
+        command->layers = !command->layers_asked.empty();
+        command->chosen = parse_layers(command->layers_asked);
         act(*command, context);
     });
 }

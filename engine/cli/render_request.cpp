@@ -50,11 +50,16 @@ void apply(const RenderRequest& request, const Limits& limits, Job& job) {
     job.film.parts = request.layers;
 }
 
-void complete_image(const RunFacts& facts, const Job& job, bool halves, bool parts, RenderResult& result) {
-    result.image.attributes.merge(header_attributes(facts, job, result.report));
-    if (result.denoised) add_channels(result.image, *result.denoised, "denoised.");
-    if (halves && result.layers) add_layers(result.image, *result.layers);
-    if (parts && result.parts) add_channels(result.image, *result.parts, "");
+void complete_image(const RunFacts& facts, const Job& job, const FileLayers& layers, const Workers& workers,
+                    RenderResult& result) {
+    Image& image = result.image;
+    image.attributes.merge(header_attributes(facts, job, result.report));
+    if (result.denoised) add_channels(image, *result.denoised, "denoised.");
+    if (layers.halves && result.layers) add_layers(image, *result.layers);
+    if (layers.parts && result.parts) add_channels(image, *result.parts, "");
+    // What filters look at around a part's edges is in other parts.
+    if (result.denoised) add_denoised_groups(image, layers.chosen, facts.scene.string(), workers);
+    keep_layers(image, layers.chosen);
 }
 
 }  // namespace lucerna

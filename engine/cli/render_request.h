@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/cli/image_layers.h"
 #include "engine/cli/run_report.h"
 #include "engine/render/image_part.h"
 #include "engine/render/job.h"
@@ -28,8 +29,14 @@ struct RenderRequest {
 // render. Throws InputError for passes of an integrator that has none, and for a box beyond the picture.
 void apply(const RenderRequest& request, const Limits& limits, Job& job);
 
-// Puts into the image what its file holds beside R, G, B and variances: what was rendered, and how, as
-// attributes; the denoised light; `halves`: the layers of which it is made; `parts`: all other layers.
-void complete_image(const RunFacts& facts, const Job& job, bool halves, bool parts, RenderResult& result);
+// What an image's file holds beside R, G, B, their variances and the denoised light.
+struct FileLayers {
+    bool halves = false;     // the layers of which the denoised light is made
+    bool parts = false;      // all other layers
+    LayerNames chosen = {};  // of all these and the denoised light
+};
+// Puts them into the image, and as attributes what was rendered, and how.
+void complete_image(const RunFacts& facts, const Job& job, const FileLayers& layers, const Workers& workers,
+                    RenderResult& result);
 
 }  // namespace lucerna

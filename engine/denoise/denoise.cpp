@@ -481,8 +481,6 @@ const std::vector<std::string>& half_channels() {
 
 namespace {
 
-constexpr const char* kHalfNames[2] = {"first.", "second."};
-
 // Some of an image's channels, by their names after `prefix`.
 Image part_of(const Image& image, const std::vector<std::string>& names, const std::string& prefix,
               const std::string& file) {
@@ -512,9 +510,9 @@ void add_layers(Image& image, const Layers& layers) {
     add_channels(image, layers.features, "");
 }
 
-Layers layers_of(const Image& image, const std::string& file) {
-    return {{part_of(image, half_channels(), kHalfNames[0], file),
-             part_of(image, half_channels(), kHalfNames[1], file)},
+Layers layers_of(const Image& image, const std::string& file, const std::string& layer) {
+    return {{part_of(image, half_channels(), kHalfNames[0] + layer, file),
+             part_of(image, half_channels(), kHalfNames[1] + layer, file)},
             part_of(image, feature_channels(), "", file)};
 }
 

@@ -50,10 +50,13 @@ struct Layers {
     Image features;
 };
 
+// Before the names of a half's channels, in an image beside others.
+inline constexpr const char* kHalfNames[2] = {"first.", "second."};
 // The same as channels of an image beside others: "first." and "second." before a half's names.
 void add_layers(Image& image, const Layers& layers);
-// Throws InputError that names `file` and the first channel that is missing.
-Layers layers_of(const Image& image, const std::string& file);
+// Throws InputError that names `file` and the first channel that is missing. `layer`: empty, or that whose
+// halves are meant, with a dot at its end: of "lightgroup.stage." they begin with first.lightgroup.stage.R.
+Layers layers_of(const Image& image, const std::string& file, const std::string& layer = "");
 
 struct Denoised {
     Image image;            // R G B

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "engine/denoise/denoise.h"
+
 namespace lucerna {
 
 PartFilms::PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups,
@@ -13,19 +15,24 @@ PartFilms::PartFilms(int width, int height, const Film::Kind& kind, const LightG
             names_.emplace_back(light_part_name(static_cast<LightPart>(part)));
         for (const std::string& name : groups.names) names_.push_back(kLightGroupPrefix + name);
     }
-    films_.assign(names_.size() + (wanted.chance ? 1 : 0), Film(width, height, alone(kind)));
+    const std::size_t count = names_.size() + (wanted.chance ? 1 : 0);
+    films_.reserve(count);
+    for (std::size_t i = 0; i < count; ++i)
+        films_.emplace_back(width, height, is_group(i) ? kind : alone(kind));
 }
 
 void PartFilms::add(int x, int y, const LightParts& sample, float weight, int half) {
-    for (std::size_t i = 0; i < films_.size(); ++i) films_[i].add(x, y, value(sample, i), weight, half);
+    for (std::size_t i = 0; i < films_.size(); ++i)
+        films_[i].add(x, y, value(sample, i), weight, films_[i].has_two_halves() ? half : 0);
 }
 
-void PartFilms::add_pass(int x, int y, std::span<const LightParts> samples, std::span<const float> weights) {
+void PartFilms::add_pass(int x, int y, std::span<const LightParts> samples, std::span<const float> weights,
+                         int half) {
     assert(samples.size() == weights.size());
     std::vector<Film::Sample> own(samples.size());
     for (std::size_t i = 0; i < films_.size(); ++i) {
         for (std::size_t s = 0; s < own.size(); ++s) own[s] = {value(samples[s], i), weights[s]};
-        films_[i].add_pass(x, y, own);
+        films_[i].add_pass(x, y, own, films_[i].has_two_halves() ? half : 0);
     }
 }
 
@@ -44,6 +51,13 @@ Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
             std::copy_n(&one.data[width * p], width, &all.data[channels.size() * p + width * i]);
         }
     }
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+        if (!is_group(i) || !films_[i].has_two_halves()) continue;
+        for (std::size_t half = 0; half < 2; ++half) {
+            add_channels(all, films_[i].develop_half(static_cast<int>(half), scale, colours),
+                         kHalfNames[half] + names_[i] + ".");
+        }
+    }
     return all;
 }
 
@@ -53,7 +67,9 @@ std::optional<Image> PartFilms::develop_chance(float scale, const WorkingSpace& 
 }
 
 std::size_t PartFilms::bytes_of_sums() const {
-    return films_.size() * films_.front().bytes_of_sums();
+    std::size_t sum = 0;
+    for (const Film& film : films_) sum += film.bytes_of_sums();
+    return sum;
 }
 
 std::vector<std::byte> PartFilms::sums() const {
@@ -75,11 +91,13 @@ void PartFilms::restore(std::span<const std::byte> sums) {
 }
 
 std::size_t PartFilms::bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups, Wanted wanted) {
-    // Channels: of the developed image, and as they are added to the one that is written.
+    // Channels: of the developed image, and as they are added to the one that is written. Of a group in
+    // halves also those of both, and of the denoised light.
     constexpr std::size_t kChannels = 2 * 6 * sizeof(float);
-    const std::size_t films =
-        (wanted.parts ? kLightParts + groups.names.size() : 0) + (wanted.chance ? 1 : 0);
-    return films * (Film::bytes_per_pixel(alone(kind)) + kChannels);
+    const std::size_t others = (wanted.parts ? kLightParts : 0) + (wanted.chance ? 1 : 0);
+    const std::size_t halves = kind.two_halves ? 2 * (2 * kHalfChannels + 3) * sizeof(float) : 0;
+    return others * (Film::bytes_per_pixel(alone(kind)) + kChannels) +
+           (wanted.parts ? groups.names.size() : 0) * (Film::bytes_per_pixel(kind) + kChannels + halves);
 }
 
 }  // namespace lucerna

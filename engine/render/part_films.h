@@ -1,6 +1,7 @@
 // The films of an image's parts and light groups (engine/scene/light_parts.h): one each, with the same
 // samples and weights as the image's own. A film is linear in what its samples bring, so that parts add up to
-// the image, and so do groups.
+// the image, and so do groups. Groups are of two halves where the image is, so that each can be denoised, and
+// so can whatever is relit of them.
 #pragma once
 
 #include <cstddef>
@@ -25,13 +26,15 @@ class PartFilms {
     // `kind`: the image's own film's. `groups` outlive the films. At least one is wanted.
     PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups, Wanted wanted);
 
-    // A sample, as Film::add() has it. `half`: 0, unless kind.allocated.
+    // A sample, as Film::add() has it.
     void add(int x, int y, const LightParts& sample, float weight, int half = 0);
     // What one pass saw through a pixel, as Film::add_pass() has it.
-    void add_pass(int x, int y, std::span<const LightParts> samples, std::span<const float> weights);
+    void add_pass(int x, int y, std::span<const LightParts> samples, std::span<const float> weights,
+                  int half = 0);
 
     // Channels NAME.R .G .B and NAME.variance.R .G .B of each, as Film::develop() makes them: the parts by
-    // light_part_name(), the groups as lightgroup.NAME.
+    // light_part_name(), the groups as lightgroup.NAME. Of groups in two halves then first.lightgroup.NAME
+    // and second.lightgroup.NAME, as Film::develop_half() makes them.
     Image develop(float scale, const WorkingSpace& colours) const;
     // LightParts::by_chance, if wanted, as Film::develop() makes it.
     std::optional<Image> develop_chance(float scale, const WorkingSpace& colours) const;
@@ -49,12 +52,13 @@ class PartFilms {
     static std::size_t bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups, Wanted wanted);
 
   private:
-    // Halves are the image's own concern, unless it is their mean.
+    // Halves of all but groups are the image's own concern, unless it is their mean.
     static Film::Kind alone(Film::Kind kind) {
         kind.two_halves = kind.allocated;
         kind.tells_blur = false;
         return kind;
     }
+    bool is_group(std::size_t film) const { return film >= kLightParts && film < names_.size(); }
     const Rgb& value(const LightParts& sample, std::size_t film) const {
         if (film >= names_.size()) return sample.by_chance;
         return film < kLightParts ? sample.parts[film] : sample.groups[film - kLightParts];

@@ -62,6 +62,15 @@ class TimedPhase {
     ProcessorStopwatch processor_;
 };
 
+// Which scene the maps in files are of.
+MapFiles map_files(const Job& job, const RenderOptions& options) {
+    MapFiles files = options.maps;
+    if (!files.any()) return files;
+    files.scene = job.files.empty() ? "" : job.files.front().string();
+    files.scene_facts = scene_facts(job);
+    return files;
+}
+
 // One render, from nothing, or from what another one left, to the image. On the ranks of a parallel job rank
 // 0 runs it, and has the others do what is done together (Order), by the same code: they follow().
 class Run {
@@ -70,7 +79,7 @@ class Run {
         : job_(job),
           options_(options),
           monitor_(monitor),
-          integrator_(make_integrator(job.integrator, options.maps)),
+          integrator_(make_integrator(job.integrator, map_files(job, options))),
           in_passes_(integrator_->samples_per_pass() > 0),
           film_(job.film.rendered_size().x, job.film.rendered_size().y,
                 {FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1,
@@ -170,8 +179,8 @@ class Run {
     static constexpr double kPreparation = 0.25, kPassPreparation = 0.1;
 
     // However many samples the image has: it may be gone on with, and they allocate what comes then.
-    static constexpr int kMostFeatureSamples = 16;
 
+    static constexpr int kMostFeatureSamples = 16;
     bool is_adaptive() const { return job_.film.two_halves && job_.film.adaptive && !in_passes_; }
 
     std::optional<PartFilms> make_part_films() const {
@@ -181,7 +190,7 @@ class Run {
         if (wanted.parts && !job_.scene.light_groups().empty() && !why.empty())
             throw InputError("the scene has light groups, and " + why);
         const Film::Kind kind{FilterSampler(job_.film.filter).weight(), integrator_->samples_per_pass() > 1,
-                              is_adaptive(), is_adaptive()};
+                              job_.film.two_halves, is_adaptive()};
         return PartFilms(film_.width(), film_.height(), kind, job_.scene.light_groups(), wanted);
     }
 

@@ -91,7 +91,7 @@ void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int f
         } else {
             const int half = camera_sampler_.half(s).value_or(0);
             film_.add(at.x, at.y, taken.radiance, taken.weight, half, taken.blur);
-            if (parts_) parts_->add(at.x, at.y, parts, taken.weight, allocation_ != nullptr ? half : 0);
+            if (parts_) parts_->add(at.x, at.y, parts, taken.weight, half);
         }
     }
     if (!by_pass_) return;
@@ -99,7 +99,7 @@ void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int f
     if (!parts_) return;
     std::vector<float> weights;
     for (const Film::Sample& sample : pass) weights.push_back(sample.weight);
-    parts_->add_pass(at.x, at.y, pass_parts, weights);
+    parts_->add_pass(at.x, at.y, pass_parts, weights, camera_sampler_.half(first).value_or(0));
 }
 
 // Block by block and half by half, as many as each has been allocated.

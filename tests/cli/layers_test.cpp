@@ -1,10 +1,13 @@
 // Layers of an image as the command writes them, as another program reads them, and relit.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 #include "engine/base/image.h"
+#include "engine/denoise/denoise.h"
 #include "tests/cli/run_support.h"
 #include "tests/support/cannot_run.h"
 
@@ -13,6 +16,7 @@ namespace layers_test {
 
 using ::testing::HasSubstr;
 using testing::lucerna_run;
+using testing::Outcome;
 
 // Two groups of lamps, each with factors of its own, and one lamp without a group.
 std::string scene_with_groups(const Rgb& stage = Rgb(1), const Rgb& window = Rgb(1)) {
@@ -242,6 +246,213 @@ TEST_F(RunLayers, WhatRelightCannotDo_IsRefusedByName) {
                    {"stage", "twice"});
     expect_refused({"relight", "a.exr", "-o", "a.exr"}, {"a.exr"});
     expect_refused({"relight", "missing.exr", "-o", "b.exr"}, {"missing.exr"});
+}
+
+// --- denoised light groups ---
+
+constexpr const char* kGroups[] = {"stage", "window", "default"};
+
+TEST_F(RunLayers, DenoisedGroups_AreThoseOfEachGroupsHalves) {
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr", "16");
+    const Image image = read_exr("a.exr");
+    for (const std::string group : kGroups) {
+        const std::string layer = "lightgroup." + group + ".";
+        const Image denoised = denoise(layers_of(image, "a.exr", layer), {}).image;
+        for (int y = 0; y < image.height; ++y) {
+            for (int x = 0; x < image.width; ++x) {
+                for (int c = 0; c < 3; ++c) {
+                    const std::string colour(1, "RGB"[c]);
+                    ASSERT_EQ(of(image, "denoised." + layer + colour, x, y), double{denoised.value(x, y, c)});
+                    // Halves have the group's samples, and the image's are those of all groups.
+                    const double n_a = of(image, "first." + layer + "samples", x, y);
+                    ASSERT_EQ(n_a, of(image, "first.samples", x, y));
+                    const double mean = 0.5 * (of(image, "first." + layer + colour, x, y) +
+                                               of(image, "second." + layer + colour, x, y));
+                    const double value = of(image, layer + colour, x, y);
+                    ASSERT_NEAR(mean, value, 1e-5 * value);
+                }
+            }
+        }
+    }
+}
+
+TEST_F(RunLayers, Relit_HaveTheSumOfTheDenoisedGroups) {
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr", "16");
+    ASSERT_EQ(lucerna_run({"relight", "a.exr", "--group", "stage=0.5", "--group", "window=2:1:0", "-o",
+                           "b.exr", "--png"})
+                  .code,
+              0);
+    ASSERT_EQ(lucerna_run({"relight", "a.exr", "-o", "same.exr"}).code, 0);
+    const Image before = read_exr("a.exr"), after = read_exr("b.exr"), same = read_exr("same.exr");
+    const Rgb factors[] = {Rgb(0.5F), Rgb(2, 1, 0), Rgb(1)};
+    for (int y = 0; y < before.height; ++y) {
+        for (int x = 0; x < before.width; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                const std::string colour(1, "RGB"[c]);
+                for (const std::string of_what : {"denoised.", "first.", "second."}) {
+                    double sum = 0;
+                    for (int g = 0; g < 3; ++g) {
+                        const std::string name = of_what + "lightgroup." + kGroups[g] + "." + colour;
+                        sum += double{factors[g][c]} * of(before, name, x, y);
+                        EXPECT_NEAR(of(after, name, x, y), double{factors[g][c]} * of(before, name, x, y),
+                                    1e-6 * of(before, name, x, y));
+                    }
+                    EXPECT_NEAR(of(after, of_what + colour, x, y), sum, 1e-6 * sum);
+                    const double all = of(before, of_what + colour, x, y);
+                    EXPECT_NEAR(of(same, of_what + colour, x, y), all, 1e-6 * all);
+                }
+            }
+            EXPECT_EQ(of(after, "albedo.G", x, y), of(before, "albedo.G", x, y));
+            EXPECT_EQ(of(after, "first.samples", x, y), of(before, "first.samples", x, y));
+        }
+    }
+}
+
+TEST_F(RunLayers, Relit_CanBeDenoisedAsAWhole) {
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr", "16");
+    ASSERT_EQ(lucerna_run({"relight", "a.exr", "--group", "stage=1", "-o", "same.exr"}).code, 0);
+    const Outcome outcome = lucerna_run({"denoise", "same.exr", "-o", "clean.exr"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Image before = read_exr("a.exr"), clean = read_exr("clean.exr");
+    for (int y = 0; y < before.height; ++y) {
+        for (int x = 0; x < before.width; ++x) {
+            const double all = of(before, "denoised.G", x, y);
+            EXPECT_NEAR(of(clean, "G", x, y), all, 1e-3 * all);
+        }
+    }
+    ASSERT_EQ(lucerna_run({"relight", "a.exr", "--group", "stage=0.3", "-o", "b.exr"}).code, 0);
+    EXPECT_EQ(lucerna_run({"denoise", "b.exr", "-o", "c.exr"}).code, 0);
+}
+
+// Both ways of denoising a relit image bring it closer to what many samples of the dimmed lamps show.
+TEST_F(RunLayers, RelitAndDenoised_IsCloserToTheTruth) {
+    const Rgb stage(0.3F), window(2.0F);
+    write("scene.pbrt", scene_with_groups());
+    ASSERT_EQ(lucerna_run(
+                  {"render", "scene.pbrt", "-o", "a.exr", "--spp", "16", "--layers", "--resolution", "48x32"})
+                  .code,
+              0);
+    ASSERT_EQ(
+        lucerna_run({"relight", "a.exr", "--group", "stage=0.3", "--group", "window=2", "-o", "b.exr"}).code,
+        0);
+    ASSERT_EQ(lucerna_run({"denoise", "b.exr", "-o", "c.exr"}).code, 0);
+    write("scene.pbrt", scene_with_groups(stage, window));
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "r.exr", "--spp", "1024", "--seed", "7",
+                           "--resolution", "48x32"})
+                  .code,
+              0);
+    const Image relit = read_exr("b.exr"), clean = read_exr("c.exr"), truth = read_exr("r.exr");
+    double measured = 0, summed = 0, whole = 0;
+    for (int y = 0; y < truth.height; ++y) {
+        for (int x = 0; x < truth.width; ++x) {
+            const double right = of(truth, "G", x, y), scale = right + 0.1;
+            measured += sqr((of(relit, "G", x, y) - right) / scale);
+            summed += sqr((of(relit, "denoised.G", x, y) - right) / scale);
+            whole += sqr((of(clean, "G", x, y) - right) / scale);
+        }
+    }
+    EXPECT_LT(summed, 0.7 * measured);
+    EXPECT_LT(whole, 0.7 * measured);
+}
+
+TEST_F(RunLayers, RelitOfAnImageWithoutDenoisedGroups_HasNone) {
+    write("scene.pbrt", scene_with_groups());
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--layers=lightgroup"}).code, 0);
+    ASSERT_EQ(lucerna_run({"relight", "a.exr", "--group", "stage=0.5", "-o", "b.exr"}).code, 0);
+    const Image relit = read_exr("b.exr");
+    EXPECT_FALSE(find_channel(relit, "denoised.R"));
+    EXPECT_FALSE(find_channel(relit, "first.R"));
+    expect_refused({"denoise", "b.exr", "-o", "c.exr"}, {"b.exr", "first.R"});
+}
+
+// --- which layers ---
+
+std::vector<std::string> channels_of(const std::string& file) {
+    std::vector<std::string> names = read_exr(file).channels;
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+TEST_F(RunLayers, Chosen_AreWrittenAndNoOthers) {
+    write("scene.pbrt", scene_with_groups());
+    render("all.exr");
+    const std::vector<std::string> words{"render", "scene.pbrt", "-o", "a.exr", "--spp", "8"};
+    const auto written = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> all = words;
+        all.insert(all.end(), more.begin(), more.end());
+        const auto outcome = lucerna_run(all);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return channels_of("a.exr");
+    };
+    std::vector<std::string> expected{"B", "G", "R", "variance.B", "variance.G", "variance.R"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.end(), expected.begin(), expected.end());
+        std::sort(more.begin(), more.end());
+        return more;
+    };
+    EXPECT_EQ(written({"--layers=direct,Z"}),
+              with({"direct.R", "direct.G", "direct.B", "direct.variance.R", "direct.variance.G",
+                    "direct.variance.B", "Z", "variance.Z"}));
+    // Bit for bit what --layers writes.
+    const Image some = read_exr("a.exr"), all = read_exr("all.exr");
+    for (const std::string& channel : some.channels) {
+        for (int y = 0; y < all.height; ++y) {
+            for (int x = 0; x < all.width; ++x) ASSERT_EQ(of(some, channel, x, y), of(all, channel, x, y));
+        }
+    }
+    EXPECT_EQ(
+        written({"--layers=lightgroup.stage", "--layers=id"}),
+        with({"id.object", "id.material", "lightgroup.stage.R", "lightgroup.stage.G", "lightgroup.stage.B",
+              "lightgroup.stage.variance.R", "lightgroup.stage.variance.G", "lightgroup.stage.variance.B"}));
+    // The denoised light is there where it would be without layers.
+    EXPECT_EQ(written({"--layers=id", "--denoise"}),
+              with({"id.object", "id.material", "denoised.R", "denoised.G", "denoised.B"}));
+    EXPECT_EQ(written({"--layers=denoised.lightgroup.window"}),
+              with({"denoised.lightgroup.window.R", "denoised.lightgroup.window.G",
+                    "denoised.lightgroup.window.B"}));
+    // Enough for the denoiser.
+    written({"--layers=first,second,albedo,N,P,Z,Ng,emitter"});
+    EXPECT_EQ(lucerna_run({"denoise", "a.exr", "-o", "b.exr"}).code, 0);
+    // Without names all of them.
+    EXPECT_EQ(written({"--layers"}), channels_of("all.exr"));
+}
+
+TEST_F(RunLayers, ChosenOfParts_AreThoseOfTheMergedPicture) {
+    write("scene.pbrt", scene_with_groups());
+    for (const char* part : {"1/2", "2/2"})
+        ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", std::string(1, part[0]) + ".exr", "--spp", "8",
+                               "--layers=direct,denoised", "--part", part})
+                      .code,
+                  0);
+    ASSERT_EQ(lucerna_run({"merge", "1.exr", "2.exr", "-o", "merged.exr"}).code, 0);
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "one.exr", "--spp", "8", "--layers=direct,denoised",
+                           "--no-adaptive"})
+                  .code,
+              0);
+    EXPECT_EQ(channels_of("merged.exr"), channels_of("one.exr"));
+    const Image merged = read_exr("merged.exr"), one = read_exr("one.exr");
+    ASSERT_TRUE(find_channel(one, "denoised.lightgroup.stage.R"));
+    for (const std::string& channel : one.channels) {
+        for (int y = 0; y < one.height; ++y) {
+            for (int x = 0; x < one.width; ++x)
+                ASSERT_EQ(of(merged, channel, x, y), of(one, channel, x, y)) << channel;
+        }
+    }
+}
+
+TEST_F(RunLayers, UnknownNames_AreRefusedBeforeTheRender) {
+    write("scene.pbrt", scene_with_groups());
+    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--layers=direct,albdo"},
+                   {"--layers", "no layer \"albdo\"", "did you mean \"albedo\"?", "lightgroup.stage", "Nc"});
+    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--layers=lightgroup.stag"},
+                   {"did you mean \"lightgroup.stage\"?"});
+    write("scene.pbrt", testing::kScene);
+    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--layers=lightgroup.stage"},
+                   {"no layer \"lightgroup.stage\"", "emission"});
+    EXPECT_FALSE(std::filesystem::exists("a.exr"));
 }
 
 TEST_F(RunLayers, OfGroupsThatAMethodCannotTell_AreRefused) {
