@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 #include <sstream>
+#include <string_view>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -22,6 +23,17 @@ constexpr std::size_t kMostPoints = 10'000;
 constexpr int kMostSpp = 1 << 24;
 
 using Assignments = std::vector<std::pair<std::string, std::string>>;
+
+// Names the key in errors of its value that do not.
+template <typename Read>
+auto naming(std::string_view key, const Read& read) {
+    try {
+        return read();
+    } catch (const InputError& error) {
+        const std::string text = error.what(), quoted = fmt::format("\"{}\"", key);
+        throw InputError(text.find(quoted) == text.npos ? fmt::format("{} (key {})", text, quoted) : text);
+    }
+}
 
 std::vector<std::string> split(const std::string& text, char at) {
     std::vector<std::string> parts;
@@ -71,7 +83,7 @@ std::vector<RenderEnd> ends_of(const TomlTable& table) {
         }
     }
     if (table.has("time")) {
-        for (const double seconds : table.durations("time"))
+        for (const double seconds : naming("time", [&] { return table.durations("time"); }))
             all.push_back({0, seconds, fmt::format("{:g}s", seconds)});
     }
     if (all.empty()) {
@@ -88,7 +100,9 @@ std::vector<StudyPoint> points_of(const TomlTable& table, const std::string& met
     const std::string integrator = table.text("integrator");
     const std::vector<RenderEnd> ends = ends_of(table);
     std::vector<StudyPoint> points;
-    for (const Assignments& choice : choices_of(table.place_of("set"), table.text("set", ""))) {
+    const auto choices =
+        naming("set", [&] { return choices_of(table.place_of("set"), table.text("set", "")); });
+    for (const Assignments& choice : choices) {
         for (const RenderEnd& end : ends) {
             StudyPoint point;
             point.method = method;
@@ -104,10 +118,11 @@ std::vector<StudyPoint> points_of(const TomlTable& table, const std::string& met
         }
     }
     // A misspelt parameter should not come out after an hour.
-    IntegratorSettings settings = make_settings(integrator, table.place_of("integrator"));
+    IntegratorSettings settings =
+        naming("integrator", [&] { return make_settings(integrator, table.place_of("integrator")); });
     for (const StudyPoint& point : points) {
         for (const auto& [key, value] : point.overrides.set) {
-            set_parameter(settings, key, parse_setting(value), table.place_of("set"));
+            naming("set", [&] { set_parameter(settings, key, parse_setting(value), table.place_of("set")); });
         }
     }
     table.done();
@@ -126,7 +141,9 @@ StudyScene scene_of(const TomlTable& table) {
     }
     scene.name = table.text("name", scene.file.stem().string());
     if (table.has("resolution")) {
-        scene.resolution = parse_size(table.place_of("resolution"), table.text("resolution"), 65536);
+        scene.resolution = naming("resolution", [&] {
+            return parse_size(table.place_of("resolution"), table.text("resolution"), 65536);
+        });
     }
     scene.place = table.place_of("file");
     scene.mask_lamps = table.flag("mask_lamps", false);

@@ -184,7 +184,7 @@ TEST_F(SavedMaps, OfOtherOptionsOfLight_AreRefused) {
     expect_other(load({"--set", "maxdepth=3"}), "longest path before a photon");
     expect_other(load({"--set", "specularbelow=0.1"}), "largest alpha that counts as specular");
     expect_other(load({"--set", "direct=map"}), "list of maps");
-    expect_other(load({"--set", "causticphotons=50"}), "number of light paths");
+    expect_other(load({"--set", "causticphotons=50"}), "target of the caustic map is nothing, here it is 50");
     expect_other(load({"--unit", "photometric"}), "scene (hash");
     expect_other(load({"--colour-space", "rec2020"}), "scene (hash");
 }

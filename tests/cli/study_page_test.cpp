@@ -124,7 +124,7 @@ class StudyPage : public ::testing::Test {
         result.error2 = error * error;
         result.image = folder_.path() / file;
         results_.push_back(result);
-        description_.points.push_back({method, "spp=4", {}});
+        description_.points.push_back({method, "spp=4", {}, 0, "spp", "4"});
     }
     std::string page() {
         Monitor silent;

@@ -216,7 +216,7 @@ TEST_F(RunStudy, WrongDescriptions_AreRefusedBeforeTheWorkByPlace) {
                 AllOf(HasSubstr("study.toml:14"), HasSubstr("time = [\"5s\"]")));
     EXPECT_THAT(
         refusal(with(kStudy, "spp = [2]", "time = [\"5\"]")),
-        AllOf(HasSubstr("study.toml:18"), HasSubstr("\"5\" is not a time"), HasSubstr("for example")));
+        AllOf(HasSubstr("study.toml:18"), HasSubstr("\"5\" is not a time"), HasSubstr("(key \"time\")")));
     EXPECT_THAT(refusal(with(kStudy, "spp = [2]", "time = [-1]")),
                 AllOf(HasSubstr("study.toml:18"), HasSubstr("\"time\" of -1")));
     EXPECT_THAT(refusal(with(kStudy, "spp = [2]", "time = [true]")),
@@ -230,7 +230,9 @@ TEST_F(RunStudy, WrongDescriptions_AreRefusedBeforeTheWorkByPlace) {
                 HasSubstr("no [[scene]]"));
     EXPECT_THAT(refusal(with(kStudy, "scene.pbrt", "gone.pbrt")),
                 AllOf(HasSubstr("study.toml:4"), HasSubstr("gone.pbrt"), HasSubstr("is no file")));
-    EXPECT_THAT(refusal(with(kStudy, "8x6", "8by6")), HasSubstr("study.toml:5"));
+    EXPECT_THAT(
+        refusal(with(kStudy, "8x6", "8by6")),
+        AllOf(HasSubstr("study.toml:5"), HasSubstr("\"8by6\" is not a size"), HasSubstr("\"resolution\"")));
     EXPECT_THAT(refusal(with(kStudy, "title", "titel")), HasSubstr("titel"));
     EXPECT_THAT(refusal(with(kStudy, "maxdepth=3|4", "maxdepth=3|3")), HasSubstr("maxdepth=3 spp=1"));
 }
@@ -303,7 +305,7 @@ AttributeEnd
                 const bool sees = image.value(x, y, static_cast<int>(*lamps)) > 0;
                 EXPECT_EQ(std::isnan(reference.value(x, y, 0)), sees);
                 // The lamp is brighter than all that it lights: a pixel that sees it is no other.
-                if (image.rgb_at(x, y).x > 200) EXPECT_TRUE(sees) << x << " " << y;
+                EXPECT_TRUE(sees || !(image.rgb_at(x, y).x > 200)) << x << " " << y;
                 masked += sees ? 1 : 0;
             }
         }

@@ -151,7 +151,7 @@ TEST_F(MapFile, OfOtherParameters_IsRefusedByTheirName) {
     EXPECT_THAT(refused([](MapParameters& p) { p.paths = 5001; }),
                 HasSubstr("number of light paths is 5000"));
     EXPECT_THAT(refused([](MapParameters& p) { p.wanted[0] = false; }), HasSubstr("list of maps"));
-    EXPECT_THAT(refused([](MapParameters& p) { p.targets[2] = 9; }), HasSubstr("light paths"));
+    EXPECT_THAT(refused([](MapParameters& p) { p.targets[2] = 9; }), HasSubstr("target of the caustic map"));
     EXPECT_THAT(refused([](MapParameters& p) { p.volume_direct = true; }), HasSubstr("volume map"));
     EXPECT_THAT(refused([](MapParameters& p) { p.specular_below = 0.1F; }), HasSubstr("specular is 0,"));
     EXPECT_THAT(refused([](MapParameters& p) { p.longest = 3; }), HasSubstr("longest path"));
