@@ -43,9 +43,9 @@ Facts scene_facts(const Job& job) {
     return {
         {"version of lucerna", std::string(program_version())},
         {"arithmetic", arithmetic()},
-        {"scene (hash of geometry, materials, lights and media)", fmt::format("{:016x}", job.world.hash())},
         {"unit of light", unit ? std::string(unit_name(*unit)) : "that of each light"},
-        {std::string(kColourSpaceFact), std::string(job.film.colours.name())}};
+        {std::string(kColourSpaceFact), std::string(job.film.colours.name())},
+        {"scene (hash of geometry, materials, lights and media)", fmt::format("{:016x}", job.world.hash())}};
 }
 
 }  // namespace lucerna

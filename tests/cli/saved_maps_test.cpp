@@ -185,8 +185,9 @@ TEST_F(SavedMaps, OfOtherOptionsOfLight_AreRefused) {
     expect_other(load({"--set", "specularbelow=0.1"}), "largest alpha that counts as specular");
     expect_other(load({"--set", "direct=map"}), "list of maps");
     expect_other(load({"--set", "causticphotons=50"}), "target of the caustic map is nothing, here it is 50");
-    expect_other(load({"--unit", "photometric"}), "scene (hash");
-    expect_other(load({"--colour-space", "rec2020"}), "scene (hash");
+    expect_other(load({"--unit", "photometric"}),
+                 "unit of light is that of each light, here it is photometric");
+    expect_other(load({"--colour-space", "rec2020"}), "colour space is srgb, here it is rec2020");
 }
 
 // What the maps do not depend on.
