@@ -2,7 +2,10 @@
 #include "engine/denoise/denoise.h"
 
 #include <fmt/format.h>
+
 #include <fmt/ostream.h>
+#include <charconv>
+#include <cmath>
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -21,9 +24,9 @@ constexpr const char* kDenoiseFooter =
 albedo, normal and position of the visible surfaces. The denoised image has the denoised light as R, G and B.
 
 Each half is filtered separately and compared with the other, which gives the remaining error, including bias due to
-filtering. Where filtering would increase the error, the measured light is kept. Errors that are common to all samples,
-such as the blur of photon density estimation or of loaded maps, cannot be seen in the halves: they are neither removed
-nor included in the error.
+filtering, and the blur of photon density estimates, which the render has measured. Where filtering would increase the
+error, the measured light is kept. Other errors that are common to all samples, such as the noise of loaded maps, cannot
+be seen in the halves: they are neither removed nor included in the error.
 
 lucerna render does the same at its end with --denoise, and with --png, --time and --error unless --no-denoise is given.
 
@@ -51,15 +54,19 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     const double seconds = clock.seconds();
     describe_alike(denoised.image, image);
     denoised.image.attributes.erase("lucerna.broughtfrom");
+    // What photons blur was measured by the render.
+    double blur = 0;
+    if (const auto told = image.attributes.find("lucerna.blur"); told != image.attributes.end())
+        std::from_chars(told->second.data(), told->second.data() + told->second.size(), blur);
+    const double error = std::hypot(denoised.relative_error, blur);
     denoised.image.attributes["lucerna.denoised"] =
-        denoised.error_is_known ? fmt::format("{:.3g}", denoised.relative_error) : "unknown";
-    command.output.write(
-        denoised.image,
-        fmt::format("{}, {}",
-                    denoised.error_is_known ? "error " + percent_text(denoised.relative_error)
-                                            : "too few samples or pixels to tell its error",
-                    duration_text(seconds)),
-        denoised.image, denoised.image, context);
+        denoised.error_is_known ? fmt::format("{:.3g}", error) : "unknown";
+    command.output.write(denoised.image,
+                         fmt::format("{}, {}",
+                                     denoised.error_is_known ? "error " + percent_text(error)
+                                                             : "too few samples or pixels to tell its error",
+                                     duration_text(seconds)),
+                         denoised.image, denoised.image, context);
 }
 
 }  // namespace

@@ -113,6 +113,7 @@ std::map<std::string, std::string> header_attributes(const RunFacts& facts, cons
     if (!job.film.colours.is_srgb()) attributes["lucerna.colourspace"] = std::string(job.film.colours.name());
     if (!report.complete) attributes["lucerna.stopped"] = fmt::format("{} spp", report.samples_done);
     if (report.passes_done > 0) attributes["lucerna.passes"] = fmt::format("{}", report.passes_done);
+    if (report.blur && *report.blur > 0) attributes["lucerna.blur"] = fmt::format("{:.4g}", *report.blur);
     if (facts.choice) attributes["lucerna.tried"] = facts.choice->tried;
     for (const auto& [name, value] : describe(job.integrator)) attributes["lucerna." + name] = value;
     return attributes;
