@@ -29,7 +29,9 @@ the scene must be in lm.
 UGR is computed twice: from the mean luminance of each luminaire, as with a photometric file, and from its luminance as seen
 by the observer, with the near field of the lamp: a few bright points cause more glare than a uniform surface of the same
 intensity. The luminance is filtered with a Gaussian of 12 mm on the luminaire, as CIE 232 specifies for non-uniform
-luminaires; --blur 0mm turns the filter off.
+luminaires; --blur 0mm turns the filter off. Luminaires behind panes and media are rated as they are seen through them. What
+is seen of lights over mirrors, lenses or solid glass counts in the background luminance; where it is more than 1 % of the
+light at the eye, a warning names it.
 
 Where the scene has a sky or a sun (an infinite or distant light), the daylight glare probability is computed, too:
 DGP = 5.87e-5 E_v + 9.18e-2 log10(1 + sum L^2 w / (E_v^1.87 P^2)) + 0.16 (Wienold and Christoffersen 2006), below 0.35

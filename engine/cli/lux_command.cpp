@@ -51,8 +51,9 @@ light. Each number has a 95 % confidence interval; with --precision 2% (the defa
 point's interval is wider than ± 2 % of its illuminance, or of the surface's mean if that is more. --time stops it earlier;
 without it the computation ends with a warning where that precision would take more than an hour.
 Everything is computed by path tracing, unbiased. Light passes panes (thindielectric) in a straight line and is sampled
-through them. Where a scene has mirrors, lenses or solid glass, light paths from the lamps check the result: light of lamps
-that are too small to be met over them is missing, is named by a warning, and widens the intervals.
+through them. Light that comes over mirrors, lenses or solid glass from lamps that paths seldom meet is estimated by light
+paths from the lamps, blurred over half of the distance between the points, or 5 % of how far a point sees; the intervals
+include what the blur changes. A warning names that light where no path met it at all.
 
 Kinds: planar (as read by a photometer on the surface), cylindrical, semicylindrical, hemispherical and spherical (EN 12665;
 scalar illuminance is four times the spherical). --facing turns sensors to another direction: for example,

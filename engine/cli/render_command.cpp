@@ -16,7 +16,6 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/monitor.h"
-#include "engine/base/path_limits.h"
 #include "engine/cli/checkpointing.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
@@ -355,31 +354,6 @@ class Pictures {
     std::map<std::string, std::string> attributes_;
 };
 
-// What the path tracer's image is checked against, and the film told to note what it needs for that. None
-// where no light goes over specular surfaces, or only a part of the image is rendered here.
-std::optional<ChanceLight> light_that_paths_hardly_find(Job& job, const RenderOptions& options,
-                                                        Monitor& monitor) {
-    const auto* path = std::get_if<PathSettings>(&job.integrator);
-    if (!path || options.workers.ranks || job.film.is_part() || !has_chance_light(job.scene))
-        return std::nullopt;
-    job.film.chance = true;
-    return chance_light_in_view(
-        job, {job.scene, options.seed, most_bounces(path->max_depth), options.workers, monitor});
-}
-
-// No error is stated of an image that lacks light which its samples have not met.
-void warn_of_missing_light(const Job& job, const ChanceLight& there, RenderResult& result, Monitor& monitor) {
-    const MissingInImage missing = missing_in(job, result, there);
-    if (!(missing.missing > 0)) return;
-    monitor.warn(fmt::format(
-        "about {} of the image's light is missing, by a cross-check with light paths: it comes over mirrors, "
-        "lenses or solid glass from lamps that are too small for path tracing to meet; the image's error is "
-        "not known; use photonmap, progressive or igi",
-        percent_text(missing.share())));
-    result.report.relative_error.reset();
-    result.report.denoised_error.reset();
-}
-
 std::string stopped_text(const RenderReport& report, int asked) {
     return asked == kNoEndOfSamples
                ? fmt::format("stopped: {} samples per pixel were done", report.samples_done)
@@ -447,6 +421,7 @@ bool follow_frame(const RenderCommand& command, Frames& frames) {
     options.workers = {command.options.workers.threads, &ranks};
     options.maps.load = command.options.maps.load;
     Monitor silent;
+    light_that_paths_hardly_find(*job, options, silent);
     render(*job, options, silent);
     return ranks.agree(false);
 }

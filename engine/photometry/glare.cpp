@@ -259,6 +259,26 @@ void check(const Observer& observer) {
     }
 }
 
+// Names the observer that sees most of lamps over mirrors or solid glass: these are no luminaires of a rating.
+void warn_of_mirrored_lamps(const std::vector<SurfaceIlluminance>& eyes, Monitor& monitor) {
+    constexpr double kLeastWarned = 0.01;  // of E_v
+    const auto share = [](const SurfaceIlluminance& eye) {
+        const PointParts& at_eye = eye.points.front();
+        return at_eye.mirrored > 0 ? at_eye.mirrored / at_eye.all.value : 0.0;
+    };
+    const auto most = std::max_element(eyes.begin(), eyes.end(),
+                                       [&](const auto& a, const auto& b) { return share(a) < share(b); });
+    if (!(share(*most) > kLeastWarned)) return;
+    const auto more = std::count_if(eyes.begin(), eyes.end(),
+                                    [&](const auto& eye) { return share(eye) > kLeastWarned; }) -
+                      1;
+    monitor.warn(fmt::format(
+        "observer \"{}\": {:.3g} lx of the {:.4g} lx at the eye come from lights that are seen over mirrors, "
+        "lenses or solid glass; they count in the background luminance, and UGR has no terms for them{}",
+        plain_text(most->surface.name), most->points.front().mirrored, most->points.front().all.value,
+        more > 0 ? fmt::format("; the same holds for {} other{}", more, more == 1 ? "" : "s") : ""));
+}
+
 }  // namespace
 
 std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, const GlareOptions& options,
@@ -322,7 +342,11 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
     how.workers = options.workers;
     how.seconds = options.seconds - clock.seconds();
     how.precision = options.precision;
+    const bool has_luminaires =
+        std::any_of(job.scene.lights().begin(), job.scene.lights().end(),
+                    [](const auto& light) { return light->power() > 0 && light->bounds(); });
     const IlluminanceReport illuminance = illuminance_on(eyes, std::move(job), how, monitor);
+    if (has_luminaires) warn_of_mirrored_lamps(illuminance.surfaces, monitor);
     for (std::size_t i = 0; i < reports.size(); ++i) {
         GlareReport& report = reports[i];
         const PointParts& at_eye = illuminance.surfaces[i].points[0];

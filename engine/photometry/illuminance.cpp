@@ -74,6 +74,21 @@ void sum_up(SurfaceIlluminance& done) {
     done.uniformity = {u0, std::hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
 }
 
+// Light of a point that its paths find by chance alone (LightParts::by_chance), and the rest of it.
+struct ChanceAtPoint {
+    ChanceLight met;
+    std::vector<double> groups;  // of what was met, by light group of the scene
+    Reading95 rest, rest_indirect;
+};
+
+struct Readings {
+    std::vector<SurfaceIlluminance> surfaces;
+    // Of all surfaces' points, one after the other: the half-width that more samples make narrower; and where
+    // chance finds light, what it found.
+    std::vector<double> scatter;
+    std::vector<ChanceAtPoint> chance;
+};
+
 // The surfaces' points as the pixels of an image, and back.
 class PointImage {
   public:
@@ -99,20 +114,7 @@ class PointImage {
     }
 
     int heads() const { return heads_; }
-    // Of each point, what its paths met by chance.
-    std::vector<ChanceLight> met_by_chance(const Image& chance) const {
-        const LightOf met(chance, "");
-        std::vector<ChanceLight> points;
-        const std::size_t pixels = chance.data.size() / chance.channels.size();
-        for (std::size_t pixel = 0; pixel < pixels;) {
-            RunningStats heads;
-            for (int h = 0; h < heads_ && pixel < pixels; ++h, ++pixel) heads.add(met(pixel));
-            points.push_back({heads.mean(), heads.standard_error()});
-        }
-        return points;
-    }
-    std::vector<SurfaceIlluminance> read(const RenderResult& result,
-                                         const std::vector<std::string>& groups) const {
+    Readings read(const RenderResult& result, const std::vector<std::string>& groups) const {
         const Image& parts = result.parts.value();
         const LightOf all(result.image, ""),
             direct(parts, std::string(light_part_name(LightPart::direct)) + ".");
@@ -120,29 +122,49 @@ class PointImage {
         std::vector<LightOf> others;
         for (const LightPart part : {LightPart::indirect, LightPart::caustic, LightPart::media})
             others.emplace_back(parts, std::string(light_part_name(part)) + ".");
-        std::vector<LightOf> by_group;
-        for (const std::string& name : groups) by_group.emplace_back(parts, kLightGroupPrefix + name + ".");
-        std::vector<SurfaceIlluminance> read;
+        const LightOf caustic(parts, std::string(light_part_name(LightPart::caustic)) + ".");
+        const std::vector<LightOf> by_group = lights_of(parts, groups);
+        const auto chance =
+            result.chance ? std::optional<LightOf>(LightOf(*result.chance, "")) : std::nullopt;
+        const std::vector<LightOf> chance_by_group =
+            chance ? lights_of(*result.chance, groups) : std::vector<LightOf>();
+        Readings read;
         std::size_t pixel = 0;
         for (const CalculationSurface& surface : surfaces_) {
-            SurfaceIlluminance& done = read.emplace_back();
+            SurfaceIlluminance& done = read.surfaces.emplace_back();
             done.surface = surface;
             for (std::size_t i = 0; i < surface.size(); ++i) {
-                RunningStats heads, indirect;
+                RunningStats heads, indirect, rest, rest_indirect, met;
                 PointParts point;
                 point.groups.resize(groups.size());
+                ChanceAtPoint by_chance;
+                by_chance.groups.resize(groups.size());
                 for (int h = 0; h < heads_; ++h, ++pixel) {
                     heads.add(all(pixel));
                     double not_direct = 0;
                     for (const LightOf& part : others) not_direct += part(pixel);
                     indirect.add(not_direct);
                     point.direct += direct(pixel) / heads_;
+                    point.mirrored += caustic(pixel) / heads_;
                     for (std::size_t g = 0; g < groups.size(); ++g)
                         point.groups[g] += by_group[g](pixel) / heads_;
+                    if (!chance) continue;
+                    const double found = (*chance)(pixel);
+                    met.add(found);
+                    rest.add(heads_without(all(pixel), found));
+                    rest_indirect.add(heads_without(not_direct, found));
+                    for (std::size_t g = 0; g < groups.size(); ++g)
+                        by_chance.groups[g] += chance_by_group[g](pixel) / heads_;
                 }
                 point.all = reading_95(heads);
                 point.indirect = reading_95(indirect);
+                read.scatter.push_back(point.all.half_width);
                 done.points.push_back(std::move(point));
+                if (!chance) continue;
+                by_chance.met = {met.mean(), met.standard_error()};
+                by_chance.rest = reading_95(rest);
+                by_chance.rest_indirect = reading_95(rest_indirect);
+                read.chance.push_back(std::move(by_chance));
             }
             sum_up(done);
         }
@@ -150,17 +172,40 @@ class PointImage {
     }
 
   private:
+    static std::vector<LightOf> lights_of(const Image& image, const std::vector<std::string>& groups) {
+        std::vector<LightOf> lights;
+        for (const std::string& name : groups) lights.emplace_back(image, kLightGroupPrefix + name + ".");
+        return lights;
+    }
+    // A difference of equal values is 0 but for the rounding of single precision.
+    static double heads_without(double all, double found) {
+        constexpr double kRounding = 1e-5;
+        const double rest = all - found;
+        return rest > kRounding * all ? rest : 0.0;
+    }
+
     std::span<const CalculationSurface> surfaces_;
     int heads_ = 1;
 };
 
+double share_of(double half_width, const Reading95& point, const Reading95& mean) {
+    return half_width > 0 ? half_width / std::max(point.value, mean.value) : 0.0;
+}
 double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     double worst = 0;
     for (const SurfaceIlluminance& surface : surfaces) {
-        for (const PointParts& point : surface.points) {
-            if (point.all.half_width > 0)
-                worst = std::max(worst, point.all.half_width / std::max(point.all.value, surface.mean.value));
-        }
+        for (const PointParts& point : surface.points)
+            worst = std::max(worst, share_of(point.all.half_width, point.all, surface.mean));
+    }
+    return worst;
+}
+// The same of what more samples make better.
+double worst_scatter_of(const Readings& readings) {
+    double worst = 0;
+    auto scatter = readings.scatter.begin();
+    for (const SurfaceIlluminance& surface : readings.surfaces) {
+        for (const PointParts& point : surface.points)
+            worst = std::max(worst, share_of(*scatter++, point.all, surface.mean));
     }
     return worst;
 }
@@ -186,65 +231,109 @@ float blur_of(const CalculationSurface& surface, const Receiver& receiver, const
     return static_cast<float>(spacing > reach / 4 ? std::min(spacing, reach) : reach);
 }
 
-// Widens the intervals of points that light reaches over specular surfaces without any of their paths having
-// met it, and says so.
-void cross_check(std::vector<SurfaceIlluminance>& surfaces, const PointImage& points, const Image& chance,
-                 const Job& job, const std::string& unit, const IlluminanceOptions& options,
-                 Monitor& monitor) {
-    constexpr double kStandardErrors = 4;  // there are many points
-    constexpr double kStandardErrorsApart = 2;
-    constexpr double kLeastWarned = 0.001;  // of the mean
+// Estimates by light paths what the points' paths find by chance alone.
+ChanceLightAt by_light_paths(const Readings& readings, const Job& job, const IlluminanceOptions& options,
+                             Monitor& monitor) {
     std::vector<float> radii;
-    for (const SurfaceIlluminance& surface : surfaces) {
+    std::vector<double> rest;
+    for (const SurfaceIlluminance& surface : readings.surfaces) {
         for (std::size_t i = 0; i < surface.points.size(); ++i)
             radii.push_back(blur_of(surface.surface, job.receivers.points[radii.size()], job.scene));
     }
+    for (const ChanceAtPoint& point : readings.chance) rest.push_back(point.rest.value);
     const auto* path = std::get_if<PathSettings>(&job.integrator);
     const ChanceLightWork work{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
                                options.workers, monitor};
-    std::vector<double> enough;
-    for (const SurfaceIlluminance& surface : surfaces) {
-        for (const PointParts& of_point : surface.points) enough.push_back(of_point.all.half_width / 4);
+    return chance_light_at(job.receivers.points, radii, rest, options.precision / 4, work);
+}
+
+// Adds light paths' estimate in the place of what was met by chance, with its own uncertainty.
+Reading95 instead(const Reading95& rest, const ChanceLightAt::Mean& there) {
+    return {rest.value + there.light.value,
+            std::hypot(rest.half_width, kStandardErrors95 * there.light.standard_error) + there.blur};
+}
+
+// Takes what a surface's paths find by chance from light paths instead, where these know it better. Seldom
+// meetings with a lamp do not tell how much they scatter, so their own standard error counts only where they
+// are many. Where neither knows the light, intervals hold what both leave open.
+void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAtPoint> chance,
+                           std::span<double> scatter, const ChanceLightAt& there, std::size_t first) {
+    constexpr double kTold = 4;   // standard errors by which light paths tell it from 0
+    constexpr double kMany = 20;  // the same, of what was met: some 400 meetings
+    const std::size_t count = surface.points.size();
+    const auto n = static_cast<double>(count);
+    const ChanceLightAt::Mean of_surface = there.mean(first, count);
+    ChanceLight met;
+    double rest2 = 0;
+    for (const ChanceAtPoint& point : chance) {
+        met.value += point.met.value / n;
+        met.standard_error = std::hypot(met.standard_error, point.met.standard_error / n);
+        rest2 += sqr(point.rest.half_width / n);
     }
-    const std::vector<ChanceLight> there = chance_light_at(job.receivers.points, radii, enough, work);
-    const std::vector<ChanceLight> met = points.met_by_chance(chance);
-    std::size_t point = 0;
-    for (SurfaceIlluminance& surface : surfaces) {
-        const auto n = static_cast<double>(surface.points.size());
-        std::vector<double> missing(surface.points.size());
-        ChanceLight all_there, all_met;
-        for (double& of_point : missing) {
-            of_point = missing_light(there[point], met[point], kStandardErrors);
-            all_there.value += there[point].value / n;
-            all_there.standard_error += there[point].standard_error / n;  // paths pass several points
-            all_met.value += met[point].value / n;
-            all_met.standard_error = std::hypot(all_met.standard_error, met[point].standard_error / n);
-            ++point;
+    const ChanceLight& light = of_surface.light;
+    const bool many = met.value > kMany * met.standard_error;
+    if (many && met.standard_error < light.standard_error + of_surface.blur) return;
+    const auto open = [](const ChanceLight& by_light_paths, const ChanceLight& by_chance) {
+        return std::max(
+            0.0, by_light_paths.value + kStandardErrors95 * by_light_paths.standard_error - by_chance.value);
+    };
+    if (!(light.value > kTold * light.standard_error)) {
+        if (many) return;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double more = open(there.mean(first + i, 1).light, chance[i].met);
+            surface.points[i].all.half_width += more;
+            surface.points[i].indirect.half_width += more;
         }
-        surface.missing = missing_light(all_there, all_met, kStandardErrors);
-        for (std::size_t i = 0; i < missing.size(); ++i) {
-            Reading95& all = surface.points[i].all;
-            all.half_width += missing[i];
-            surface.points[i].indirect.half_width += missing[i];
-        }
-        const double mean = surface.mean.value;
-        double half_width = surface.mean.half_width + surface.missing;
-        // Where lamps are met seldom, their few meetings scatter more than they tell of themselves.
-        const double apart = std::fabs(all_there.value - all_met.value);
-        const bool known = all_there.value > kStandardErrors * all_there.standard_error;
-        if (known && apart > kStandardErrorsApart * all_there.standard_error)
-            half_width = std::max(half_width, apart);
-        if (missing.size() == 1) surface.points[0].all.half_width = half_width;
+        const double half_width = surface.mean.half_width + open(light, met);
         sum_up(surface);
-        surface.mean = {mean, half_width};
-        if (!(surface.missing > kLeastWarned * mean)) continue;
-        monitor.warn(fmt::format(
-            "surface \"{}\": about {:.3g} {} are missing in the mean, beside the {:.4g} {} that were found: "
-            "light that comes over mirrors, lenses or solid glass from lamps that are too small for path "
-            "tracing to meet. A cross-check by light paths found it; the intervals are wide enough to hold "
-            "it",
-            plain_text(surface.surface.name), surface.missing, unit, mean, unit));
+        surface.mean.half_width = half_width;
+        return;
     }
+    for (std::size_t i = 0; i < count; ++i) {
+        const ChanceLightAt::Mean at_point = there.mean(first + i, 1);
+        PointParts& point = surface.points[i];
+        point.all = instead(chance[i].rest, at_point);
+        point.indirect = instead(chance[i].rest_indirect, at_point);
+        point.mirrored = at_point.seen.value;
+        for (std::size_t g = 0; g < point.groups.size(); ++g)
+            point.groups[g] = std::max(0.0, point.groups[g] - chance[i].groups[g]) + at_point.groups[g];
+        scatter[i] = chance[i].rest.half_width;
+    }
+    surface.by_light_paths = light.value;
+    surface.never_met = missing_light(light, met, kTold);
+    sum_up(surface);
+    // Paths from the lamps pass several points, whose errors are not independent.
+    surface.mean.half_width = instead({0, std::sqrt(rest2)}, of_surface).half_width;
+}
+void take_from_light_paths(Readings& readings, const ChanceLightAt& there) {
+    std::size_t first = 0;
+    for (SurfaceIlluminance& surface : readings.surfaces) {
+        const std::size_t count = surface.points.size();
+        take_from_light_paths(surface, std::span(readings.chance).subspan(first, count),
+                              std::span(readings.scatter).subspan(first, count), there, first);
+        first += count;
+    }
+}
+
+// Names the surface that has the greatest share of light that no path from a point met.
+void warn_of_blurred_light(const std::vector<SurfaceIlluminance>& surfaces, const std::string& unit,
+                           Monitor& monitor) {
+    constexpr double kLeastWarned = 0.001;  // of the mean
+    const auto share = [](const SurfaceIlluminance& surface) {
+        return surface.never_met > 0 ? surface.never_met / surface.mean.value : 0.0;
+    };
+    const auto most = std::max_element(surfaces.begin(), surfaces.end(),
+                                       [&](const auto& a, const auto& b) { return share(a) < share(b); });
+    if (!(share(*most) > kLeastWarned)) return;
+    const auto more = std::count_if(surfaces.begin(), surfaces.end(),
+                                    [&](const auto& surface) { return share(surface) > kLeastWarned; }) -
+                      1;
+    monitor.warn(fmt::format(
+        "\"{}\": of the mean of {:.4g} {}, {:.3g} {} come over mirrors, lenses or solid glass from lamps "
+        "that "
+        "are too small for path tracing to meet; light paths estimate them, blurred around each point{}",
+        plain_text(most->surface.name), most->mean.value, unit, most->by_light_paths, unit,
+        more > 0 ? fmt::format("; the same holds for {} other{}", more, more == 1 ? "" : "s") : ""));
 }
 
 }  // namespace
@@ -300,31 +389,31 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     PathRounds rounds(job, Quantity::illuminance,
                       counts ? options.most_samples : std::max(kFirstOfHead, kFirstOfPoint / report.heads),
                       options.seed, options.workers, options.seconds);
-    RenderResult result;
+    std::optional<ChanceLightAt> there;
     for (;;) {
-        result = rounds.render(monitor);
+        const RenderResult result = rounds.render(monitor);
         if (result.report.samples_done == 0) throw Stopped("ended before every point had a sample");
-        report.surfaces = points.read(result, report.groups);
+        Readings readings = points.read(result, report.groups);
+        if (result.chance && !there) there = by_light_paths(readings, job, options, monitor);
+        if (there) take_from_light_paths(readings, *there);
+        const double scatter = worst_scatter_of(readings);
+        report.surfaces = std::move(readings.surfaces);
         report.precision = worst_of(report.surfaces);
         report.samples = result.report.samples_done;
         report.rays = job.scene.rays();
-        report.ended_by = !result.report.complete                 ? "user"
-                          : report.samples < job.spp              ? "time"
-                          : counts                                ? "samples"
-                          : report.precision <= options.precision ? "precision"
-                                                                  : "";
-        if (report.ended_by.empty() &&
-            !rounds.is_worth_going_on(report.precision, options.precision, monitor))
+        report.ended_by = !result.report.complete        ? "user"
+                          : report.samples < job.spp     ? "time"
+                          : counts                       ? "samples"
+                          : scatter <= options.precision ? "precision"
+                                                         : "";
+        if (report.ended_by.empty() && !rounds.is_worth_going_on(scatter, options.precision, monitor))
             report.ended_by = "forecast";
         if (!report.ended_by.empty()) break;
-        rounds.grow(report.precision / (kAim * options.precision), kNoEndOfSamples);
+        rounds.grow(scatter / (kAim * options.precision), kNoEndOfSamples);
     }
-    if (result.chance && report.ended_by != "user") {
-        cross_check(report.surfaces, points, *result.chance, job, report.unit, options, monitor);
-        report.precision = worst_of(report.surfaces);
-        if (report.ended_by == "precision" && report.precision > options.precision)
-            report.ended_by = "missing light";
-    }
+    if (report.ended_by == "precision" && report.precision > options.precision)
+        report.ended_by = "light paths";  // no more samples would make their estimate better
+    warn_of_blurred_light(report.surfaces, report.unit, monitor);
     report.seconds = clock.seconds();
     return report;
 }

@@ -3,7 +3,9 @@
 //
 // By the path tracer: it has no bias, so that an interval from how its samples scatter holds what it says.
 // Each point has heads of its own (Receivers, engine/render/job.h), whose samples do not depend on each
-// other; their means are nearly normal, and an interval is Student's for the mean of them.
+// other; their means are nearly normal, and an interval is Student's for the mean of them. Only lamps that
+// paths meet seldom, over mirrors, lenses and solid glass, make them scatter in a way that few samples do not
+// tell: their light is taken from light paths, which know it better.
 #pragma once
 
 #include <cstdint>
@@ -32,8 +34,10 @@ struct Reading95 {
 // What the light of one point is made of; they add up to it.
 struct PointParts {
     Reading95 all;
-    double direct = 0;           // from lamps and sky in a straight line
-    Reading95 indirect;          // all else
+    double direct = 0;   // from lamps and sky in a straight line
+    Reading95 indirect;  // all else
+    // Of that, from lamps that are seen over mirrors, lenses or solid glass alone.
+    double mirrored = 0;
     std::vector<double> groups;  // by light group of the scene; empty if it has none
 };
 
@@ -45,9 +49,9 @@ struct SurfaceIlluminance {
     std::vector<double> groups;  // of the mean
     Reading95 least, greatest;   // of the points' estimates, with those points' intervals
     Reading95 uniformity;        // U_0 = least over mean
-    // Of the mean: light over specular surfaces that light paths bring, and that no path from the points met
-    // (engine/render/chance_light.h). All intervals are wide enough to hold it.
-    double missing = 0;
+    // Of the mean: light over specular surfaces that is estimated by light paths, as paths from the points
+    // hardly meet its lamps (engine/render/chance_light.h); and how much of it they never met.
+    double by_light_paths = 0, never_met = 0;
     std::size_t index(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
                static_cast<std::size_t>(x);
@@ -82,9 +86,10 @@ struct IlluminanceReport {
     std::string unit;                 // "lx", "W/m^2"
     std::string flux_unit;            // "lm", "W"
     double precision = 0;             // reached: the largest such share
-    std::string ended_by;             // "precision", "time", "samples", "user", "forecast"
-    int heads = 0;                    // of each point
-    int samples = 0;                  // of each head
+    // "precision", "time", "samples", "user", "forecast", "light paths" (which know less than asked for).
+    std::string ended_by;
+    int heads = 0;    // of each point
+    int samples = 0;  // of each head
     std::uint64_t rays = 0;
     double seconds = 0;
 };

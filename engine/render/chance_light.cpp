@@ -1,7 +1,10 @@
 #include "engine/render/chance_light.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include "engine/base/path_limits.h"
 #include "engine/base/stats.h"
@@ -15,7 +18,6 @@ namespace {
 
 constexpr std::int64_t kPaths = 1 << 17, kMostPaths = 1 << 21;  // the latter: seconds
 constexpr std::int64_t kPathsPerChunk = 2048;                   // 64 chunks tell the standard error
-constexpr double kKnown = 0.1;                                  // relative standard error that is enough
 
 LightPaths light_paths(const ChanceLightWork& work) {
     LightPaths paths;
@@ -51,6 +53,10 @@ double response(const Receiver& receiver, const V3f& w) {
     return 0;
 }
 
+// Sums of each receiver: by balls of half the radius; by whole ones, of what comes from lamps over specular
+// surfaces alone. Those by light groups follow (one where the scene has none).
+constexpr std::size_t kHalf = 0, kSeen = 1, kColumns = 2;
+
 struct Ball {
     V3f centre;
     float radius;
@@ -63,7 +69,10 @@ struct BallVisitor : LightPathVisitor {
     const Scene* scene = nullptr;
     std::span<const Receiver> receivers;
     std::span<const Ball> balls;
-    std::vector<double> sums;
+    const LightGroups* light_groups = nullptr;
+    std::size_t columns = 0;       // of each receiver: kColumns, then one for each group
+    std::vector<double> sums;      // row by row
+    std::size_t group_column = 0;  // of the path's light
     SurfacePoint from;
 
     template <typename Archive>
@@ -71,31 +80,38 @@ struct BallVisitor : LightPathVisitor {
         archive(ledger, sums);
     }
     bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start, const Sampler&) {
-        if (start) from = start->from;
+        if (!start) return true;
+        from = start->from;
+        group_column =
+            kColumns +
+            (light_groups->empty() ? 0 : light_groups->of(static_cast<std::int32_t>(start->light)));
         return true;
     }
     void hit(const LightPathHit& at) {
         // Beyond a surface that lets it pass straight on comes the next segment; before any other the last
         // part of the ball lies behind the surface, and counts.
         const bool passes = !is_black(at.bsdf.straight_share(-at.d));
-        if (at.path.began_specular) add(at.d, double{luminance(at.power)}, at.hit.t, !passes);
+        add(at, at.hit.t, !passes);
         from = at.hit.at;
     }
     void scatter(const LightPathScatter& at) {
-        if (at.path.began_specular) add(at.d, double{luminance(at.power)}, (at.p - from.p).length(), false);
+        add(at, (at.p - from.p).length(), false);
         from = SurfacePoint{at.p};
     }
-    void escape(const LightPathEscape& at) {
-        if (at.path.began_specular) add(at.d, double{luminance(at.power)}, INFINITY, false);
-    }
+    void escape(const LightPathEscape& at) { add(at, INFINITY, false); }
 
   private:
-    void add(const V3f& d, double power, float length, bool beyond) {
+    template <typename At>
+    void add(const At& at, float length, bool beyond) {
+        if (!at.path.began_specular) return;
+        const V3f& d = at.d;
+        const double power = double{luminance(at.power)};
         for (std::size_t i = 0; i < balls.size(); ++i) {
             const V3f way = balls[i].centre - from.p;
             const float along = way.dot(d), r = balls[i].radius;
             if (!(along > 0) || !(along <= length + (beyond ? r : 0))) continue;
-            if (!(way.length2() - along * along < r * r)) continue;
+            const float beside2 = way.length2() - along * along;
+            if (!(beside2 < r * r)) continue;
             // Both a little off the surfaces that they may lie on.
             constexpr float kOff = 1e-3F;
             const V3f eye = balls[i].centre + kOff * r * receivers[i].normal;
@@ -103,7 +119,11 @@ struct BallVisitor : LightPathVisitor {
             const V3f look = seen - eye;
             const float distance = look.length();
             if (distance > 0 && scene->blocked(Ray{eye, look / distance, distance}, false)) continue;
-            sums[i] += power * response(receivers[i], -d) / double{kPi * r * r};  // r > 0
+            const double brought = power * response(receivers[i], -d) / double{kPi * r * r};  // r > 0
+            double* of_receiver = &sums[columns * i];
+            of_receiver[group_column] += brought;
+            if (4 * beside2 < r * r) of_receiver[kHalf] += 4 * brought;
+            if (!at.path.strayed) of_receiver[kSeen] += brought;
         }
     }
 };
@@ -137,16 +157,60 @@ bool has_chance_light(const Scene& scene) {
     return scene.has_specular() && !scene.lights().empty();
 }
 
-std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
-                                         std::span<const double> enough, const ChanceLightWork& work) {
-    std::vector<ChanceLight> result(receivers.size());
+ChanceLightAt::Mean ChanceLightAt::mean(std::size_t first, std::size_t count) const {
+    constexpr double kTold = 2;          // standard errors
+    constexpr double kOfHalf = 4 / 3.0;  // where the blur grows with the square of the radius
+    Mean mean;
+    mean.groups.resize(groups_);
+    RunningStats whole, beside, seen;
+    const double share = 1 / (static_cast<double>(count) * double{kPathsPerChunk});
+    for (const std::vector<double>& sums : chunks_) {
+        double half = 0, all = 0, by_chains = 0;
+        for (std::size_t i = first; i < first + count; ++i) {
+            const double* of_receiver = &sums[i * (kColumns + groups_)];
+            half += share * of_receiver[kHalf];
+            by_chains += share * of_receiver[kSeen];
+            for (std::size_t g = 0; g < groups_; ++g) {
+                const double found = share * of_receiver[kColumns + g];
+                all += found;
+                mean.groups[g] += found / static_cast<double>(chunks_.size());
+            }
+        }
+        whole.add(all);
+        beside.add(all - half);
+        seen.add(by_chains);
+    }
+    mean.light = {whole.mean(), whole.standard_error()};
+    mean.seen = {seen.mean(), seen.standard_error()};
+    const double by_blur = std::fabs(beside.mean());
+    if (by_blur > kTold * beside.standard_error()) mean.blur = kOfHalf * by_blur;
+    return mean;
+}
+
+ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
+                              std::span<const double> others, double share, const ChanceLightWork& work) {
     std::vector<Ball> balls;
     for (std::size_t i = 0; i < receivers.size(); ++i)
         balls.push_back({V3f(receivers[i].position - work.scene.origin()) + receivers[i].off, radii[i]});
+    const LightGroups& groups = work.scene.light_groups();
+    ChanceLightAt result;
+    result.groups_ = std::max<std::size_t>(1, groups.names.size());
     LightPaths paths = light_paths(work);
     paths.interleaved = false;  // a segment begins where the one before it ended
     std::vector<BallVisitor> chunks;
-    for (bool known = false; !known && paths.count <= kMostPaths; paths.count *= 4) {
+    const auto is_known = [&] {
+        double mean = 0;
+        std::vector<ChanceLight> light;
+        for (std::size_t i = 0; i < balls.size(); ++i) {
+            light.push_back(result.mean(i, 1).light);
+            mean += (others[i] + light[i].value) / static_cast<double>(balls.size());
+        }
+        for (std::size_t i = 0; i < balls.size(); ++i) {
+            if (light[i].standard_error > share * std::max(mean, others[i] + light[i].value)) return false;
+        }
+        return true;
+    };
+    do {
         trace_light_paths(
             {work.scene, work.workers, work.monitor}, paths, chunks,
             [&](std::int64_t) {
@@ -154,19 +218,20 @@ std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, st
                 visitor.scene = &work.scene;
                 visitor.receivers = receivers;
                 visitor.balls = balls;
-                visitor.sums.resize(balls.size());
+                visitor.light_groups = &groups;
+                visitor.columns = kColumns + result.groups_;
+                visitor.sums.resize(visitor.columns * balls.size());
                 return visitor;
             },
             kNoMemoryTest);
-        if (work.monitor.stopped()) return std::vector<ChanceLight>(receivers.size());
-        known = true;
-        for (std::size_t i = 0; i < balls.size(); ++i) {
-            RunningStats of_chunks;
-            for (const BallVisitor& chunk : chunks) of_chunks.add(chunk.sums[i] / double{kPathsPerChunk});
-            result[i] = {of_chunks.mean(), of_chunks.standard_error()};
-            known = known && !(result[i].standard_error > std::max(kKnown * result[i].value, enough[i]));
+        if (work.monitor.stopped()) {
+            result.chunks_.assign(1, std::vector<double>((kColumns + result.groups_) * balls.size()));
+            return result;
         }
-    }
+        for (std::size_t i = result.chunks_.size(); i < chunks.size(); ++i)
+            result.chunks_.push_back(chunks[i].sums);
+        paths.count *= 4;
+    } while (paths.count <= kMostPaths && !is_known());
     return result;
 }
 
@@ -242,6 +307,28 @@ MissingInImage missing_in(const Job& job, const RenderResult& result, const Chan
                                     mean_of(*result.chance), kStandardErrors);
     if (!(missing.missing > kLeastShare * missing.mean)) missing.missing = 0;
     return missing;
+}
+
+std::optional<ChanceLight> light_that_paths_hardly_find(Job& job, const RenderOptions& options,
+                                                        Monitor& monitor) {
+    const auto* path = std::get_if<PathSettings>(&job.integrator);
+    job.film.chance = path && !job.film.is_part() && has_chance_light(job.scene);
+    if (!job.film.chance) return std::nullopt;
+    return chance_light_in_view(
+        job, {job.scene, options.seed, most_bounces(path->max_depth), options.workers, monitor});
+}
+
+void warn_of_missing_light(const Job& job, const ChanceLight& there, RenderResult& result, Monitor& monitor) {
+    const MissingInImage missing = missing_in(job, result, there);
+    if (!(missing.missing > 0)) return;
+    monitor.warn(fmt::format(
+        "about {:.0f} % of the image's light is missing, by a cross-check with light paths: it comes over "
+        "mirrors, "
+        "lenses or solid glass from lamps that are too small for path tracing to meet; the image's error is "
+        "not known; use photonmap, progressive or igi",
+        100 * missing.share()));
+    result.report.relative_error.reset();
+    result.report.denoised_error.reset();
 }
 
 }  // namespace lucerna

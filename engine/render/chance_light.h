@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,10 +43,30 @@ struct ChanceLightWork {
 bool has_chance_light(const Scene& scene);
 
 // The illuminance at receivers by paths whose first bounce was specular, each blurred over a ball around the
-// receiver, of its radius (scene units, > 0). More paths are traced, up to a bound, until each is known to a
-// tenth, or as well as is `enough` for it (a standard error). All zero where the monitor stopped it.
-std::vector<ChanceLight> chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
-                                         std::span<const double> enough, const ChanceLightWork& work);
+// receiver.
+class ChanceLightAt {
+  public:
+    struct Mean {
+        ChanceLight light;
+        ChanceLight seen;            // of it: from lamps over specular surfaces alone
+        std::vector<double> groups;  // its parts, by light group of the scene
+        double blur = 0;             // by how much the blur may change it: balls of half the radius tell
+    };
+    // Of consecutive receivers.
+    Mean mean(std::size_t first, std::size_t count) const;
+
+  private:
+    friend ChanceLightAt chance_light_at(std::span<const Receiver>, std::span<const float>,
+                                         std::span<const double>, double, const ChanceLightWork&);
+    std::size_t groups_ = 0;
+    std::vector<std::vector<double>> chunks_;  // each chunk of paths' BallVisitor::sums
+};
+
+// Radii of balls are in scene units, > 0. More paths are traced, up to a bound, until each receiver's
+// standard error is less than that share of all its light, of which `others` are the rest, or of the mean
+// receiver's. All zero where the monitor stopped it.
+ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
+                              std::span<const double> others, double share, const ChanceLightWork& work);
 
 // The mean over a view of what surfaces send to the eye of such light, by density estimation at the first
 // diffuse surface that a camera ray meets. Of a job whose integrator is a path tracer.
@@ -62,5 +83,13 @@ struct MissingInImage {
 };
 // `there`: chance_light_in_view()'s. The result is of a film that tells what chance finds.
 MissingInImage missing_in(const Job& job, const RenderResult& result, const ChanceLight& there);
+
+// For a render of the job: chance_light_in_view() of a path tracer, whose film is told to note what it finds
+// by chance. None where no light goes over specular surfaces, or only a part of the image is rendered here.
+// All ranks call this.
+std::optional<ChanceLight> light_that_paths_hardly_find(Job& job, const RenderOptions& options,
+                                                        Monitor& monitor);
+// Warns of what the result lacks of it; then no error is stated.
+void warn_of_missing_light(const Job& job, const ChanceLight& there, RenderResult& result, Monitor& monitor);
 
 }  // namespace lucerna

@@ -10,15 +10,26 @@ namespace lucerna {
 PartFilms::PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups,
                      Wanted wanted) {
     assert(wanted.any());
+    const auto name_groups = [&groups](std::vector<std::string>& names) {
+        for (const std::string& name : groups.names) names.push_back(kLightGroupPrefix + name + '.');
+    };
     if (wanted.parts) {
         for (std::size_t part = 0; part < kLightParts; ++part)
-            names_.emplace_back(light_part_name(static_cast<LightPart>(part)));
-        for (const std::string& name : groups.names) names_.push_back(kLightGroupPrefix + name);
+            names_.push_back(std::string(light_part_name(static_cast<LightPart>(part))) + '.');
+        name_groups(names_);
     }
-    const std::size_t count = names_.size() + (wanted.chance ? 1 : 0);
+    if (wanted.chance) chance_.emplace_back();
+    if (wanted.chance && wanted.parts) name_groups(chance_);
+    const std::size_t count = films_of(groups, wanted);
     films_.reserve(count);
     for (std::size_t i = 0; i < count; ++i)
-        films_.emplace_back(width, height, is_group(i) ? kind : alone(kind));
+        films_.emplace_back(width, height, is_group(i) ? of_group(kind) : alone(kind));
+}
+
+std::size_t PartFilms::films_of(const LightGroups& groups, Wanted wanted) {
+    const std::size_t by_group = groups.names.size();
+    return (wanted.parts ? kLightParts + by_group : 0) +
+           (wanted.chance ? 1 + (wanted.parts ? by_group : 0) : 0);
 }
 
 void PartFilms::add(int x, int y, const LightParts& sample, float weight, int half) {
@@ -36,16 +47,17 @@ void PartFilms::add_pass(int x, int y, std::span<const LightParts> samples, std:
     }
 }
 
-Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
+Image PartFilms::develop_films(std::size_t first, std::span<const std::string> names, float scale,
+                               const WorkingSpace& colours) const {
     std::vector<std::string> channels;
-    for (const std::string& name : names_) {
-        for (const char* channel : {".R", ".G", ".B", ".variance.R", ".variance.G", ".variance.B"})
+    for (const std::string& name : names) {
+        for (const char* channel : {"R", "G", "B", "variance.R", "variance.G", "variance.B"})
             channels.push_back(name + channel);
     }
     Image all(films_.front().width(), films_.front().height(), channels);
     if (!colours.is_srgb()) all.space = &colours.space();
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-        const Image one = films_[i].develop(scale, colours);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const Image one = films_[first + i].develop(scale, colours);
         const std::size_t width = one.channels.size(), pixels = one.data.size() / width;
         for (std::size_t p = 0; p < pixels; ++p) {
             std::copy_n(&one.data[width * p], width, &all.data[channels.size() * p + width * i]);
@@ -61,9 +73,13 @@ Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
     return all;
 }
 
+Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
+    return develop_films(0, names_, scale, colours);
+}
+
 std::optional<Image> PartFilms::develop_chance(float scale, const WorkingSpace& colours) const {
-    if (films_.size() == names_.size()) return std::nullopt;
-    return films_.back().develop(scale, colours);
+    if (chance_.empty()) return std::nullopt;
+    return develop_films(names_.size(), chance_, scale, colours);
 }
 
 std::size_t PartFilms::bytes_of_sums() const {
@@ -94,10 +110,10 @@ std::size_t PartFilms::bytes_per_pixel(const Film::Kind& kind, const LightGroups
     // Channels: of the developed image, and as they are added to the one that is written. Of a group in
     // halves also those of both, and of the denoised light.
     constexpr std::size_t kChannels = 2 * 6 * sizeof(float);
-    const std::size_t others = (wanted.parts ? kLightParts : 0) + (wanted.chance ? 1 : 0);
+    const std::size_t by_group = wanted.parts ? groups.names.size() : 0;
     const std::size_t halves = kind.two_halves ? 2 * (2 * kHalfChannels + 3) * sizeof(float) : 0;
-    return others * (Film::bytes_per_pixel(alone(kind)) + kChannels) +
-           (wanted.parts ? groups.names.size() : 0) * (Film::bytes_per_pixel(kind) + kChannels + halves);
+    return (films_of(groups, wanted) - by_group) * (Film::bytes_per_pixel(alone(kind)) + kChannels) +
+           by_group * (Film::bytes_per_pixel(of_group(kind)) + kChannels + halves);
 }
 
 }  // namespace lucerna

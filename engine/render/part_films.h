@@ -36,7 +36,8 @@ class PartFilms {
     // light_part_name(), the groups as lightgroup.NAME. Of groups in two halves then first.lightgroup.NAME
     // and second.lightgroup.NAME, as Film::develop_half() makes them.
     Image develop(float scale, const WorkingSpace& colours) const;
-    // LightParts::by_chance, if wanted, as Film::develop() makes it.
+    // LightParts::by_chance, if wanted: channels R .G .B, variance.R .G .B; and where parts are wanted, too,
+    // the same for each group behind lightgroup.NAME.
     std::optional<Image> develop_chance(float scale, const WorkingSpace& colours) const;
 
     // As Film's, of all of them.
@@ -55,17 +56,28 @@ class PartFilms {
     // Halves of all but groups are the image's own concern, unless it is their mean.
     static Film::Kind alone(Film::Kind kind) {
         kind.two_halves = kind.allocated;
+        return of_group(kind);
+    }
+    // What is blurred, the image tells.
+    static Film::Kind of_group(Film::Kind kind) {
         kind.tells_blur = false;
         return kind;
     }
     bool is_group(std::size_t film) const { return film >= kLightParts && film < names_.size(); }
     const Rgb& value(const LightParts& sample, std::size_t film) const {
-        if (film >= names_.size()) return sample.by_chance;
+        if (film == names_.size()) return sample.by_chance;
+        if (film > names_.size()) return sample.groups_by_chance[film - names_.size() - 1];
         return film < kLightParts ? sample.parts[film] : sample.groups[film - kLightParts];
     }
 
-    std::vector<std::string> names_;  // of parts, then of groups
-    std::vector<Film> films_;         // the same; then that of chance
+    // Channels R, G, B and their variances of the films [first, first + names), each behind its name.
+    Image develop_films(std::size_t first, std::span<const std::string> names, float scale,
+                        const WorkingSpace& colours) const;
+    static std::size_t films_of(const LightGroups& groups, Wanted wanted);
+
+    std::vector<std::string> names_;   // of parts, then of groups
+    std::vector<std::string> chance_;  // of what chance finds: of all, then of groups
+    std::vector<Film> films_;          // of names_, then of chance_
 };
 
 }  // namespace lucerna

@@ -56,16 +56,18 @@ struct LightParts {
     // Of their sum, the light that no sampling of lights can find: what a path that was scattered met at the
     // end of a specular chain, by chance.
     Rgb by_chance;
-    const LightGroups* of;  // outlives this
+    std::vector<Rgb> groups_by_chance;  // its shares, by light group
+    const LightGroups* of;              // outlives this
 
     explicit LightParts(const LightGroups& light_groups)
-        : groups(light_groups.names.size()), of(&light_groups) {
+        : groups(light_groups.names.size()), groups_by_chance(groups.size()), of(&light_groups) {
         clear();
     }
     void clear() {
         parts.fill(Rgb(0));
         groups.assign(groups.size(), Rgb(0));
         by_chance = Rgb(0);
+        groups_by_chance.assign(groups_by_chance.size(), Rgb(0));
     }
 };
 
@@ -104,7 +106,9 @@ class PartsSink {
         constexpr LightPart parts[] = {LightPart::emission, LightPart::direct, LightPart::caustic,
                                        LightPart::indirect, LightPart::media};
         if (to_) add(parts[static_cast<std::size_t>(way_)], radiance, light);
-        if (to_ && by_chance && way_ != Way::eye) to_->by_chance += weight_ * radiance;
+        if (!to_ || !by_chance || way_ == Way::eye) return;
+        to_->by_chance += weight_ * radiance;
+        if (!to_->groups.empty()) to_->groups_by_chance[to_->of->of(light)] += weight_ * radiance;
     }
     void met(const Rgb& radiance, std::uint32_t light, bool by_chance = false) const {
         met(radiance, static_cast<std::int32_t>(light), by_chance);

@@ -20,6 +20,7 @@
 #include "engine/integrators/settings.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/render/chance_light.h"
 #include "engine/render/render.h"
 #include "python/bindings/arrays.h"
 #include "python/bindings/bindings.h"
@@ -200,9 +201,11 @@ Rendered render_now(ReadScene& scene, Asked& asked, const Stopwatch& clock, Pyth
         facts.choice = select_method(job, options, monitor);
         facts.choose_seconds = choosing.seconds();
     }
+    const std::optional<ChanceLight> hidden = light_that_paths_hardly_find(job, options, monitor);
     options.limits.seconds = whole - clock.seconds();
     const Stopwatch rendering;
     RenderResult result = render(job, options, monitor);
+    if (hidden) warn_of_missing_light(job, *hidden, result, monitor);
     facts.render_seconds = rendering.seconds();
     facts.warnings = monitor.warnings();
     Rendered rendered;

@@ -165,7 +165,7 @@ Coverage coverage_of(const Room& room, int seeds) {
             illuminance_on(std::vector{square}, job_of(room), options, silent).surfaces[0];
         coverage.readings.push_back(found.mean);
         coverage.means.add(found.mean.value);
-        coverage.warned += found.missing > 0;
+        coverage.warned += found.never_met > 0;
     }
     return coverage;
 }
@@ -184,13 +184,17 @@ std::string told(const Room& room, const Coverage& coverage, const RunningStats&
         kStandardErrors95 * truth.standard_error(), coverage.warned);
 }
 
-TEST(LuxCoverage, OfAGlassPartition_IsAsStated) {
-    const Room room = rooms()[1];
-    const RunningStats truth = counted(room, 8'000);
-    const Coverage coverage = coverage_of(room, 12);
-    EXPECT_FALSE(too_few(coverage.held(), coverage.seeds())) << told(room, coverage, truth);
-    EXPECT_TRUE(coverage.is(truth)) << told(room, coverage, truth);
-    EXPECT_LT(coverage.half_width(), 0.1 * coverage.means.mean());
+// Where a table, a partition or a lens shows small lamps to the floor, paths from it meet them seldom.
+TEST(LuxCoverage, WhereLampsAreMetSeldom_IsAsStated) {
+    constexpr int kSeeds = 12;
+    for (const Room& room : rooms()) {
+        if (room.name != "glass partition" && room.name != "spot behind a lens") continue;
+        const RunningStats truth = counted(room, 8'000);
+        const Coverage coverage = coverage_of(room, kSeeds);
+        EXPECT_FALSE(too_few(coverage.held(), kSeeds)) << told(room, coverage, truth);
+        EXPECT_TRUE(coverage.is(truth)) << told(room, coverage, truth);
+        EXPECT_LT(coverage.half_width(), 0.04 * coverage.means.mean()) << told(room, coverage, truth);
+    }
 }
 
 TEST(LuxCoverage, OfSixRooms_IsAsStated) {
@@ -200,18 +204,12 @@ TEST(LuxCoverage, OfSixRooms_IsAsStated) {
         const RunningStats truth = counted(room, 50'000);
         const Coverage coverage = coverage_of(room, kSeeds);
         std::cout << told(room, coverage, truth) << std::flush;
-        if (coverage.warned == kSeeds) {  // it says that light is missing, and its interval holds that, too
-            for (const Reading95& r : coverage.readings)
-                EXPECT_NEAR(r.value, truth.mean(), r.half_width + 4 * truth.standard_error()) << room.name;
-            continue;
-        }
         EXPECT_FALSE(too_few(coverage.held(), kSeeds)) << room.name;
         EXPECT_TRUE(coverage.is(truth)) << room.name;
         held += coverage.held();
         by_half += coverage.held(0.5);
         of += kSeeds;
     }
-    ASSERT_GE(of, 4 * kSeeds);
     EXPECT_GE(held, 0.90 * of);
     EXPECT_LE(held, 0.99 * of);
     EXPECT_LT(by_half, 0.90 * of) << "half as wide intervals are refused";

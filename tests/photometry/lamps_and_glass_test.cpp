@@ -15,7 +15,9 @@
 
 #include "engine/base/path_limits.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/photometry/glare.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/photometry/observer.h"
 #include "engine/render/chance_light.h"
 #include "engine/render/render.h"
 #include "photon/light_path.h"
@@ -33,7 +35,7 @@ using namespace lucerna::testing;
 
 // Lamps stand in the origin and shine along z; a sun comes from the side. The receiver faces them.
 const V3d kPlace(0.1, 0, 1.4);
-constexpr double kI = 100, kDisc = 0.002, kMirrorX = -0.5, kMirror = 0.9;
+constexpr double kI = 100, kDisc = 0.002, kField = 0.008, kOpening = 0.01, kMirrorX = -0.5, kMirror = 0.9;
 constexpr double kNear = 0.1;                   // radius about the place over which densities are estimated
 const V3d kSun = V3d(-0.3, 0, 1).normalized();  // direction of its light
 
@@ -43,11 +45,12 @@ struct Lamp {
     // Its intensity towards a unit direction; none: there is no closed form.
     std::optional<double> intensity = kI;
     bool by_cosine = false;
+    double area = 0;  // luminous, of a flat lamp; 0: it has no luminance
 };
 std::vector<Lamp> every_lamp(const std::filesystem::path& folder) {
     std::ofstream(folder / "lamp.ies")
-        << "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 10\n0 90\n0\n100 100\n";
-    write_light_field(folder / "field.exr", lambertian_disc(rig_b(), 0.008));
+        << "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0.01 0.01 0\n1 1 10\n0 90\n0\n100 100\n";
+    write_light_field(folder / "field.exr", lambertian_disc(rig_b(), kField));
     const auto grey = [](double value) { return fmt::format("[{0} {0} {0}]", value); };
     return {{"point", "LightSource \"point\" \"rgb I\" " + grey(kI)},
             {"spot",
@@ -62,9 +65,15 @@ std::vector<Lamp> every_lamp(const std::filesystem::path& folder) {
              fmt::format("AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0]\nAreaLightSource "
                          "\"diffuse\" \"rgb L\" {} Shape \"disk\" \"float radius\" {} AttributeEnd",
                          grey(kI / (kPiD * kDisc * kDisc)), kDisc),
-             false, kI, true},
-            {"measured lamp", "LightSource \"lightfield\" \"string filename\" \"field.exr\"", false, {}},
-            {"IES lamp", "LightSource \"ies\" \"string filename\" \"lamp.ies\""}};
+             false, kI, true, kPiD * kDisc * kDisc},
+            {"measured lamp",
+             "LightSource \"lightfield\" \"string filename\" \"field.exr\"",
+             false,
+             {},
+             true,
+             kPiD * kField * kField},
+            {"IES lamp", "LightSource \"ies\" \"string filename\" \"lamp.ies\"", false, kI, false,
+             kOpening * kOpening}};
 }
 
 enum class Bends : std::uint8_t {
@@ -87,7 +96,7 @@ V3d on_way(const Lamp& lamp, double z) {
     return lamp.sun ? kPlace - (kPlace.z - z) / kSun.z * kSun : kPlace * (z / kPlace.z);
 }
 
-std::string text_of(const Lamp& lamp, const Glass& glass) {
+std::string text_of(const Lamp& lamp, const Glass& glass, const std::string& around = {}) {
     const std::string sheet =
         "Shape \"bilinearmesh\" \"point3 P\" [-0.5 -0.5 0  0.5 -0.5 0  -0.5 0.5 0  0.5 0.5 0]\n";
     const auto at = [&](double z, const std::string& turned) {
@@ -97,10 +106,10 @@ std::string text_of(const Lamp& lamp, const Glass& glass) {
     const std::string oblique = fmt::format("Rotate {} 0 1 0", kTurned);
     std::string text = fmt::format(
         "LookAt {0} {1} {2}  {0} {1} 9  0 1 0 Camera \"perspective\" \"float fov\" 0.5\n"
-        "Film \"rgb\" \"integer xresolution\" 2 \"integer yresolution\" 2 WorldBegin\n{3}\n"
+        "Film \"rgb\" \"integer xresolution\" 2 \"integer yresolution\" 2 WorldBegin\n{3}\n{5}\n"
         "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.001 0.001 0.001] Translate {0} {1} {4}\n"
         "Rotate 180 1 0 0 Shape \"disk\" \"float radius\" 0.5 AttributeEnd\n",
-        kPlace.x, kPlace.y, kPlace.z - 0.2, lamp.text, kPlace.z);
+        kPlace.x, kPlace.y, kPlace.z - 0.2, lamp.text, kPlace.z, around);
     for (int i = 0; i < glass.panes; ++i)
         text += "AttributeBegin Material \"thindielectric\"\n" + at(0.6 + 0.15 * i, oblique) + sheet +
                 "AttributeEnd\n";
@@ -152,8 +161,12 @@ RunningStats count_light_paths(const Job& job) {
     return stats;
 }
 
-// What `lucerna lux` prints: its interval holds what a cross-check by light paths finds to be missing, and a
-// warning says so.
+bool has(const ListeningMonitor& monitor, const std::string& part) {
+    return std::any_of(monitor.warnings.begin(), monitor.warnings.end(),
+                       [&](const auto& line) { return line.find(part) != std::string::npos; });
+}
+
+// What `lucerna lux` prints, and whether a warning says that some of it is blurred.
 struct Reading {
     Reading95 reading;
     bool warned = false;
@@ -173,10 +186,7 @@ Reading by_lux(const Lamp& lamp, const Glass& glass, const std::filesystem::path
     options.most_samples = samples;
     const IlluminanceReport report =
         illuminance_on(std::vector{p}, job_for(lamp, glass, folder), options, monitor);
-    const bool warned = std::any_of(monitor.warnings.begin(), monitor.warnings.end(), [](const auto& line) {
-        return line.find("missing") != std::string::npos;
-    });
-    return {report.surfaces[0].points[0].all, warned};
+    return {report.surfaces[0].points[0].all, has(monitor, "too small for path tracing")};
 }
 
 // The illuminance of the place, and how well it is known.
@@ -350,6 +360,106 @@ TEST(LampsAndGlass, BehindMirrorsAndThickGlass_PathsFindTheLampOrSayWhatIsMissin
             EXPECT_TRUE(hold(path.readings, truth, kClosed) || path.warned)
                 << cell(lamp, glass, "path") << ": " << path.readings.mean() << " +- "
                 << path.readings.standard_error() << " for " << truth.value;
+        }
+    }
+}
+
+// Glare where the receiver is. A room around it has walls that give an eye a background.
+const std::string kRoom =
+    "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5] ReverseOrientation Shape "
+    "\"sphere\" "
+    "\"float radius\" 3 AttributeEnd";
+Job room_of(const Lamp& lamp, const Glass& glass, const std::filesystem::path& folder,
+            const SceneOverrides& overrides = {}) {
+    Monitor silent;
+    return read_scene_text("Option \"string unit\" \"photometric\"\n" + text_of(lamp, glass, kRoom),
+                           folder / "scene.pbrt", overrides, Workers{2}, silent);
+}
+
+// lx at the eye, and the luminance of a background that brings all but what lamps send straight: by photon
+// mapping.
+struct EyeTruth {
+    RunningStats vertical, background;
+};
+EyeTruth eye_truth(const Lamp& lamp, const Glass& glass, const std::filesystem::path& folder) {
+    SceneOverrides overrides;
+    overrides.integrator = "photonmap";
+    overrides.set = {{"photons", "100000"}, {"quantity", "illuminance"}};
+    overrides.spp = 64;
+    Monitor silent;
+    Job job = room_of(lamp, glass, folder, overrides);
+    job.film.parts = true;
+    EyeTruth truth;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        const RenderResult result = render(job, {seed, Workers{2}}, silent);
+        const Image& parts = result.parts.value();
+        const std::size_t direct = find_channel(parts, "direct.R").value(), width = parts.channels.size();
+        double all = 0, not_direct = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const Rgb found = result.image.rgb_at(static_cast<int>(i % 2), static_cast<int>(i / 2));
+            const float* rgb = &parts.data[i * width + direct];
+            all += double{luminance(found)} / 4;
+            not_direct += double{luminance(found - Rgb(rgb[0], rgb[1], rgb[2]))} / 4;
+        }
+        truth.vertical.add(all);
+        truth.background.add(not_direct / kPiD);
+    }
+    return truth;
+}
+
+TEST(LampsAndGlass, Glare_IsRatedOrSaysWhatItHasNoTermFor) {
+    const TemporaryFolder folder;
+    constexpr double kOfPhotons = 0.03;  // bias of density estimation
+    Observer observer;
+    observer.name = "eye";
+    observer.eye = kPlace - V3d(0, 0, 1e-4);
+    observer.view = {0, 0, -1};
+    observer.up = {0, 1, 0};
+    GlareOptions options;
+    options.workers = {2};
+    options.blur = 0;
+    std::vector<Glass> glasses = kStraight;
+    glasses.insert(glasses.end(), kBent.begin(), kBent.end());
+    for (const Lamp& lamp : every_lamp(folder.path())) {
+        if (lamp.sun) continue;  // a sun is no luminaire
+        for (const Glass& glass : glasses) {
+            const EyeTruth truth = eye_truth(lamp, glass, folder.path());
+            ListeningMonitor monitor;
+            const GlareReport found =
+                glare_at(std::vector{observer}, room_of(lamp, glass, folder.path()), options, monitor)
+                    .front();
+            const std::string here =
+                cell(lamp, glass, "glare") + ": " + fmt::format("{}", fmt::join(monitor.warnings, "; "));
+            const bool blurred = has(monitor, "too small for path tracing");
+            const auto holds = [&](const Reading95& reading, const RunningStats& right) {
+                return std::fabs(reading.value - right.mean()) <
+                       2 * reading.half_width + 4 * right.standard_error() + kOfPhotons * right.mean();
+            };
+            const auto told = [](const Reading95& reading, const RunningStats& right) {
+                return fmt::format("{:.4g} +- {:.2g} for {:.4g} +- {:.2g}", reading.value, reading.half_width,
+                                   right.mean(), right.standard_error());
+            };
+            EXPECT_TRUE(holds(found.vertical, truth.vertical) || blurred)
+                << here << ": E_v " << told(found.vertical, truth.vertical);
+            EXPECT_TRUE(holds(found.background, truth.background) || blurred)
+                << here << ": L_b " << told(found.background, truth.background);
+            RunningStats twice;
+            twice.add(2 * truth.background.mean());
+            EXPECT_FALSE(holds(found.background, twice)) << here << " holds a background twice as bright";
+            const bool bends = glass.bends == Bends::some;
+            EXPECT_EQ(has(monitor, "seen over mirrors"), bends) << here;
+            EXPECT_EQ(has(monitor, "no extent"), lamp.area == 0) << here;
+            const bool rated = lamp.area > 0 && !glass.hides;
+            EXPECT_EQ(found.sources.size(), rated ? 1U : 0U) << here;
+            if (!rated || found.sources.empty()) continue;
+            // An even flat lamp of area A at a distance d: E across the direction is L A cos / d².
+            const V3d way = kPlace.normalized();
+            const double cosine = way.z, direct = truth.vertical.mean() - kPiD * truth.background.mean();
+            const double sum = sqr(direct / cosine) * kPlace.length2() / (lamp.area * cosine) /
+                               sqr(position_index(observer, V3f(-way)));
+            EXPECT_NEAR(found.ugr.value, 8 * std::log10(0.25 / truth.background.mean() * sum),
+                        2 * found.ugr.half_width + (lamp.intensity ? 0.2 : 0.5))
+                << here;
         }
     }
 }
