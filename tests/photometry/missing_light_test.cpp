@@ -1,5 +1,5 @@
-// What paths from a receiver or the eye cannot find is told by light paths: lamps too small to be met over
-// mirrors and solid glass. What they do find is never called missing.
+// Light paths find what paths from a receiver cannot: lamps that are too small to be met over mirrors and
+// solid glass. Of an image they tell how much is missing. No light that paths meet is ever named so.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
