@@ -198,6 +198,7 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
     LightPaths paths = light_paths(work);
     paths.interleaved = false;  // a segment begins where the one before it ended
     std::vector<BallVisitor> chunks;
+    constexpr double kTold = 5, kLittle = 0.1;
     const auto is_known = [&] {
         double mean = 0;
         std::vector<ChanceLight> light;
@@ -206,7 +207,11 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
             mean += (others[i] + light[i].value) / static_cast<double>(balls.size());
         }
         for (std::size_t i = 0; i < balls.size(); ++i) {
-            if (light[i].standard_error > share * std::max(mean, others[i] + light[i].value)) return false;
+            const double enough = share * std::max(mean, others[i] + light[i].value);
+            if (light[i].standard_error > enough) return false;
+            // What may count must be told from 0.
+            const bool told = light[i].value > kTold * light[i].standard_error;
+            if (!told && light[i].value > kLittle * enough) return false;
         }
         return true;
     };
