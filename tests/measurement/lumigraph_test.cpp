@@ -390,7 +390,7 @@ TEST(Lumigraph, DrawnDirections_AreSeenAsTheyWereDrawn) {
             EXPECT_NEAR(double{luminance(seen->radiance)}, radiance, 0.02 * radiance);
             EXPECT_NEAR(seen->distance, drawn->distance, 1e-4F * drawn->distance);
         }
-        EXPECT_GT(compared, 300) << x;
+        EXPECT_GT(compared, 200) << x << ": too few to tell";
     }
 }
 
