@@ -96,7 +96,7 @@ class Film {
     // The square of an estimate's blur over that of D, by Epanechnikov's kernel across an edge, where it
     // grows as the radius. Where light is smooth, blur grows as the disc's area, and 1.14 would do.
     static constexpr double kBlurOfDifference = 1.9;
-    static constexpr double kMostUncertainty = 0.15;
+    static constexpr double kMostUncertainty = 0.18;
     struct ErrorEstimate {
         double relative = 0;
         // What density estimates blur, likewise a share; 0 where samples do not tell it. D, what an estimate

@@ -63,18 +63,19 @@ Image PartFilms::develop_films(std::size_t first, std::span<const std::string> n
             std::copy_n(&one.data[width * p], width, &all.data[channels.size() * p + width * i]);
         }
     }
-    for (std::size_t i = 0; i < names_.size(); ++i) {
-        if (!is_group(i) || !films_[i].has_two_halves()) continue;
-        for (std::size_t half = 0; half < 2; ++half) {
-            add_channels(all, films_[i].develop_half(static_cast<int>(half), scale, colours),
-                         kHalfNames[half] + names_[i] + ".");
-        }
-    }
     return all;
 }
 
 Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
-    return develop_films(0, names_, scale, colours);
+    Image all = develop_films(0, names_, scale, colours);
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+        if (!is_group(i) || !films_[i].has_two_halves()) continue;
+        for (std::size_t half = 0; half < 2; ++half) {
+            add_channels(all, films_[i].develop_half(static_cast<int>(half), scale, colours),
+                         kHalfNames[half] + names_[i]);
+        }
+    }
+    return all;
 }
 
 std::optional<Image> PartFilms::develop_chance(float scale, const WorkingSpace& colours) const {

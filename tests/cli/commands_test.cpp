@@ -140,11 +140,11 @@ TEST_F(RunRender, Passes_AreCountedAndSaid) {
                                          "--passes",     "5",           "--stats", "a.json"};
     const Outcome outcome = lucerna_run(words);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_THAT(outcome.out, HasSubstr("5 passes, 20 spp"));
+    EXPECT_THAT(outcome.out, AllOf(HasSubstr("5 passes, 20 spp"), HasSubstr("too few samples to tell")))
+        << "a few of 96 pixels make most of the noise";
     const auto stats = nlohmann::json::parse(read_text("a.json"));
     EXPECT_EQ(stats["numbers"]["passes.done"], 5);
     EXPECT_EQ(stats["notes"]["ended_by"], "samples");
-    EXPECT_GT(stats["numbers"]["error.relative"], 0);
     EXPECT_LT(stats["numbers"]["radius.share"], 1);
     EXPECT_EQ(read_exr("a.exr").attributes.at("lucerna.passes"), "5");
 }
