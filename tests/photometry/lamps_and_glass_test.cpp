@@ -302,9 +302,14 @@ TEST(LampsAndGlass, BehindPanes_EveryMethodFindsEveryLamp) {
             const Truth truth = truth_of(lamp, glass, folder.path());
             ASSERT_GT(truth.value, 0);
             const Reading lux = by_lux(lamp, glass, folder.path());
-            EXPECT_NEAR(lux.reading.value, truth.value,
-                        kClosed * truth.value + 2 * lux.reading.half_width + 4 * truth.error)
-                << cell(lamp, glass, "lux");
+            // What two panes throw to and fro is no part of the closed form, and of wide ones this much.
+            const V3d normal(std::sin(kTurned * kPiD / 180), 0, std::cos(kTurned * kPiD / 180));
+            const V3d way = lamp.sun ? kSun : kPlace;
+            const double back = 1 - pane_transmittance(std::fabs(way.normalized().dot(normal)));
+            const double most = glass.panes == 2 ? truth.value / (1 - sqr(back)) : truth.value;
+            const double margin = kClosed * truth.value + 2 * lux.reading.half_width + 4 * truth.error;
+            EXPECT_GT(lux.reading.value, truth.value - margin) << cell(lamp, glass, "lux");
+            EXPECT_LT(lux.reading.value, most + margin) << cell(lamp, glass, "lux");
             // Two panes send light to and fro between them, which is said to be missing.
             EXPECT_FALSE(lux.warned && glass.panes < 2) << cell(lamp, glass, "lux");
             std::vector<Method> methods = photon_methods();
@@ -454,14 +459,15 @@ TEST(LampsAndGlass, Glare_IsRatedOrSaysWhatItHasNoTermFor) {
             EXPECT_EQ(has(monitor, "no extent"), lamp.area == 0) << here;
             const bool rated = lamp.area > 0 && !glass.hides;
             EXPECT_EQ(found.sources.size(), rated ? 1U : 0U) << here;
-            if (!rated || found.sources.empty()) continue;
+            // A light field is as large as its own resolution has it (OfAMeasuredDisc.*).
+            if (!rated || found.sources.empty() || !lamp.intensity) continue;
             // An even flat lamp of area A at a distance d: E across the direction is L A cos / d².
             const V3d way = kPlace.normalized();
             const double cosine = way.z, direct = truth.vertical.mean() - kPiD * truth.background.mean();
             const double sum = sqr(direct / cosine) * kPlace.length2() / (lamp.area * cosine) /
                                sqr(position_index(observer, V3f(-way)));
             EXPECT_NEAR(found.ugr.value, 8 * std::log10(0.25 / truth.background.mean() * sum),
-                        2 * found.ugr.half_width + (lamp.intensity ? 0.2 : 0.5))
+                        2 * found.ugr.half_width + 0.2)
                 << here;
         }
     }
