@@ -79,10 +79,7 @@ class Table:
                 run(["oiiotool", f"{self.data}/{given}", "--ch", "R,G,B", "--resize:filter=box", self.size(name),
                      *overflow, "-d", "float", "-o", f"{image}.exr"])
             return f"{image}.exr", 0
-        halves = [f"{image}-{half}.exr" for half in range(2)]
-        for half, file in enumerate(halves):
-            if not os.path.exists(file):
-                self.render(name, file, ["--no-denoise", *REFERENCES[by], "--time", f"{self.seconds / 2}s", "--seed", str(1000 + half)])
+        halves = self.reference_halves(name)
         # A lamp's glint that one half happened to meet is none of the other's: no half counts for more than twice the other.
         clean = [f"{image}-{half}-clean.exr" for half in range(2)]
         if not os.path.exists(f"{image}.exr"):
@@ -91,6 +88,15 @@ class Table:
                      "-d", "float", "-o", file])
             run(["oiiotool", *clean, "--add", "--mulc", "0.5", "-d", "float", "-o", f"{image}.exr"])
         return f"{image}.exr", self.difference(name, *clean) / 2
+
+    def reference_halves(self, name):
+        """Two independent files, rendered where they are not there yet."""
+        halves = [f"{self.out}/{name}-{self.size(name)}-reference-{half}.exr" for half in range(2)]
+        for half, file in enumerate(halves):
+            if not os.path.exists(file):
+                self.render(name, file, ["--no-denoise", *REFERENCES[SCENES[name][2]], "--time", f"{self.seconds / 2}s",
+                                         "--seed", str(1000 + half)])
+        return halves
 
     def difference(self, name, image, reference):
         mask = ["--mask", str(MASKS[name])] if name in MASKS else []

@@ -4,7 +4,6 @@
 # Scenes and references are those of denoising.py at half the width and height; references are rendered once and kept in OUT_FOLDER.
 import json
 import math
-import os
 import sys
 
 from methods import MASKS, METHODS, REFERENCES, SCENES, Table, option
@@ -22,9 +21,7 @@ class Said(Table):
 
     def measured(self, name, image, channels):
         """The error that an image has, without the noise of the references' halves."""
-        reference, _ = self.reference(name)
-        halves = [reference.replace(".exr", f"-{half}.exr") for half in range(2)]
-        both = [luminance(half) for half in (halves if os.path.exists(halves[0]) else [reference])]
+        both = [luminance(half) for half in self.reference_halves(name)]
         return error(luminance(image, channels), both, MASKS.get(name))
 
     def ratios(self, name, spp, seed):
