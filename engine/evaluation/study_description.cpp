@@ -121,8 +121,10 @@ std::vector<StudyPoint> points_of(const TomlTable& table, const std::string& met
     IntegratorSettings settings =
         naming("integrator", [&] { return make_settings(integrator, table.place_of("integrator")); });
     for (const StudyPoint& point : points) {
-        for (const auto& [key, value] : point.overrides.set) {
-            naming("set", [&] { set_parameter(settings, key, parse_setting(value), table.place_of("set")); });
+        for (const auto& own : point.overrides.set) {
+            naming("set", [&] {
+                set_parameter(settings, own.first, parse_setting(own.second), table.place_of("set"));
+            });
         }
     }
     table.done();

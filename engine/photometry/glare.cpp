@@ -259,7 +259,8 @@ void check(const Observer& observer) {
     }
 }
 
-// Names the observer that sees most of lamps over mirrors or solid glass: these are no luminaires of a rating.
+// Names the observer that sees most of lamps over mirrors or solid glass: these are no luminaires of a
+// rating.
 void warn_of_mirrored_lamps(const std::vector<SurfaceIlluminance>& eyes, Monitor& monitor) {
     constexpr double kLeastWarned = 0.01;  // of E_v
     const auto share = [](const SurfaceIlluminance& eye) {
@@ -269,9 +270,9 @@ void warn_of_mirrored_lamps(const std::vector<SurfaceIlluminance>& eyes, Monitor
     const auto most = std::max_element(eyes.begin(), eyes.end(),
                                        [&](const auto& a, const auto& b) { return share(a) < share(b); });
     if (!(share(*most) > kLeastWarned)) return;
-    const auto more = std::count_if(eyes.begin(), eyes.end(),
-                                    [&](const auto& eye) { return share(eye) > kLeastWarned; }) -
-                      1;
+    const auto more =
+        std::count_if(eyes.begin(), eyes.end(), [&](const auto& eye) { return share(eye) > kLeastWarned; }) -
+        1;
     monitor.warn(fmt::format(
         "observer \"{}\": {:.3g} lx of the {:.4g} lx at the eye come from lights that are seen over mirrors, "
         "lenses or solid glass; they count in the background luminance, and UGR has no terms for them{}",

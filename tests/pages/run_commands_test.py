@@ -119,6 +119,8 @@ class Stage:
         run("light", "assemble", "shots/manifest.toml", "--side=-x=shots/manifest.toml", "-o", "bulb.exr")
         (folder / "lamp.ldt").write_text(LDT)
         self.with_groups([])
+        run("render", "room.pbrt", "-o", "maps.exr", "--integrator", "photonmap", "--set", "photons=2000", "--spp", 1,
+            "--save-maps", "maps.photons")
         (folder / "study.toml").write_text(STUDY.replace("ROOM", str(folder / "room.pbrt")))
         (folder / "model.gltf").write_text(json.dumps(TRIANGLE))
         data = json.dumps(TRIANGLE).encode()
@@ -144,7 +146,8 @@ class Stage:
         if kind == ".toml":
             return self.folder / {"acquire": "rig.toml", "assemble": "shots/manifest.toml", "study": "study.toml"}[command[-1]]
         return self.folder / {".pbrt": "room.pbrt", ".tm25ray": "rays.tm25ray", ".dat": "rays.dat", ".ray": "rays.tm25ray",
-                              ".ies": "lamp.ies", ".ldt": "lamp.ldt", ".glb": "model.glb", ".gltf": "model.gltf"}[kind]
+                              ".ies": "lamp.ies", ".ldt": "lamp.ldt", ".glb": "model.glb", ".gltf": "model.gltf",
+                              ".photons": "maps.photons"}[kind]
 
 
 def command_of(words):
