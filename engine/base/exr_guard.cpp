@@ -38,14 +38,14 @@ constexpr int kMostParts = 32;                       // of light fields
 constexpr std::int64_t kWidestLightField = 1 << 24;  // pixels of the atlas, each way: as much as is written
 
 // The library reads as much as a type wants, not as much as the header says; with other sizes the two would
-// part, and what is checked here would not be what is read there. -1: any size.
+// part, and what is checked here would not be what is read there. Below 0: any whole number of so many bytes.
 struct AttributeType {
     std::string_view name;
     std::int32_t bytes;
 };
 constexpr AttributeType kTypes[] = {
     {"box2i", 16},      {"box2f", 16}, {"chlist", -1},      {"chromaticities", 32},
-    {"compression", 1}, {"double", 8}, {"floatvector", -1}, {"envmap", 1},
+    {"compression", 1}, {"double", 8}, {"floatvector", -4}, {"envmap", 1},
     {"float", 4},       {"int", 4},    {"keycode", 28},     {"lineOrder", 1},
     {"m33f", 36},       {"m44f", 64},  {"rational", 8},     {"string", -1},
     {"timecode", 8},    {"v2i", 8},    {"v2f", 8},          {"v2d", 16},
@@ -70,8 +70,7 @@ void check_type(const std::string& type, std::int32_t size, ExrKind kind) {
     if (!bytes && is_of_light(kind))
         throw InputError("not a light field: the OpenEXR file has an attribute of an unexpected type");
     if (!bytes) bytes = bytes_of(kMoreTypes, type);
-    const bool whole = type != "floatvector" || size % 4 == 0;  // the library reads whole floats alone
-    if (bytes && ((*bytes >= 0 && *bytes != size) || !whole)) {
+    if (bytes && !(*bytes >= 0 ? size == *bytes : size % -*bytes == 0)) {
         throw InputError(
             fmt::format("damaged OpenEXR file: an attribute of type {} and {} bytes", type, size));
     }

@@ -207,6 +207,14 @@ std::string duration_text(double seconds) {
     return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
 }
 
+std::string percent_text(double share) {
+    const double percent = 100 * share;
+    if (!(std::fabs(percent) < 10)) return fmt::format("{:.0f} %", percent);
+    if (std::fabs(percent) >= 1e-4 || percent == 0) return fmt::format("{:.2g} %", percent);
+    const int places = 1 - static_cast<int>(std::floor(std::log10(std::fabs(percent))));
+    return fmt::format("{:.{}f} %", percent, places);
+}
+
 std::string bytes_text(double bytes) {
     if (bytes < 1e3) return fmt::format("{:.0f} bytes", bytes);
     if (bytes < 1e6) return fmt::format("{:.3g} kB", bytes / 1e3);

@@ -48,6 +48,8 @@ std::pair<std::string, std::string> parse_assignment(const Location& at, std::st
 std::string length_text(double metres);
 // "<0.01 s", "0.42 s", "12 s", "3 min 20 s", "2 h 5 min".
 std::string duration_text(double seconds);
+// "2.3 %", "140 %": two digits, and never an exponent.
+std::string percent_text(double share);
 // "12.3 MB"
 std::string bytes_text(double bytes);
 

@@ -98,15 +98,6 @@ inline void add_threads(CLI::App& app, Workers& workers) {
 }
 
 // --unit NAME: what a scene's light counts in, in the place of the scene's own Option "unit".
-// "2.3 %", "140 %": two digits, and never an exponent.
-inline std::string percent_text(double share) {
-    const double percent = 100 * share;
-    if (!(std::fabs(percent) < 10)) return fmt::format("{:.0f} %", percent);
-    if (std::fabs(percent) >= 1e-4 || percent == 0) return fmt::format("{:.2g} %", percent);
-    const int places = 1 - static_cast<int>(std::floor(std::log10(std::fabs(percent))));
-    return fmt::format("{:.{}f} %", percent, places);
-}
-
 inline void add_unit_option(CLI::App& app, std::optional<FluxUnit>& unit) {
     add_word(app, "--unit", "NAME",
              "unit of all light in the scene: photometric (lm, cd/m²) or radiometric (W, W/(m² sr)); "

@@ -2,12 +2,11 @@
 #include "engine/denoise/denoise.h"
 
 #include <fmt/format.h>
-
 #include <fmt/ostream.h>
-#include <charconv>
-#include <cmath>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
 #include <memory>
 
 #include "engine/base/files.h"
@@ -54,7 +53,7 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     const double seconds = clock.seconds();
     describe_alike(denoised.image, image);
     denoised.image.attributes.erase("lucerna.broughtfrom");
-    // What photons blur was measured by the render.
+    // The render has measured what photons blur.
     double blur = 0;
     if (const auto told = image.attributes.find("lucerna.blur"); told != image.attributes.end())
         std::from_chars(told->second.data(), told->second.data() + told->second.size(), blur);

@@ -22,7 +22,7 @@ void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit)
 // How far the light that a field casts is from the lamp's, plane by plane.
 void print_errors(std::ostream& out, std::span<const PlaneError> errors);
 
-// What a photometric web holds, for people.
+// Prints the contents of a photometric web for people.
 void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit unit);
 
 }  // namespace lucerna

@@ -140,7 +140,7 @@ std::size_t channel_of(const Image& image, const std::string& name, const std::s
     return *channel;
 }
 
-// What is summed over the groups: channels under a prefix, those of a group under prefix and layer.
+// One sum over the groups has its channels under `prefix`, and those of each group under prefix and layer.
 struct Summed {
     std::string prefix;
     bool has_variance;
@@ -227,8 +227,7 @@ Image relit(const Image& image, const std::vector<std::string>& groups, const st
         add_sums(image, groups, factors, {"denoised.", false}, file, result);
     if (!has_all(image, groups, kHalfNames[0]) || !find_channel(image, feature_channels().front()))
         return result;
-    // What lucerna denoise needs: halves, numbers of their samples, and features, which light does not
-    // change.
+    // lucerna denoise needs halves, the numbers of their samples, and features, which light does not change.
     for (const char* half : kHalfNames) add_sums(image, groups, factors, {half, true}, file, result);
     add_channels(result,
                  with_channels(image,

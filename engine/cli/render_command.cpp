@@ -292,7 +292,7 @@ class Pictures {
             const Image& picture = shown(result);
             write_png(png_beside(image_), picture, command_.picture.look(picture));
         }
-        // Of a part the layers are for merging, where it is denoised, and where some are chosen.
+        // A part keeps all layers: lucerna merge denoises the whole image and keeps the chosen layers.
         FileLayers layers{command_.layers || command_.part, command_.layers, {}};
         if (!command_.part) layers.chosen = kept_layers(command_);
         complete_image(facts, job, layers, command_.options.workers, result);

@@ -57,7 +57,7 @@ void complete_image(const RunFacts& facts, const Job& job, const FileLayers& lay
     if (result.denoised) add_channels(image, *result.denoised, "denoised.");
     if (layers.halves && result.layers) add_layers(image, *result.layers);
     if (layers.parts && result.parts) add_channels(image, *result.parts, "");
-    // What filters look at around a part's edges is in other parts.
+    // A part is denoised when it is merged: the filters need pixels that other parts have.
     if (result.denoised) add_denoised_groups(image, layers.chosen, facts.scene.string(), workers);
     keep_layers(image, layers.chosen);
 }

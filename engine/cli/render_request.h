@@ -29,7 +29,7 @@ struct RenderRequest {
 // render. Throws InputError for passes of an integrator that has none, and for a box beyond the picture.
 void apply(const RenderRequest& request, const Limits& limits, Job& job);
 
-// What an image's file holds beside R, G, B, their variances and the denoised light.
+// These layers are written beside R, G, B, their variances and the denoised light.
 struct FileLayers {
     bool halves = false;     // the layers of which the denoised light is made
     bool parts = false;      // all other layers

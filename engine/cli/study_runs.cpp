@@ -1,10 +1,9 @@
 #include "engine/cli/study_runs.h"
 
 #include <fmt/format.h>
-
 #include <unistd.h>
-#include <algorithm>
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <mutex>

@@ -64,7 +64,7 @@ std::vector<Assignments> choices_of(const Location& at, const std::string& text)
     return all;
 }
 
-// What ends a render: so many samples per pixel, or a time.
+// A render ends after so many samples per pixel, or after a time.
 struct RenderEnd {
     int spp = 0;
     double seconds = 0;

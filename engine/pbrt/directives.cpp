@@ -271,7 +271,7 @@ void DirectiveReader::finish() {
     if (!overrides_.output.empty()) draft.film.filename = overrides_.output;
     if (overrides_.resolution.x > 0) override_resolution();
     settle_lens(draft);
-    // What options of the method or the command line change in the world.
+    // Options of the method and of the command line change the world by these values.
     draft.world.directives.add(draft.film.colours.name());
     draft.world.directives.add(draft.unit ? unit_name(*draft.unit) : "");
     draft.world.directives.add(int{draft.occlusion});

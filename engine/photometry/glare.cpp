@@ -267,17 +267,13 @@ void warn_of_mirrored_lamps(const std::vector<SurfaceIlluminance>& eyes, Monitor
         const PointParts& at_eye = eye.points.front();
         return at_eye.mirrored > 0 ? at_eye.mirrored / at_eye.all.value : 0.0;
     };
-    const auto most = std::max_element(eyes.begin(), eyes.end(),
-                                       [&](const auto& a, const auto& b) { return share(a) < share(b); });
-    if (!(share(*most) > kLeastWarned)) return;
-    const auto more =
-        std::count_if(eyes.begin(), eyes.end(), [&](const auto& eye) { return share(eye) > kLeastWarned; }) -
-        1;
+    const auto most = most_affected(eyes, share, kLeastWarned);
+    if (!most) return;
+    const PointParts& at_eye = most->surface->points.front();
     monitor.warn(fmt::format(
         "observer \"{}\": {:.3g} lx of the {:.4g} lx at the eye come from lights that are seen over mirrors, "
         "lenses or solid glass; they count in the background luminance, and UGR has no terms for them{}",
-        plain_text(most->surface.name), most->points.front().mirrored, most->points.front().all.value,
-        more > 0 ? fmt::format("; the same holds for {} other{}", more, more == 1 ? "" : "s") : ""));
+        plain_text(most->surface->surface.name), at_eye.mirrored, at_eye.all.value, most->others));
 }
 
 }  // namespace

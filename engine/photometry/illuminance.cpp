@@ -83,8 +83,8 @@ struct ChanceAtPoint {
 
 struct Readings {
     std::vector<SurfaceIlluminance> surfaces;
-    // Of all surfaces' points, one after the other: the half-width that more samples make narrower; and where
-    // chance finds light, what it found.
+    // All surfaces' points follow one another in both. The first is the half-width that more samples make
+    // narrower; the second is what chance found, and is empty where it finds no light.
     std::vector<double> scatter;
     std::vector<ChanceAtPoint> chance;
 };
@@ -199,7 +199,7 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     }
     return worst;
 }
-// The same of what more samples make better.
+// Returns the same share of the half-widths that more samples make narrower.
 double worst_scatter_of(const Readings& readings) {
     double worst = 0;
     auto scatter = readings.scatter.begin();
@@ -253,7 +253,7 @@ Reading95 instead(const Reading95& rest, const ChanceLightAt::Mean& there) {
             std::hypot(rest.half_width, kStandardErrors95 * there.light.standard_error) + there.blur};
 }
 
-// Takes what a surface's paths find by chance from light paths instead, where these know it better. Seldom
+// Takes what a surface's paths find by chance from light paths instead, where these know it better. Rare
 // meetings with a lamp do not tell how much they scatter, so their own standard error counts only where they
 // are many. Where neither knows the light, intervals hold what both leave open.
 void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAtPoint> chance,
@@ -322,18 +322,13 @@ void warn_of_blurred_light(const std::vector<SurfaceIlluminance>& surfaces, cons
     const auto share = [](const SurfaceIlluminance& surface) {
         return surface.never_met > 0 ? surface.never_met / surface.mean.value : 0.0;
     };
-    const auto most = std::max_element(surfaces.begin(), surfaces.end(),
-                                       [&](const auto& a, const auto& b) { return share(a) < share(b); });
-    if (!(share(*most) > kLeastWarned)) return;
-    const auto more = std::count_if(surfaces.begin(), surfaces.end(),
-                                    [&](const auto& surface) { return share(surface) > kLeastWarned; }) -
-                      1;
+    const auto most = most_affected(surfaces, share, kLeastWarned);
+    if (!most) return;
     monitor.warn(fmt::format(
         "\"{}\": of the mean of {:.4g} {}, {:.3g} {} come over mirrors, lenses or solid glass from lamps "
-        "that "
-        "are too small for path tracing to meet; light paths estimate them, blurred around each point{}",
-        plain_text(most->surface.name), most->mean.value, unit, most->by_light_paths, unit,
-        more > 0 ? fmt::format("; the same holds for {} other{}", more, more == 1 ? "" : "s") : ""));
+        "that are too small for path tracing to meet; light paths estimate them, blurred around each point{}",
+        plain_text(most->surface->surface.name), most->surface->mean.value, unit,
+        most->surface->by_light_paths, unit, most->others));
 }
 
 }  // namespace
@@ -365,6 +360,26 @@ double student_95(std::uint64_t n) {
 
 Reading95 reading_95(const RunningStats& values) {
     return {values.mean(), student_95(values.count()) * values.standard_error()};
+}
+
+std::optional<MostAffected> most_affected(std::span<const SurfaceIlluminance> surfaces,
+                                          const std::function<double(const SurfaceIlluminance&)>& share,
+                                          double least) {
+    MostAffected most{nullptr, {}};
+    double greatest = least;
+    int affected = 0;
+    for (const SurfaceIlluminance& surface : surfaces) {
+        const double of_surface = share(surface);
+        if (!(of_surface > least)) continue;
+        ++affected;
+        if (most.surface != nullptr && !(of_surface > greatest)) continue;
+        greatest = of_surface;
+        most.surface = &surface;
+    }
+    if (most.surface == nullptr) return std::nullopt;
+    if (affected > 1)
+        most.others = fmt::format("; the same holds for {} other{}", affected - 1, affected == 2 ? "" : "s");
+    return most;
 }
 
 IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, Job job,

@@ -9,6 +9,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -93,6 +95,17 @@ struct IlluminanceReport {
     std::uint64_t rays = 0;
     double seconds = 0;
 };
+
+// One warning names the surface with the greatest share of something; `others` ends its sentence with how
+// many more have a share above the least, and is empty where none has.
+struct MostAffected {
+    const SurfaceIlluminance* surface;
+    std::string others;
+};
+// None where no share is above `least`.
+std::optional<MostAffected> most_affected(std::span<const SurfaceIlluminance> surfaces,
+                                          const std::function<double(const SurfaceIlluminance&)>& share,
+                                          double least);
 
 // The job's integrator, film and receivers are replaced. Throws InputError: no surface, no light, lights of
 // both units. Ends early, with what there is, when the monitor says so.

@@ -8,6 +8,7 @@
 
 #include "engine/base/path_limits.h"
 #include "engine/base/stats.h"
+#include "engine/base/units.h"
 #include "engine/guiding/importance_pre_pass.h"
 #include "engine/scene/quantity.h"
 #include "photon/density_estimate.h"
@@ -327,11 +328,10 @@ void warn_of_missing_light(const Job& job, const ChanceLight& there, RenderResul
     const MissingInImage missing = missing_in(job, result, there);
     if (!(missing.missing > 0)) return;
     monitor.warn(fmt::format(
-        "about {:.0f} % of the image's light is missing, by a cross-check with light paths: it comes over "
-        "mirrors, "
+        "about {} of the image's light is missing, by a cross-check with light paths: it comes over mirrors, "
         "lenses or solid glass from lamps that are too small for path tracing to meet; the image's error is "
         "not known; use photonmap, progressive or igi",
-        100 * missing.share()));
+        percent_text(missing.share())));
     result.report.relative_error.reset();
     result.report.denoised_error.reset();
 }

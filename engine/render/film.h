@@ -105,7 +105,7 @@ class Film {
         // product is the square of D's mean without a noise term.
         double blur = 0;
         // Whether `relative` is worth a statement: the standard error of the mean of the squares, over the
-        // pixels, is no more than kMostUncertainty of it. Where fireflies make most of an error, it is.
+        // pixels, is no more than kMostUncertainty of it. It is more where fireflies make most of an error.
         bool is_known = true;
         std::vector<V2i> apart;  // those pixels, rows first
     };

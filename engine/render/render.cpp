@@ -630,7 +630,7 @@ class Run {
         if (denoised && parts_) result.chance = parts_->develop_chance(job_.film.scale, job_.film.colours);
         if (!denoised || !film_.has_two_halves()) return result;
         result.layers = layers();
-        // What filters look at around a part's edges is in other parts.
+        // The filters would need pixels around the part's edges, which other parts have.
         if (job_.film.is_part()) return result;
         Denoised picture = denoise(*result.layers, options_.workers);
         result.denoised = std::move(picture.image);

@@ -32,10 +32,6 @@ std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
     return std::nullopt;
 }
 
-}  // namespace
-
-namespace {
-
 // Multiplies `passed` by the share that the media of a ray let pass, and returns the medium at its end.
 std::int32_t pass_media(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler,
                         Rgb& passed) {

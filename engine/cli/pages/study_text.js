@@ -64,7 +64,7 @@ window.studyParts = {};
         .filter((p) => p.error <= target)
         .reduce((best, p) => (best && best.seconds <= p.seconds ? best : p), null);
 
-    // What ends a render: samples per pixel, or a time in seconds ("5s").
+    // A render ends after samples per pixel, or after a time in seconds ("5s").
     parts.endsRender = (key) => key === 'spp' || key === 'time';
 
     // What belongs on one line: a method's points that differ in nothing but their samples or times, in their order; all
