@@ -178,22 +178,28 @@ DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf
 }
 
 DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo, MapKind kind,
-                                                const PartsSink& parts) const {
-    if (!parts) return radiance(hit, bsdf, wo);
-    PhotonShares shares(parts);
+                                                const PathAccount& path) const {
+    const Layer layer = kind == MapKind::direct    ? Layer::direct
+                        : kind == MapKind::caustic ? Layer::caustic
+                                                   : Layer::indirect;
+    const bool by_straying = kind == MapKind::caustic && path.tells_caustics();
+    if (!by_straying && !path.tells_groups()) {
+        const DensityEstimateResult result = radiance(hit, bsdf, wo);
+        path.book_in_layer(layer, result.value);
+        return result;
+    }
+    PhotonShares shares(path);
     const DensityEstimateResult result =
         radiance_of_each(hit, bsdf, wo, [&](const Photon& photon, const Rgb& brought) {
             shares.add(photon.light, photon.strayed != 0, brought);
         });
-    shares.share_out(result.value, [&](const Rgb& value, std::uint32_t light, bool strayed) {
-        if (kind == MapKind::direct) {
-            parts.direct(value, light);
-        } else if (kind == MapKind::caustic && !strayed) {
-            parts.caustic(value, light);
-        } else {
-            parts.indirect(value, light);
-        }
-    });
+    if (by_straying) {
+        path.book_in_layer(Layer::caustic, shares.part(result.value, false));
+        path.book_in_layer(Layer::indirect, shares.part(result.value, true));
+    } else {
+        path.book_in_layer(layer, result.value);
+    }
+    shares.book_groups(result.value);
     return result;
 }
 

@@ -100,11 +100,11 @@ class DensityEstimate {
                     std::span<const float> radii)
         : map_(map), settings_(settings), radii_(radii) {}
 
-    // Radiance that the surface sends towards `wo` because of the map's photons. `parts` is told of it, of
-    // photons of a map of that kind.
+    // Radiance that the surface sends towards `wo` because of the map's photons.
     DensityEstimateResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
+    // The same for a map of that kind, booked on the path that has arrived there.
     DensityEstimateResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo, MapKind kind,
-                                   const PartsSink& parts) const;
+                                   const PathAccount& path) const;
     // Irradiance at a point on the side of at.n, W/m².
     DensityEstimateResult irradiance(const SurfacePoint& at) const;
     // The same, added to `light` by where it comes from, and to `late` by how far.

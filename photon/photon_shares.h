@@ -1,54 +1,59 @@
 // Which photons an estimate's value came from: by whether they have strayed from mirrors and glass, and by
-// light group. Shares of the value rather than sums of their own, which would round differently: parts add up
-// to what the image shows.
+// light group. What belongs to layers does not depend on whether groups are wanted, bit for bit.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "engine/scene/light_parts.h"
+#include "engine/scene/path_account.h"
 #include "photon/photon.h"
 
 namespace lucerna {
 
 class PhotonShares {
   public:
-    // Shares as `parts` tells them apart.
-    explicit PhotonShares(const PartsSink& parts) : parts_(parts) {}
+    // Tells photons apart as `path` does. It outlives this.
+    explicit PhotonShares(const PathAccount& path) : path_(path) {}
 
-    // A photon that counts, and what it brings, in any unit.
+    // Counts a photon, and what it brings, in any unit.
     void add(std::uint32_t light, bool strayed, const Rgb& brought) {
-        const std::uint32_t group = parts_.group_of(light);
-        for (Share& share : shares_) {
-            if (share.group != group || share.strayed != strayed) continue;
-            share.sum += V3d(brought);
-            return;
+        by_straying_[strayed ? 1 : 0] += V3d(brought);
+        if (!path_.tells_groups()) return;
+        const std::uint32_t group = path_.group_of(light);
+        for (Share& share : by_group_) {
+            if (share.group == group) {
+                share.sum += V3d(brought);
+                return;
+            }
         }
-        shares_.push_back({group, light, strayed, V3d(brought)});
+        by_group_.push_back({group, light, V3d(brought)});
     }
 
-    // Calls tell(part of the value, some light of its group, strayed) for each.
-    template <typename Tell>
-    void share_out(const Rgb& value, Tell&& tell) const {
-        V3d all(0.0);
-        for (const Share& share : shares_) all += share.sum;
-        for (const Share& share : shares_) {
-            Rgb part(0.0F);
-            for (int c = 0; c < 3; ++c) {
-                if (all[c] > 0) part[c] = static_cast<float>(double{value[c]} * (share.sum[c] / all[c]));
-            }
-            tell(part, share.light, share.strayed);
-        }
+    // The part of `value` that photons brought which have strayed, or which have not.
+    Rgb part(const Rgb& value, bool strayed) const { return share_of(value, by_straying_[strayed ? 1 : 0]); }
+    // Books `value` by light group alone.
+    void book_groups(const Rgb& value) const {
+        for (const Share& share : by_group_) path_.book_in_group(share_of(value, share.sum), share.light);
     }
 
   private:
     struct Share {
         std::uint32_t group, light;
-        bool strayed;
         V3d sum;
     };
-    PartsSink parts_;
-    std::vector<Share> shares_;
+    Rgb share_of(const Rgb& value, const V3d& sum) const {
+        const V3d all = by_straying_[0] + by_straying_[1];
+        Rgb part(0.0F);
+        for (int c = 0; c < 3; ++c) {
+            if (all[c] > 0) part[c] = static_cast<float>(double{value[c]} * (sum[c] / all[c]));
+        }
+        return part;
+    }
+
+    const PathAccount& path_;
+    std::array<V3d, 2> by_straying_{V3d(0.0), V3d(0.0)};  // of those that have not strayed, and that have
+    std::vector<Share> by_group_;
 };
 
 }  // namespace lucerna

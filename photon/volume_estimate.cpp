@@ -106,28 +106,38 @@ VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPo
 }
 
 VolumeDensityEstimate::Result VolumeDensityEstimate::in_scattered(const ScatteringPoint& at,
+                                                                  const Sampler& sampler) const {
+    return found_around(at, sampler, nullptr);
+}
+VolumeDensityEstimate::Result VolumeDensityEstimate::in_scattered(const ScatteringPoint& at,
                                                                   const Sampler& sampler,
-                                                                  const PartsSink& parts) const {
+                                                                  const PathAccount& path) const {
+    return found_around(at, sampler, &path);
+}
+
+VolumeDensityEstimate::Result VolumeDensityEstimate::found_around(const ScatteringPoint& at,
+                                                                  const Sampler& sampler,
+                                                                  const PathAccount* path) const {
     if (map_.size() == 0) return {};
     const float most2 = sqr(settings_.radius);
     if (settings_.k == 0) {
         std::vector<Neighbour> all;
         map_.index().within_in_space(at.p, most2, all);
-        return sum(at, all, most2, sampler, parts);
+        return sum(at, all, most2, sampler, path);
     }
     // One more than k: it fixes the radius.
     const std::size_t k = std::min(static_cast<std::size_t>(settings_.k), map_.size());
     Nearest nearest(k + 1, most2);
     map_.index().nearest_in_space(at.p, nearest);
     const std::span<const Neighbour> found = nearest.sorted();
-    if (found.size() <= k) return sum(at, found, most2, sampler, parts);
-    return sum(at, found.first(k), found.back().key, sampler, parts);
+    if (found.size() <= k) return sum(at, found, most2, sampler, path);
+    return sum(at, found.first(k), found.back().key, sampler, path);
 }
 
 VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& at,
                                                          std::span<const Neighbour> found, float radius2,
                                                          const Sampler& sampler,
-                                                         const PartsSink& parts) const {
+                                                         const PathAccount* path) const {
     // Photons all at one point: no nearer than float32 can tell.
     const float r2 = std::max(radius2, sqr(surface_error(at.p, 0)));
     if (!(r2 > 0) || found.empty()) return {};
@@ -147,12 +157,12 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& 
     for (const Brought& photon : brought) result.value += photon.value;
     // By r² and by r, one after the other: r³ of a tiny scene would vanish.
     result.value = result.value * (0.75F * kInvPi / r2) / (result.radius * result.filled);
-    if (!parts) return result;
-    PhotonShares shares(parts);
+    if (!path) return result;
+    path->book_in_layer(Layer::indirect, result.value);
+    if (!path->tells_groups()) return result;
+    PhotonShares shares(*path);
     for (const Brought& photon : brought) shares.add(photon.light, true, photon.value);
-    shares.share_out(result.value, [&parts](const Rgb& value, std::uint32_t light, bool /*strayed*/) {
-        parts.indirect(value, light);
-    });
+    shares.book_groups(result.value);
     return result;
 }
 

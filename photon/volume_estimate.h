@@ -60,9 +60,10 @@ class VolumeDensityEstimate {
         float filled = 1;  // its share that scatters and is seen, by what is scattered there
         int photons = 0;   // that counted
     };
-    // Takes numbers from a branch of the sampler. `parts`, of a path that the medium scatters there, is told
-    // of the value.
-    Result in_scattered(const ScatteringPoint& at, const Sampler& sampler, const PartsSink& parts = {}) const;
+    // Takes numbers from a branch of the sampler.
+    Result in_scattered(const ScatteringPoint& at, const Sampler& sampler) const;
+    // Books the value, too, on the path that the medium scatters there.
+    Result in_scattered(const ScatteringPoint& at, const Sampler& sampler, const PathAccount& path) const;
 
   private:
     // A photon that was found, and what it brings towards the eye.
@@ -82,7 +83,8 @@ class VolumeDensityEstimate {
                     const Sampler& sampler) const;
     double scattered_along(const ScatteringPoint& at, const Ray& ray, Sampler& sampler) const;
     Result sum(const ScatteringPoint& at, std::span<const Neighbour> found, float radius2,
-               const Sampler& sampler, const PartsSink& parts) const;
+               const Sampler& sampler, const PathAccount* path) const;
+    Result found_around(const ScatteringPoint& at, const Sampler& sampler, const PathAccount* path) const;
 
     const Scene& scene_;
     const PhotonMap& map_;

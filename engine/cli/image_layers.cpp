@@ -9,7 +9,7 @@
 #include "engine/base/files.h"
 #include "engine/base/units.h"
 #include "engine/denoise/denoise.h"
-#include "engine/scene/light_parts.h"
+#include "engine/scene/path_account.h"
 
 namespace lucerna {
 
@@ -72,8 +72,8 @@ LayerNames parse_layers(const std::string& words) {
 
 std::vector<std::string> layers_of_job(const Job& job) {
     std::vector<std::string> names{"denoised", "first", "second"};
-    for (std::size_t part = 0; part < kLightParts; ++part)
-        names.emplace_back(light_part_name(static_cast<LightPart>(part)));
+    for (std::size_t part = 0; part < kLayers; ++part)
+        names.emplace_back(layer_name(static_cast<Layer>(part)));
     const std::vector<std::string>& groups = job.scene.light_groups().names;
     if (!groups.empty()) names.emplace_back("lightgroup");
     for (const std::string& group : groups) {

@@ -17,7 +17,7 @@ namespace lucerna {
 namespace {
 
 constexpr const char *kPart = "lucerna.part", *kOf = "lucerna.parts", *kView = "lucerna.view",
-                     *kFacts = "lucerna.picture", *kLayers = "lucerna.layers";
+                     *kFacts = "lucerna.picture", *kLayerList = "lucerna.layers";
 
 std::string text_of(const Facts& facts) {
     std::string text;
@@ -123,7 +123,7 @@ std::map<std::string, std::string> part_attributes(const ImagePart& part, const 
             {kView, fmt::format("{} {} {} {}", film.view_begin.x, film.view_begin.y, film.view_end.x,
                                 film.view_end.y)},
             {kFacts, text_of(facts)},
-            {kLayers, layers ? fmt::format("kept {}", fmt::join(chosen, ",")) : ""}};
+            {kLayerList, layers ? fmt::format("kept {}", fmt::join(chosen, ",")) : ""}};
 }
 
 MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
@@ -142,10 +142,10 @@ MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
             to.space = part.image.space;
             to.attributes = part.image.attributes;
             constexpr std::string_view kept = "kept ";
-            const std::string& names = to.attributes[kLayers];
+            const std::string& names = to.attributes[kLayerList];
             merged.keeps_layers = names.starts_with(kept);
             if (merged.keeps_layers) merged.chosen = parse_layers(names.substr(kept.size()));
-            for (const char* name : {kPart, kOf, kView, kFacts, kLayers}) to.attributes.erase(name);
+            for (const char* name : {kPart, kOf, kView, kFacts, kLayerList}) to.attributes.erase(name);
             if (size != part.image.picture) to.corner = part.view.begin, to.picture = part.image.picture;
         } else {
             require_same_picture(*first, part);

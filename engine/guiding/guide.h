@@ -129,16 +129,16 @@ struct GuidedLightSettings {
 int candidates_that_pay(const Scene& scene);
 
 // Both as direct_light(); `plain` is the choice without photons.
-DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Sampler& sampler,
-                        const LightChoice& plain, const PartsSink& parts = {});
+std::optional<BsdfSample> gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex,
+                                      Sampler& sampler, const LightChoice& plain, const PathAccount& path);
 
 class GuidedLight {
   public:
     // Keeps references to the scene and the guides.
     GuidedLight(const Scene& scene, const GuideMap& guides, const GuidedLightSettings& settings)
         : scene_(scene), guides_(guides), settings_(settings) {}
-    DirectLight operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain,
-                           const PartsSink& parts = {}) const;
+    std::optional<BsdfSample> operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain,
+                                         const PathAccount& path) const;
 
   private:
     const Scene& scene_;

@@ -123,19 +123,18 @@ int candidates_that_pay(const Scene& scene) {
     return fields ? 16 : 4;
 }
 
-DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Sampler& sampler,
-                        const LightChoice& plain, const PartsSink& parts) {
-    if (guides.any_near(vertex.hit.at.p, vertex.normal())) {
-        return direct_light(scene, vertex, sampler, plain, parts);
-    }
-    if (vertex.bsdf.is_diffuse()) return {Rgb(0), {}};
+std::optional<BsdfSample> gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex,
+                                      Sampler& sampler, const LightChoice& plain, const PathAccount& path) {
+    if (guides.any_near(vertex.hit.at.p, vertex.normal()))
+        return direct_light(scene, vertex, sampler, plain, path);
+    if (vertex.bsdf.is_diffuse()) return std::nullopt;
     const BsdfU u{sampler.next(), sampler.next2()};
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
-    return {Rgb(0), sample && sample->delta ? sample : std::nullopt};
+    return sample && sample->delta ? sample : std::nullopt;
 }
 
-DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain,
-                                    const PartsSink& parts) const {
+std::optional<BsdfSample> GuidedLight::operator()(const Vertex& vertex, Sampler& sampler,
+                                                  const LightChoice& plain, const PathAccount& path) const {
     const SurfacePoint& x = vertex.hit.at;
     const bool guided = settings_.defensive_weight < 1;
     const Guide guide = guided ? guides_.at(x.p, vertex.normal()) : Guide();
@@ -143,38 +142,27 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, cons
         plain.guided(guide, std::max(settings_.defensive_weight, guide.defensive_weight()));
 
     // Sample the lights.
-    DirectLight result{Rgb(0), {}};
     const Candidates all = draw_candidates(scene_, vertex, choice, settings_.candidates, sampler);
     if (all.sum > 0) {
-        result.radiance =
-            all.radiance(settings_.candidates) * transmitted_share(scene_, vertex, all.light_sample, sampler);
         // On average over which candidate is kept, each light gets its own.
-        parts.direct(result.radiance, all.light);
+        path.direct(
+            all.radiance(settings_.candidates) * transmitted_share(scene_, vertex, all.light_sample, sampler),
+            all.light);
     }
     for (const std::uint32_t sun : choice.suns()) {
-        if (const auto from_sun = sunlight(scene_, vertex, sun, sampler)) {
-            result.radiance += from_sun->radiance;
-            parts.direct(from_sun->radiance, sun);
-        }
+        if (const auto from_sun = sunlight(scene_, vertex, sun, sampler))
+            path.direct(from_sun->radiance, sun);
     }
 
     // Ask the BSDF.
     const BsdfU u{sampler.next(), sampler.next2()};
     const float u_trace = sampler.next();
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
-    if (!sample) return result;
-    if (sample->delta) {
-        result.specular = sample;
-        return result;
-    }
+    if (!sample || sample->delta) return sample;
     const float chance = bsdf_chance(vertex, all);
-    if (!(u_trace < chance)) return result;
-    const Ray ray{x.towards(sample->wi), sample->wi};
-    const Rgb found = emission_ahead(
-        scene_, ray, scene_.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
-        vertex.medium_towards(sample->wi), sampler, parts.times(sample->weight / chance).past_surface());
-    result.radiance += sample->weight * found / chance;
-    return result;
+    if (u_trace < chance)
+        add_emission_towards(scene_, vertex, *sample, choice, sampler, path.times(1 / chance));
+    return std::nullopt;
 }
 
 }  // namespace lucerna

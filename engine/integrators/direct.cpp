@@ -2,7 +2,7 @@
 // add is what this lacks.
 #include "engine/integrators/integrator.h"
 #include "engine/transport/direct_light.h"
-#include "engine/transport/specular_chain.h"
+#include "engine/transport/follow.h"
 
 namespace lucerna {
 namespace {
@@ -10,31 +10,27 @@ namespace {
 class DirectEstimator final : public Estimator {
   public:
     DirectEstimator(const Scene& scene, const DirectSettings& settings)
-        : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
+        : scene_(scene), lights_(scene, settings.lights) {}
 
-    Rgb Li(const Ray& ray, Sampler& sampler) const override { return Li_of(CameraRay{ray}, sampler); }
-    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        const Ray& ray = camera.ray;
-        const PartsSink of_ray(camera.parts);
-        const auto shade = [&](const Vertex& vertex, int /*left*/, const PartsSink& parts) {
-            return direct_light(scene_, vertex, sampler, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo),
-                                parts);
-        };
-        const int most = most_bounces(settings_.max_depth);
-        if (settings_.quantity == Quantity::illuminance)
-            return meter_and_shade(scene_, ray, most, shade, of_ray);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int /*left*/,
-                                const PartsSink& parts) {
-            return sigma_s *
-                   direct_light(scene_, vertex, sampler, lights_.at(vertex.p), parts.times(sigma_s));
-        };
-        return follow_and_shade(scene_, from_camera(scene_, ray, camera.rule(), most), sampler, shade, source,
-                                of_ray);
+    void follow(const EyePath& path, Sampler& sampler) const override {
+        lucerna::follow(scene_, path, sampler, Visitor{{}, *this});
     }
 
   private:
+    struct Visitor : EyeVisitor {
+        const DirectEstimator& of;
+
+        bool at_surface(EyePath& path, const Vertex& at, Sampler& sampler) const {
+            const LightChoice choice = of.lights_.at(at.hit.at, at.bsdf, at.wo);
+            return go_on(path, at, direct_light(of.scene_, at, sampler, choice, path), sampler);
+        }
+        bool at_medium(EyePath& path, const MediumVertex& at, const Rgb& sigma_s, Sampler& sampler) const {
+            direct_light(of.scene_, at, sampler, of.lights_.at(at.p), path.times(sigma_s));
+            return false;
+        }
+    };
+
     const Scene& scene_;
-    DirectSettings settings_;
     LightChooser lights_;
 };
 

@@ -7,8 +7,8 @@
 #include "engine/base/path_limits.h"
 #include "engine/guiding/guide.h"
 #include "engine/integrators/integrator.h"
+#include "engine/transport/follow.h"
 #include "engine/transport/light_choice.h"
-#include "engine/transport/specular_chain.h"
 #include "engine/vpl/igi_caustics.h"
 #include "engine/vpl/igi_pre_pass.h"
 #include "engine/vpl/igi_vpls.h"
@@ -20,28 +20,6 @@ namespace {
 // -----------------------------------------------------------------------------------------------------
 // What the camera sees: a set of VPLs lights surfaces, and the places along a ray at which media scatter
 // -----------------------------------------------------------------------------------------------------
-
-// A compensating path: its ray at hand begins at a place that VPLs have lit.
-struct CompensatingPath {
-    Ray ray{};
-    SurfacePoint from{};  // where the ray begins
-    float cosine = 1;     // of the ray there, as ClampedGeometry wants it
-    Rgb throughput{1.0F};
-    EmissionRule rule{};
-    std::int32_t medium = kNoMedium;  // of the borders, in which it begins
-    // Of the throughput, the share that belongs to lobes which VPLs light: 0 after a mirror or gloss, where
-    // what is met no VPL has brought.
-    Rgb by_vpls{1.0F};
-    float eta_scale = 1;  // as survival_of() has it
-    // Of light that comes over L(S+D)*S+ to where the path last left a place that is not specular: the share
-    // that no Caustic map has brought to a place before. And whether the path has come over specular surfaces
-    // since.
-    Rgb caustic{1.0F};
-    bool specular = false;
-    int left = 0;  // bounces that the whole path, from the light, may still have
-
-    Rgb of_lamps() const { return specular ? caustic : Rgb(1.0F); }
-};
 
 // A part of a surface over which a path goes on, and its throughput there.
 struct LobeChoice {
@@ -73,12 +51,12 @@ class IgiEstimator final : public Estimator {
           shading_(scene, settings, lights_.paths()),
           only_diffuse_(!throws_caustics(scene)) {}
 
-    Rgb Li(const Ray& ray, Sampler& sampler) const override { return Li_of(CameraRay{ray}, sampler); }
     // Each half of the samples sees one half of the sets, so that what sets differ by is what halves differ
     // by. One well-distributed number chooses the set.
-    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        const std::size_t vpls = chosen_set(sampler.next(), camera.half, lights_.sets());
-        return camera_sample(camera, {vpls, static_cast<std::size_t>(camera.half.value_or(0))}, sampler);
+    void follow(const EyePath& path, Sampler& sampler) const override {
+        const std::size_t vpls = chosen_set(sampler.next(), path.half, lights_.sets());
+        lucerna::follow(scene_, path, sampler,
+                        Visitor{{}, *this, {vpls, static_cast<std::size_t>(path.half.value_or(0))}});
     }
 
   private:
@@ -87,46 +65,26 @@ class IgiEstimator final : public Estimator {
         std::size_t vpls, half;
     };
 
-    Rgb camera_sample(const CameraRay& camera, const LightSet& set, Sampler& sampler) const {
-        const Ray& ray = camera.ray;
-        const PartsSink of_ray(camera.parts, camera.blur);
-        const int most = most_bounces(settings_.max_depth);
-        const auto shade = [&](const Vertex& vertex, int left, const PartsSink& parts) {
-            return shade_place(vertex, set, left, sampler, parts);
-        };
-        if (settings_.quantity == Quantity::illuminance)
-            return meter_and_shade(scene_, ray, most, shade, of_ray);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left,
-                                const PartsSink& parts) {
-            return sigma_s * shade_place(vertex, set, left, sampler, parts.times(sigma_s).in_medium());
-        };
-        return follow_and_shade(scene_, from_camera(scene_, ray, camera.rule(), most), sampler, shade, source,
-                                of_ray);
-    }
+    struct Visitor : EyeVisitor {
+        const IgiEstimator& of;
+        LightSet set;
 
-    // Where paths may have `left` > 0 more bounces, the one there included.
-    DirectLight shade_place(const Vertex& vertex, const LightSet& set, int left, Sampler& sampler,
-                            const PartsSink& parts) const;
-    Rgb shade_place(const MediumVertex& vertex, const LightSet& set, int left, Sampler& sampler,
-                    const PartsSink& parts) const;
-    // `parts`: of the path's ray, but for its throughput.
-    Rgb follow(CompensatingPath path, const LightSet& set, Sampler& sampler, PartsSink parts) const;
-    std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const CompensatingPath& path, const Rgb& left,
-                                          Sampler& sampler) const;
-    CompensatingPath continue_path(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
-                                   const Rgb& by_vpls, const CompensatingPath& before) const;
-    CompensatingPath continue_path(const MediumVertex& vertex, const V2f& u, const LightChoice& choice,
-                                   const CompensatingPath& before) const;
-    static CompensatingPath straight_on(CompensatingPath path, const Hit& hit, const Rgb& throughput,
-                                        std::int32_t medium);
-    // What there is before the first ray of a compensating path.
-    static CompensatingPath from_eye(int left) {
-        CompensatingPath path;
-        path.left = left;
-        return path;
-    }
-    Rgb residual(const CompensatingPath& path, const SurfacePoint& y, float cosine) const;
-    static bool survives(CompensatingPath& path, Sampler& sampler);
+        bool at_surface(EyePath& path, const Vertex& at, Sampler& sampler) const {
+            return go_on(path, at, of.shade(path, at, set, sampler), sampler);
+        }
+        bool at_medium(EyePath& path, const MediumVertex& at, const Rgb& sigma_s, Sampler& sampler) const {
+            path.throughput *= sigma_s;
+            of.shade(path, at, set, sampler);
+            return false;
+        }
+    };
+    class Compensation;
+
+    // Book the light of a place that the eye sees. Of a surface's compensating samples a specular one is
+    // returned: it has yet to be followed.
+    std::optional<BsdfSample> shade(const EyePath& path, const Vertex& at, const LightSet& set,
+                                    Sampler& sampler) const;
+    void shade(const EyePath& path, const MediumVertex& at, const LightSet& set, Sampler& sampler) const;
 
     // The lobes of a surface that VPLs light. With compensation gloss is none of them: through its peak
     // single VPLs are seen as sparks, and rays find all of what it shows.
@@ -142,31 +100,38 @@ class IgiEstimator final : public Estimator {
         const Guide guide = guides_->at(x.p, vertex.normal());
         return plain.guided(guide, std::max(settings_.pre_pass.defensive_weight, guide.defensive_weight()));
     }
-    DirectLight direct(const Vertex& vertex, Sampler& sampler, const PartsSink& parts) const {
-        if (!guides_) return direct_light(scene_, vertex, sampler, choice_at(vertex), parts);
+    std::optional<BsdfSample> direct(const PathAccount& path, const Vertex& vertex, Sampler& sampler) const {
+        if (!guides_) return direct_light(scene_, vertex, sampler, choice_at(vertex), path);
         const LightChoice plain = chooser_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
-        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain, parts);
+        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain, path);
+    }
+
+    // One of the compensating paths that begin where a path has arrived. Roulette goes by what each carries
+    // from there on.
+    EyePath gather_path(const EyePath& path) const {
+        EyePath gather = path;
+        gather.eta_scale = max_component(path.throughput);
+        gather.throughput *= 1 / static_cast<float>(settings_.gather_samples);
+        gather.eta_scale /= static_cast<float>(settings_.gather_samples);
+        gather.bounces = 0;
+        return gather;
     }
 
     // Bounces of light paths before VPLs that count where `left` are left: one is the VPL's, one the place's.
     int within(int left) const { return settings_.max_depth > 0 ? left - 2 : kMaxBounces; }
 
-    // All lights of one set, by way of those that are asked, times `throughput`.
+    // Books all lights of one set, by way of those that are asked.
     template <typename Place>
-    Rgb indirect(const Place& place, const LightSet& set, int left, const Rgb& throughput, Sampler& sampler,
-                 const PartsSink& parts) const {
-        Rgb sum(0);
+    void indirect(const EyePath& path, const Place& place, const LightSet& set, Sampler& sampler) const {
         const float u = sampler.next();
         Sampler more = sampler.split(1);
-        const int bounces = within(left);
-        if (bounces < 0) return sum;
+        const int bounces = within(path.left);
+        if (bounces < 0) return;
+        const PathAccount scaled = path.times(settings_.indirect_scale);
         lights_.choose(place, set.vpls, u, more, [&](const Vpl& light, float scale) {
             if (int{light.bounces} > bounces) return;
-            const Rgb brought = scale * shading_.shade(place, light, throughput, more);
-            sum += brought;
-            parts.indirect(brought, light.light);
+            scaled.indirect(scale * shading_.shade(place, light, Rgb(1), more), light.light);
         });
-        return sum;
     }
 
     const Scene& scene_;
@@ -180,223 +145,201 @@ class IgiEstimator final : public Estimator {
     bool only_diffuse_;
 };
 
-// The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
-DirectLight IgiEstimator::shade_place(const Vertex& vertex, const LightSet& set, int left, Sampler& sampler,
-                                      const PartsSink& parts) const {
-    DirectLight shaded;
-    LightChoice choice;
-    if (settings_.compensate) {
-        choice = choice_at(vertex);
-        shaded.radiance = next_event(scene_, vertex, sampler, choice, parts);
-    } else {
-        shaded = direct(vertex, sampler, parts);
-    }
-    if (vertex.bsdf.is_black()) return shaded;
-    const Bsdf lit = lit_by_vpls(vertex.bsdf);
-    const Vertex lit_vertex{vertex.hit, lit, vertex.wo, vertex.medium};
-    shaded.radiance += indirect(lit_vertex, set, left, Rgb(settings_.indirect_scale), sampler, parts);
-    shaded.radiance += settings_.indirect_scale *
-                       caustics_.radiance(vertex, set.half, left, parts.times(settings_.indirect_scale));
-    if (!settings_.compensate) return shaded;
-
-    const float share = 1 / static_cast<float>(settings_.gather_samples);
-    for (int i = 0; i < settings_.gather_samples; ++i) {
-        const BsdfU u{sampler.next(), sampler.next2()};
-        const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
-        if (!sample) continue;
-        if (!sample->delta) {
-            const Rgb by_vpls = share_of_part(lit, vertex.bsdf, vertex.wo, sample->wi);
-            shaded.radiance += share * follow(continue_path(vertex, *sample, choice, by_vpls, from_eye(left)),
-                                              set, sampler, parts.times(share).past_surface());
-        } else if (i == 0) {
-            shaded.specular = sample;  // what mirrors show, one of the samples is enough for
-        }
-    }
-    return shaded;
-}
-
-Rgb IgiEstimator::shade_place(const MediumVertex& vertex, const LightSet& set, int left, Sampler& sampler,
-                              const PartsSink& parts) const {
-    const LightChoice choice = chooser_.at(vertex.p);
-    const Rgb scale(settings_.indirect_scale);
-    if (!settings_.compensate) {
-        const Rgb direct = direct_light(scene_, vertex, sampler, choice, parts);
-        return direct + indirect(vertex, set, left, scale, sampler, parts);
-    }
-    Rgb result = next_event(scene_, vertex, sampler, choice, parts);
-    result += indirect(vertex, set, left, scale, sampler, parts);
-    const float share = 1 / static_cast<float>(settings_.gather_samples);
-    for (int i = 0; i < settings_.gather_samples; ++i) {
-        result += share * follow(continue_path(vertex, sampler.next2(), choice, from_eye(left)), set, sampler,
-                                 parts.times(share));
-    }
-    return result;
-}
-
-// A path tracer of which VPLs have taken over all that lies beyond the bound: at each place it asks them, and
-// goes on with the residual of clamping, 1 - clamped(), of what it meets. So the two halves of each pair of
-// places add up to the whole, exactly. What leaves there towards the eye is worked out with the surface as it
-// is, and not as the Lambertian one that a VPL takes it for: the nearer the bound is to all there is, the
-// nearer the image to the path tracer's. The set stays the same: every term of the sum is linear in one set's
-// lights, so its mean is that over all sets.
+// Compensation: a path tracer of which VPLs have taken over all that lies beyond the bound. At each place it
+// asks them, and goes on with the residual of clamping, 1 - clamped(), of what it meets. So the two halves of
+// each pair of places add up to the whole, exactly. What leaves there towards the eye is worked out with the
+// surface as it is, and not as the Lambertian one that a VPL takes it for: the nearer the bound is to all
+// there is, the nearer the image to the path tracer's. The set stays the same: every term of the sum is
+// linear in one set's lights, so its mean is that over all sets.
 //
 // VPLs stand for what scatters diffusely (vpl_gloss()): of light that a mirror, glass or gloss turned where
-// the ray lands nothing is taken off. Of lamps that are met over such surfaces, and of caustics that are seen
-// by way of them, counts what the Caustic map has not brought to a place before them: they are small and
+// the ray lands nothing is taken off. Lamps that are met over such surfaces, and caustics that are seen by
+// way of them, count as far as the Caustic map has not brought them to a place before: they are small and
 // bright, and rays would meet them seldom.
-Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sampler,
-                         PartsSink parts) const {
-    Rgb near(0), beyond(0);                        // up to the first place that is met, and from there
-    const float scale = settings_.indirect_scale;  // of the latter
-    int bounce = 0;
-    while (bounce < kMaxBounces && !is_black(path.throughput)) {
-        const CompensatingPath arriving = path;
-        const auto hit = scene_.intersect(path.ray);
-        const PartsSink of_lamps = parts.times(path.throughput * path.of_lamps() * (bounce == 0 ? 1 : scale));
-        (bounce == 0 ? near : beyond) +=
-            path.throughput * path.of_lamps() *
-            (path.left == 0 ? emission_ahead(scene_, path.ray, hit, path.rule, path.medium, sampler, of_lamps)
-                            : emission(scene_, path.ray, hit, path.rule, path.medium, sampler, of_lamps));
-        if (path.left == 0) break;
+class IgiEstimator::Compensation : public EyeVisitor {
+  public:
+    static constexpr bool kSplitsMedia = false, kTakesMirrors = true;
 
-        const MediaTraversal crossing =
-            traverse_media(scene_, path.ray, hit, path.medium, path.throughput, sampler);
-        path.throughput = crossing.power;
-        path.medium = crossing.medium;
-        if (crossing.scattered) {
-            const MediumVertex vertex{crossing.scattered->p, HenyeyGreenstein(crossing.scattered->g),
-                                      -path.ray.d, path.medium};
-            path.throughput = residual(path, vertex.from(), 1);
-            if (!survives(path, sampler)) break;
-            const LightChoice choice = chooser_.at(vertex.p);
-            parts = parts.in_medium();
-            beyond += path.throughput *
-                      next_event(scene_, vertex, sampler, choice, parts.times(path.throughput * scale));
-            beyond += indirect(vertex, set, path.left, path.throughput, sampler, parts.times(scale));
-            path = continue_path(vertex, sampler.next2(), choice, path);
-            ++bounce;
-            continue;
-        }
-        if (!hit) break;
-        const Rgb left = residual(path, hit->at, std::fabs(path.ray.d.dot(hit->at.n)));
-        // Most ways end here, before anything is worked out about the surface.
-        if (is_black(left) && only_diffuse_) break;
-        const auto on = choose_lobe(scene_.bsdf(*hit), path, left, sampler);
-        if (!on) break;
-        path.throughput = on->throughput;
-        // What came over nothing specular no map has brought before.
-        if (!on->specular && !path.specular) path.caustic = Rgb(1.0F);
-        path.specular = on->specular;
-        const Vertex vertex{*hit, on->bsdf, -path.ray.d, path.medium};
-        LightChoice choice;
-        if (!on->bsdf.is_delta()) {
-            if (!survives(path, sampler)) break;
-            choice = choice_at(vertex);
-            const PartsSink here = parts.times(path.throughput * scale);
-            Rgb lamps =
-                path.of_lamps() * next_event(scene_, vertex, sampler, choice, here.times(path.of_lamps()));
-            if (!path.specular && !is_black(path.caustic))
-                lamps +=
-                    path.caustic * caustics_.radiance(vertex, set.half, path.left, here.times(path.caustic));
-            beyond += path.throughput * lamps;
-            if (!on->specular)
-                beyond += indirect(vertex, set, path.left, path.throughput, sampler, parts.times(scale));
-        } else if (bounce >= kRouletteFrom && !survives(path, sampler)) {
-            break;
-        }
-        const BsdfU u{sampler.next(), sampler.next2()};
-        const auto sample = on->bsdf.sample(vertex.wo, u, Transport::radiance);
-        if (!sample || is_black(sample->weight)) break;
-        if (sample->straight) {
-            path = straight_on(arriving, *hit, path.throughput * sample->weight, path.medium);
-            continue;
-        }
-        const Rgb by_vpls(sample->delta || on->specular ? 0.0F : 1.0F);
-        parts = parts.past(sample->delta);
-        path = continue_path(vertex, *sample, choice, by_vpls, path);
-        ++bounce;
+    Compensation(const IgiEstimator& of, const LightSet& set) : of_(of), set_(set) {}
+
+    // Turns a path away from a place that the eye sees and VPLs have lit. `choice`: by which the place asked
+    // the lights; `by_vpls`: the share of lobes that VPLs light in what the place sends along the sample.
+    void leave(EyePath& path, const Vertex& at, const BsdfSample& sample, const LightChoice& choice,
+               const Rgb& by_vpls) {
+        path.turn(at, sample, EmissionRule::mis(sample.pdf_w, choice));
+        if (!specular_) caustic_ *= of_.caustics_.left_to_rays(at, sample.wi);
+        from_ = at.hit.at;
+        cosine_ = cosine_at(at, sample.wi);
+        by_vpls_ = by_vpls;
+        path.rule.weight = lamps();
     }
-    return near + beyond * settings_.indirect_scale;
-}
+    void leave(EyePath& path, const MediumVertex& at, const V3f& wi, const LightChoice& choice) {
+        path.turn(at, wi, EmissionRule::mis(at.pdf_w(wi), choice));
+        from_ = at.from();
+        cosine_ = 1;
+        by_vpls_ = Rgb(1);
+        caustic_ = of_.caustics_.left_to_rays();
+        specular_ = false;
+        path.rule.weight = lamps();
+    }
+    // The light beyond the first place that the path meets counts times `indirect_scale`.
+    void beyond(EyePath& path) const { path.rule.weight *= of_.settings_.indirect_scale; }
 
-// By chance one of the two parts of a surface: that for which VPLs stand, whose share of the path's
-// throughput is what they left; and that which turns light as mirrors do. None if neither contributes.
-std::optional<LobeChoice> IgiEstimator::choose_lobe(const Bsdf& bsdf, const CompensatingPath& path,
-                                                    const Rgb& left, Sampler& sampler) const {
-    const float below = caustics_.specular_below();
+    bool arrives(const EyePath& path, const Hit& hit) {
+        residual_ = residual(path, hit.at, std::fabs(path.ray.d.dot(hit.at.n)));
+        // Most ways end here, before anything is worked out about the surface.
+        return !is_black(residual_) || (!of_.only_diffuse_ && !is_black(path.throughput));
+    }
+    bool at_surface(EyePath& path, const Vertex& met, Sampler& sampler);
+    bool at_medium(EyePath& path, const MediumVertex& at, const Rgb& sigma_s, Sampler& sampler);
+
+  private:
+    std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const EyePath& path, Sampler& sampler) const;
+
+    // What counts of lamps that a ray meets: after specular surfaces what no map has brought before.
+    Rgb lamps() const { return specular_ ? caustic_ : Rgb(1.0F); }
+
+    // What is left of a path's throughput after VPLs at y have brought theirs to where its ray began.
+    Rgb residual(const EyePath& path, const SurfacePoint& y, float cosine) const {
+        if (is_black(by_vpls_)) return path.throughput;
+        const float d2 = (y.p - from_.p).length2();
+        const float clamped = of_.shading_.geometry().clamped(d2, cosine_ * cosine, from_.error + y.error);
+        return path.throughput * (Rgb(1) - by_vpls_ * clamped);
+    }
+
+    const IgiEstimator& of_;
+    LightSet set_;
+    // Where the path was last scattered at a place that VPLs have lit: the place, the cosine of the ray there
+    // as ClampedGeometry wants it, and the share of the throughput that belongs to lobes which VPLs light: 0
+    // after a mirror or gloss, where what is met no VPL has brought.
+    SurfacePoint from_{};
+    float cosine_ = 1;
+    Rgb by_vpls_{1.0F};
+    // Of light that comes over L(S+D)*S+ to where the path last left a place that is not specular: the share
+    // that no Caustic map has brought to a place before. And whether the path has come over specular surfaces
+    // since.
+    Rgb caustic_{1.0F};
+    bool specular_ = false;
+    Rgb residual_{0.0F};  // of the throughput, at the surface that was met last
+};
+
+// Goes on by chance over one of the two parts of a surface: that for which VPLs stand, whose share of the
+// path's throughput is what they left; and that which turns light as mirrors do. None if neither contributes.
+std::optional<LobeChoice> IgiEstimator::Compensation::choose_lobe(const Bsdf& bsdf, const EyePath& path,
+                                                                  Sampler& sampler) const {
+    const float below = of_.caustics_.specular_below();
     const Bsdf blurred = bsdf.blurred_part(below);
-    const float diffuse = blurred.is_black() ? 0.0F : max_component(left);
-    if (only_diffuse_) return diffuse > 0 ? std::optional(LobeChoice{blurred, left, false}) : std::nullopt;
+    const float diffuse = blurred.is_black() ? 0.0F : max_component(residual_);
+    if (of_.only_diffuse_)
+        return diffuse > 0 ? std::optional(LobeChoice{blurred, residual_, false}) : std::nullopt;
     const Bsdf sharp = bsdf.sharp_part(below);
     const float specular = sharp.is_black() ? 0.0F : max_component(path.throughput);
     if (!(diffuse + specular > 0)) return std::nullopt;
     const float chance = specular / (diffuse + specular);
     // Never where the chance is 0, always where it is 1.
     if (sampler.next() < chance) return LobeChoice{sharp, path.throughput / chance, true};
-    return LobeChoice{blurred, left / (1 - chance), false};
+    return LobeChoice{blurred, residual_ / (1 - chance), false};
 }
 
-// `choice`: by which the place asked the lights; `by_vpls` as CompensatingPath has it.
-CompensatingPath IgiEstimator::continue_path(const Vertex& vertex, const BsdfSample& sample,
-                                             const LightChoice& choice, const Rgb& by_vpls,
-                                             const CompensatingPath& before) const {
-    const EmissionRule rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
-    return {Ray{vertex.hit.at.towards(sample.wi), sample.wi},
-            vertex.hit.at,
-            cosine_at(vertex, sample.wi),
-            before.throughput * sample.weight,
-            rule,
-            vertex.medium_towards(sample.wi),
-            by_vpls,
-            before.eta_scale * sample.eta_scale,
-            before.specular ? before.caustic : before.caustic * caustics_.left_to_rays(vertex, sample.wi),
-            before.specular,
-            before.left - 1};
-}
-CompensatingPath IgiEstimator::continue_path(const MediumVertex& vertex, const V2f& u,
-                                             const LightChoice& choice,
-                                             const CompensatingPath& before) const {
-    const V3f wi = vertex.phase.sample(vertex.wo, u);
-    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi), choice);
-    // The phase function over its own density is 1.
-    return {Ray{vertex.p, wi},
-            vertex.from(),
-            1,
-            before.throughput,
-            rule,
-            vertex.medium,
-            Rgb(1),
-            before.eta_scale,
-            caustics_.left_to_rays(),
-            false,
-            before.left - 1};
-}
-
-// The path goes straight on behind a pane. It still belongs to the place where it began: lamps and VPLs
-// behind the pane have lit that place, too.
-CompensatingPath IgiEstimator::straight_on(CompensatingPath path, const Hit& hit, const Rgb& throughput,
-                                           std::int32_t medium) {
-    path.rule = path.rule.behind(path.ray, hit.t);
-    path.medium = medium_towards(hit.media, hit.at.n, path.ray.d, medium);
-    path.ray = Ray{hit.at.towards(path.ray.d), path.ray.d};
-    path.throughput = throughput;
-    return path;
-}
-
-// What is left of a path's throughput after VPLs at y have brought theirs to where it began.
-Rgb IgiEstimator::residual(const CompensatingPath& path, const SurfacePoint& y, float cosine) const {
-    if (is_black(path.by_vpls)) return path.throughput;
-    const float d2 = (y.p - path.from.p).length2();
-    const float clamped = shading_.geometry().clamped(d2, path.cosine * cosine, path.from.error + y.error);
-    return path.throughput * (Rgb(1) - path.by_vpls * clamped);
-}
-
-// Roulette, before a set of lights is asked: every survivor is worth it. Even with albedo 1 it ends.
-bool IgiEstimator::survives(CompensatingPath& path, Sampler& sampler) {
-    const float survival = survival_of(path.throughput, path.eta_scale);
-    if (!(sampler.next() < survival)) return false;  // also where nothing is left
-    path.throughput /= survival;
+bool IgiEstimator::Compensation::at_surface(EyePath& path, const Vertex& met, Sampler& sampler) {
+    const auto on = choose_lobe(met.bsdf, path, sampler);
+    if (!on) return false;
+    path.throughput = on->throughput;
+    const Vertex at{met.hit, on->bsdf, met.wo, met.medium};
+    const Rgb caustic = !on->specular && !specular_ ? Rgb(1.0F) : caustic_;
+    const Rgb of_lamps = on->specular ? caustic : Rgb(1.0F);
+    LightChoice choice;
+    if (!on->bsdf.is_delta()) {
+        // Roulette before the lights are asked: every survivor is worth it.
+        if (!path.survives(path.survival(), sampler)) return false;
+        choice = of_.choice_at(at);
+        const PathAccount scaled = path.times(of_.settings_.indirect_scale);
+        next_event(of_.scene_, at, sampler, choice, scaled.times(of_lamps));
+        if (!on->specular) {
+            // What came over nothing specular no map has brought before.
+            if (!is_black(caustic))
+                of_.caustics_.add_radiance(at, set_.half, path.left, scaled.times(caustic));
+            of_.indirect(path, at, set_, sampler);
+        }
+    } else if (path.bounces > kRouletteFrom && !path.survives(path.survival(), sampler)) {
+        return false;
+    }
+    const BsdfU u{sampler.next(), sampler.next2()};
+    const auto sample = on->bsdf.sample(at.wo, u, Transport::radiance);
+    if (!sample || is_black(sample->weight)) return false;
+    if (sample->straight) {
+        // The path still belongs to the place where its ray began: lamps and VPLs behind the pane have lit
+        // that place, too.
+        path.turn(at, *sample, EmissionRule::none());
+        return true;
+    }
+    caustic_ = caustic;
+    specular_ = on->specular;
+    leave(path, at, *sample, choice, Rgb(sample->delta || on->specular ? 0.0F : 1.0F));
+    beyond(path);
     return true;
+}
+
+bool IgiEstimator::Compensation::at_medium(EyePath& path, const MediumVertex& at, const Rgb& /*sigma_s*/,
+                                           Sampler& sampler) {
+    path.throughput = residual(path, at.from(), 1);
+    if (!path.survives(path.survival(), sampler)) return false;
+    const LightChoice choice = of_.chooser_.at(at.p);
+    next_event(of_.scene_, at, sampler, choice, path.times(of_.settings_.indirect_scale));
+    of_.indirect(path, at, set_, sampler);
+    leave(path, at, at.phase.sample(at.wo, sampler.next2()), choice);
+    beyond(path);
+    return true;
+}
+
+// The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
+std::optional<BsdfSample> IgiEstimator::shade(const EyePath& path, const Vertex& at, const LightSet& set,
+                                              Sampler& sampler) const {
+    LightChoice choice;
+    std::optional<BsdfSample> specular;
+    if (settings_.compensate) {
+        choice = choice_at(at);
+        next_event(scene_, at, sampler, choice, path);
+    } else {
+        specular = direct(path, at, sampler);
+    }
+    if (at.bsdf.is_black()) return specular;
+    const Bsdf lit = lit_by_vpls(at.bsdf);
+    indirect(path, Vertex{at.hit, lit, at.wo, at.medium}, set, sampler);
+    caustics_.add_radiance(at, set.half, path.left, path.times(settings_.indirect_scale));
+    if (!settings_.compensate) return specular;
+
+    for (int i = 0; i < settings_.gather_samples; ++i) {
+        const BsdfU u{sampler.next(), sampler.next2()};
+        const auto sample = at.bsdf.sample(at.wo, u, Transport::radiance);
+        if (!sample) continue;
+        if (!sample->delta) {
+            Compensation visit(*this, set);
+            EyePath compensating = gather_path(path);
+            visit.leave(compensating, at, *sample, choice, share_of_part(lit, at.bsdf, at.wo, sample->wi));
+            lucerna::follow(scene_, compensating, sampler, visit);
+        } else if (i == 0) {
+            specular = sample;  // what mirrors show, one of the samples is enough for
+        }
+    }
+    return specular;
+}
+
+void IgiEstimator::shade(const EyePath& path, const MediumVertex& at, const LightSet& set,
+                         Sampler& sampler) const {
+    const LightChoice choice = chooser_.at(at.p);
+    if (!settings_.compensate) {
+        direct_light(scene_, at, sampler, choice, path);
+        return indirect(path, at, set, sampler);
+    }
+    next_event(scene_, at, sampler, choice, path);
+    indirect(path, at, set, sampler);
+    for (int i = 0; i < settings_.gather_samples; ++i) {
+        Compensation visit(*this, set);
+        EyePath compensating = gather_path(path);
+        visit.leave(compensating, at, at.phase.sample(at.wo, sampler.next2()), choice);
+        lucerna::follow(scene_, compensating, sampler, visit);
+    }
 }
 
 // -----------------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 //
 // An Integrator is a method with its settings, without state. begin() makes what all passes of one render
 // share (an importance pre-pass, first radii); Session::pass() makes what one pass needs (photon maps, VPLs;
-// the path tracer makes nothing) and gives an Estimator, which answers for single camera rays, from any
+// the path tracer makes nothing) and gives an Estimator, which follows single paths from the eye, from any
 // thread.
 #pragma once
 
@@ -16,47 +16,17 @@
 #include "engine/integrators/settings.h"
 #include "engine/integrators/statistics.h"
 #include "engine/scene/render_context.h"
-#include "engine/transport/direct_light.h"
+#include "engine/transport/eye_path.h"
 #include "photon/build_maps.h"
 
 namespace lucerna {
 
-// The ray of a camera sample.
-struct CameraRay {
-    Ray ray;
-    V2f film{0, 0};  // place on the whole film, pixels: a method may take more or fewer samples there than
-                     // elsewhere
-    // Of the image's samples, 0 or 1, where these are to be independent of each other: what a method makes
-    // several of, it may use for one half alone. None: all is for all samples.
-    std::optional<int> half = {};
-    // Gets what the sample's radiance is made of, black before; null: nobody asks. The radiance is the same,
-    // bit for bit, with and without.
-    LightParts* parts = nullptr;
-    // Gets what density estimates at what the camera sees differ by from sharper ones
-    // (DensityEstimateResult), as it reaches the eye, added to what is there; null: nobody asks. The radiance
-    // is the same.
-    Rgb* blur = nullptr;
-    // In the place of the first surface along the ray, which is then along its normal: of a point of a
-    // calculation surface (engine/scene/receiver.h), by methods with illuminance for their quantity. Null:
-    // what the ray meets.
-    const Hit* receiver = nullptr;
-    // The medium of the borders in which the ray begins, by the same methods; none: that of the scene's
-    // camera.
-    std::optional<std::int32_t> medium = {};
-    // Lamps whose emission the sample does not count where the ray itself meets them; null: none.
-    const LampSet* but = nullptr;
-
-    EmissionRule rule() const { return EmissionRule::all_but(but); }
-};
-
 class Estimator {
   public:
     virtual ~Estimator() = default;
-    // Radiance that arrives along a camera ray, W/(m² sr). Its mean over samplers is what the method
-    // converges to.
-    virtual Rgb Li(const Ray& ray, Sampler& sampler) const = 0;
-    // The same for the ray of a camera sample, whose place and half may matter.
-    virtual Rgb Li_of(const CameraRay& camera, Sampler& sampler) const { return Li(camera.ray, sampler); }
+    // Follows a path from the eye and books on its account what it finds. The mean over samplers is what the
+    // method converges to.
+    virtual void follow(const EyePath& path, Sampler& sampler) const = 0;
 };
 
 // One render by one method. It outlives its estimators.
@@ -77,7 +47,7 @@ class Integrator {
                                                  OnceStatistics& statistics) const = 0;
     // What a session would build for this scene, a line each; nothing for a method that only traces rays.
     virtual std::vector<std::string> describe(const Scene& /*scene*/) const { return {}; }
-    // Whether its estimators look at CameraRay::receiver.
+    // Whether its estimators look at EyePath::receiver.
     virtual bool takes_receivers() const { return false; }
     // Why this method cannot tell of the scene's light groups what each brings, and what could; empty: it
     // can.

@@ -28,8 +28,8 @@
 #include "engine/guiding/guide.h"
 #include "engine/integrators/splitting.h"
 #include "engine/transport/direct_light.h"
+#include "engine/transport/follow.h"
 #include "engine/transport/light_choice.h"
-#include "engine/transport/specular_chain.h"
 #include "photon/density_estimate.h"
 #include "photon/irradiance.h"
 #include "photon/map_points.h"
@@ -202,9 +202,12 @@ NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const
         if (!sample) continue;
         const Ray ray{at.towards(sample->wi), sample->wi};
         const auto met = scene.intersect(ray);
-        const Rgb found =
-            emission_ahead(scene, ray, met, EmissionRule::mis(sample->pdf_w, choice), kNoMedium, sampler);
-        add(scale * sample->weight * found, sample->wi, met ? met->t : INFINITY);
+        SampleAccount found;
+        add_emission_ahead(scene,
+                           EyePath(PathAccount(found, scale * sample->weight), ray, kNoMedium,
+                                   EmissionRule::mis(sample->pdf_w, choice)),
+                           met, sampler);
+        add(found.radiance(), sample->wi, met ? met->t : INFINITY);
     }
     return {sum, over_distance > 0 ? sum / over_distance : INFINITY};
 }
@@ -343,6 +346,33 @@ enum class Stage : std::uint8_t {
     gather,  // a gather ray landed there: blurred over a hemisphere before anyone sees it
 };
 
+// A surface's diffuse part, for which radiance is estimated from photons, and the rest, which is traced.
+struct SplitBsdf {
+    std::optional<Bsdf> diffuse, rest;
+
+    explicit SplitBsdf(const Bsdf& bsdf) {
+        if (stores_photons(bsdf)) diffuse = bsdf.diffuse_part();
+        if (!diffuse || !bsdf.is_diffuse()) rest = bsdf.rest();
+    }
+};
+
+// What is not diffuse at a surface. After a gather ray (the rule is none) direct light and caustics are
+// counted already where it began: gloss that counts as specular must not sample lights again, or caustics
+// would count twice.
+struct GlossySplit {
+    std::optional<Bsdf> light_sampled, as_specular;
+
+    GlossySplit(const std::optional<Bsdf>& rest, const EmissionRule& rule, float specular_below) {
+        if (!rest) return;
+        light_sampled = rest;
+        if (rule.kind != EmissionRule::Kind::none || !(specular_below > 0)) return;
+        const Bsdf sharp = rest->sharp_part(specular_below), blurred = rest->blurred_part(specular_below);
+        if (sharp.is_black()) return;
+        as_specular = sharp;
+        light_sampled = blurred.is_black() ? std::nullopt : std::optional(blurred);
+    }
+};
+
 class PhotonMapEstimator final : public Estimator {
   public:
     PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings, PhotonMapPass parts,
@@ -362,23 +392,30 @@ class PhotonMapEstimator final : public Estimator {
                   settings.guide.candidates > 0 ? settings.guide.candidates : candidates_that_pay(scene)},
           lights_(scene, settings.lights) {}
 
-    Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(CameraRay{ray}, Splits{Splitting::everywhere_alike(fixed_numbers(settings_))},
-                             sampler);
-    }
-    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return camera_sample(camera, Splits{splitting_.at(camera.film)}, sampler,
-                             edges_ && edges_->at(camera.film));
+    void follow(const EyePath& path, Sampler& sampler) const override {
+        Splits splits{splitting_.at(path.film)};
+        // Across an edge estimates differ as samples do.
+        if (samples_ > 1 && !(edges_ && edges_->at(path.film))) {
+            // Of 2^k samples in a row, beginning at a multiple of that, exactly one: numbers are stratified.
+            const auto samples = static_cast<float>(samples_);
+            splits.estimates = sampler.split_alike(kEstimateBranch).next() < 1 / samples ? samples : 0.0F;
+        }
+        lucerna::follow(scene_, path, sampler, Visitor(*this, Stage::eye, splits, path));
     }
 
     // Learns how many samples of each kind pay where, if the settings leave that open.
     void split(const PassContext& context) {
         if (!is_split_by_pilot(settings_) || !context.view)
             return split_by(Splitting(fixed_numbers(settings_)));
-        split_by(Splitting(*context.view, context.seed, context.pass, context.workers,
-                           [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
-                               return camera_sample(CameraRay{ray}, Splits{{}, &pilot}, sampler);
-                           }));
+        const auto look = [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
+            SampleAccount account;
+            const EyePath path =
+                EyePath::begin(scene_, ray, settings_.quantity, settings_.max_depth, account);
+            const Splits splits{{}, &pilot};
+            lucerna::follow(scene_, path, sampler, Visitor(*this, Stage::eye, splits, path));
+            return account.radiance();
+        };
+        split_by(Splitting(*context.view, context.seed, context.pass, context.workers, look));
     }
     // What another one learned, whose maps are of as many photons.
     void split_by(const Splitting& learned) {
@@ -402,329 +439,189 @@ class PhotonMapEstimator final : public Estimator {
         return numbers;
     }
 
-    // ---- Li --------------------------------------------------------------------------------------------
+    // ---- A path from the eye, or a gather ray, up to the first surface that is diffuse and nothing else ---
 
-    Rgb camera_sample(const CameraRay& camera, Splits splits, Sampler& sampler, bool at_edge = false) const {
-        const PartsSink of_ray(camera.parts, camera.blur);
-        const int most = most_bounces(settings_.max_depth);
-        // Across an edge estimates differ as samples do.
-        if (samples_ > 1 && !at_edge) {
-            // Of 2^k samples in a row, beginning at a multiple of that, exactly one: numbers are stratified.
-            const auto samples = static_cast<float>(samples_);
-            splits.estimates = sampler.split_alike(kEstimateBranch).next() < 1 / samples ? samples : 0.0F;
+    class Visitor : public EyeVisitor {
+      public:
+        Visitor(const PhotonMapEstimator& of, Stage stage, const Splits& splits, const EyePath& path)
+            : of_(of), stage_(stage), splits_(splits), carried_(max_component(path.throughput)) {}
+
+        bool arrives(const EyePath& path, const Hit& hit) {
+            if (path.bounces == began_) length_ = path.rule.passed + hit.t;
+            return true;
         }
-        if (settings_.quantity == Quantity::illuminance) {
-            const auto shade = [&](const Vertex& vertex, int left, const PartsSink& parts) {
-                return DirectLight{shade_eye(vertex, left, meter_reading(Rgb(1)), splits, sampler, parts),
-                                   {}};
-            };
-            return meter_and_shade(scene_, camera.ray, most, shade, of_ray);
+        bool at_surface(EyePath& path, const Vertex& at, Sampler& sampler);
+        bool at_medium(EyePath& path, const MediumVertex& at, const Rgb& sigma_s, Sampler& sampler) const {
+            of_.in_scattered(path, at, sigma_s, stage_, splits_, sampler);
+            return false;
         }
-        return Li({camera.ray, scene_.media().camera, camera.rule(), most, kGlassSplits}, Stage::eye, splits,
-                  sampler, of_ray);
-    }
+        // The bounces at which the ray that a visitor follows begins.
+        void begin_at(int bounces) { began_ = bounces; }
 
-    // A surface's diffuse part, for which radiance is estimated from photons, and the rest, which is traced.
-    struct Split {
-        std::optional<Bsdf> diffuse, rest;
-
-        explicit Split(const Bsdf& bsdf) {
-            if (stores_photons(bsdf)) diffuse = bsdf.diffuse_part();
-            if (!diffuse || !bsdf.is_diffuse()) rest = bsdf.rest();
-        }
-    };
-
-    // What is not diffuse at a surface. After a gather ray (the rule is none) direct light and caustics are
-    // counted already where it began: gloss that counts as specular must not sample lights again, or caustics
-    // would count twice.
-    struct GlossySplit {
-        std::optional<Bsdf> light_sampled, as_specular;
-
-        GlossySplit(const std::optional<Bsdf>& rest, const EmissionRule& rule, float specular_below) {
-            if (!rest) return;
-            light_sampled = rest;
-            if (rule.kind != EmissionRule::Kind::none || !(specular_below > 0)) return;
-            const Bsdf sharp = rest->sharp_part(specular_below), blurred = rest->blurred_part(specular_below);
-            if (sharp.is_black()) return;
-            as_specular = sharp;
-            light_sampled = blurred.is_black() ? std::nullopt : std::optional(blurred);
-        }
-    };
-
-    // The end of a path from the eye.
-    struct EyePath {
-        Ray ray;
-        std::int32_t medium;  // in which the ray begins
-        EmissionRule rule;
-        int left;              // bounces that the whole path, from the light, may still have
-        int glass_splits = 0;  // boundaries of glass at which both ways may be followed
-        Rgb weight{1.0F};      // that will be given to what it brings: for a pilot
-    };
-    // Radiance along a path's ray up to and including the first surface that is diffuse and nothing else.
-    Rgb Li(EyePath path, Stage stage, const Splits& splits, Sampler& sampler, PartsSink parts) const {
-        Rgb result(0);
-        Rgb throughput(1);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left,
-                                const PartsSink& there) {
-            return in_scattered(vertex, sigma_s, stage, left, splits, sampler, there.in_medium());
+      private:
+        // The lobes of a surface by which a path may go on.
+        struct Lobes {
+            const Bsdf* diffuse = nullptr;
+            const Bsdf* rest = nullptr;
+            const Bsdf* as_specular = nullptr;  // GlossySplit's
+            LightChoice rest_lights = {};       // by which `rest` asked the lights
+            float rest_scale = 1;  // one over the chance of looking at the last two; 0: they are not
         };
-        const auto branch = [&](const SpecularBranch& way, const Rgb& share, Sampler& own,
-                                const PartsSink& of_way) {
-            return Li({way.ray, way.medium, way.rule, way.left, way.splits, path.weight * share}, stage,
-                      splits, own, of_way);
-        };
-        for (int depth = 0; depth < kMostEyeBounces; ++depth) {
-            const SpecularChain chain = follow_specular(scene_, path.ray, path.medium, path.rule, path.left,
-                                                        sampler, source, path.glass_splits, branch, parts);
-            parts = chain.parts;
-            result += throughput * chain.emitted;
-            if (!chain.hit) break;
-            throughput *= chain.throughput;
-            const Bsdf bsdf = scene_.bsdf(*chain.hit);
-            const Split split(bsdf);
-            ContinuationLobes lobes;
-            LightChoice rest_lights;
-            if (split.diffuse) {
-                const Vertex vertex = chain.vertex(*split.diffuse);
-                if (stage == Stage::eye) {
-                    result += throughput *
-                              shade_eye(vertex, chain.left, path.weight * throughput, splits, sampler, parts);
-                } else {
-                    const GatherShading shading =
-                        shade_gather(vertex, chain.length, chain.left, sampler, parts);
-                    result += throughput * shading.radiance;
-                    if (shading.continues) lobes.diffuse = &*split.diffuse;
-                }
-            }
-            const GlossySplit glossy(split.rest, chain.rule, settings_.specular_below);
-            // Where a gather ray landed, gloss beside a diffuse part is looked at by as much chance as it is
-            // likely to bring: it is blurred by the gather ray.
-            if (stage == Stage::gather && split.diffuse && split.rest) {
-                const float chance =
-                    std::clamp(split.rest->guessed_albedo(chain.wo) * max_component(throughput),
-                               kLeastGlossChance, 1.0F);
-                lobes.rest_scale = sampler.next() < chance ? 1 / chance : 0.0F;
-            }
-            if (glossy.light_sampled && lobes.rest_scale > 0) {
-                // No photons there: sample the lights, then follow the BSDF.
-                if (!glossy.light_sampled->is_delta()) {
-                    rest_lights = lights_.at(chain.hit->at, *glossy.light_sampled, chain.wo);
-                    result += throughput * lobes.rest_scale *
-                              next_event(scene_, chain.vertex(*glossy.light_sampled), sampler, rest_lights,
-                                         parts.times(lobes.rest_scale));
-                }
-                lobes.rest = &*glossy.light_sampled;
-            }
-            if (glossy.as_specular && lobes.rest_scale > 0) lobes.as_specular = &*glossy.as_specular;
-            const auto next = sample_continuation(lobes, chain, rest_lights, sampler);
-            if (!next) break;
-            throughput *= next->sample.weight;
-            parts = past(parts.times(next->sample.weight), next->sample);
-            // Faint gloss that the camera sees is followed all the same: one ray beside all those that
-            // gather, where roulette would make bright specks of what lamps it mirrors.
-            const bool sure = stage == Stage::eye && depth < kSureBounces;
-            const float survival = sure ? 1.0F : std::min(1.0F, max_component(throughput));
-            if (!(sampler.next() < survival)) break;
-            throughput /= survival;
-            parts = parts.times(1 / survival);
-            path = {Ray{chain.hit->at.towards(next->sample.wi), next->sample.wi},
-                    chain.vertex(bsdf).medium_towards(next->sample.wi),
-                    next->rule,
-                    bounces_left(chain.left, next->sample),
-                    0,
-                    path.weight};
-        }
-        return result;
-    }
+        float rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo, Sampler& sampler) const;
+        bool turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const;
+        // Of the throughput, what the path still carries of what it began with.
+        float carries(const EyePath& path) const { return max_component(path.throughput) / carried_; }
 
-    // The lobes of a surface by which a ray may continue.
-    struct ContinuationLobes {
-        const Bsdf* diffuse = nullptr;
-        const Bsdf* rest = nullptr;
-        const Bsdf* as_specular = nullptr;  // GlossySplit's
-        float rest_scale = 1;               // one over the chance of looking at the last two; 0: they are not
+        const PhotonMapEstimator& of_;
+        Stage stage_;
+        const Splits& splits_;
+        float carried_;     // the throughput with which the path began; 0: it brings nothing
+        int surfaces_ = 0;  // that the visitor has shaded
+        int began_ = 0;
+        // Of the ray that left the last of them, to the first surface that it does not pass straight, scene
+        // units.
+        float length_ = INFINITY;
     };
-    struct Continuation {
-        BsdfSample sample;
-        EmissionRule rule;
-    };
-    // Samples one of them, at random where there are several: with a ray for each the number of rays would
-    // grow with every surface.
-    std::optional<Continuation> sample_continuation(const ContinuationLobes& lobes,
-                                                    const SpecularChain& chain,
-                                                    const LightChoice& rest_lights, Sampler& sampler) const {
-        const float u_lobe = sampler.next();
-        const BsdfU u{sampler.next(), sampler.next2()};
-        std::array<const Bsdf*, 3> open{};
-        std::size_t count = 0;
-        for (const Bsdf* lobe : {lobes.diffuse, lobes.rest, lobes.as_specular}) {
-            if (lobe) open[count++] = lobe;
-        }
-        if (count == 0) return std::nullopt;
-        const auto share = static_cast<float>(count);
-        const Bsdf* lobe = open[std::min(static_cast<std::size_t>(u_lobe * share), count - 1)];
-        const auto sample = lobe->sample(chain.wo, u, Transport::radiance);
-        if (!sample) return std::nullopt;
-        Continuation continuation{
-            *sample, EmissionRule::none()};  // after diffuse: direct light and caustics are counted
-        continuation.sample.weight *= lobe == lobes.diffuse ? share : share * lobes.rest_scale;
-        if (lobe == lobes.rest) {
-            continuation.rule = sample->delta ? chain.rule.after(*sample, chain.ray, chain.hit->t)
-                                              : EmissionRule::mis(sample->pdf_w, rest_lights);
-        }
-        return continuation;
-    }
 
     // ---- Shade what the eye sees -----------------------------------------------------------------------
 
-    // A diffuse surface that the camera sees. Here and below `left` > 0 is how many bounces paths may still
-    // have, the one at the vertex included.
-    Rgb shade_eye(const Vertex& vertex, int left, const Rgb& throughput, const Splits& splits,
-                  Sampler& sampler, const PartsSink& parts) const {
-        const DensityEstimateSettings how = within(left, estimates_.eye);
-        const std::size_t share = share_class(max_component(throughput));
+    // A diffuse surface that the camera sees. Here and below `path.left` > 0 is how many bounces paths may
+    // still have, the one at the vertex included.
+    void shade_eye(const EyePath& path, const Vertex& vertex, const Splits& splits, Sampler& sampler) const {
+        const DensityEstimateSettings how = within(path.left, estimates_.eye);
+        const std::size_t share = share_class(max_component(path.throughput));
         const SplitNumbers& numbers = splits.plan[share];
         SplitKinds* const pilot = splits.pilot ? &(*splits.pilot)[share] : nullptr;
-        Rgb result(0);
+        const PathAccount estimated = path.times(splits.estimates);
         if (settings_.direct != DirectMethod::map) {
-            result = some_of(numbers.light_samples, kLightBranch, throughput, pilot ? &pilot->light : nullptr,
-                             sampler, parts, [&](Sampler& own, const PartsSink& one) {
-                                 return Sampled{sample_direct(vertex, own, one)};
-                             });
+            some_of(numbers.light_samples, kLightBranch, pilot ? &pilot->light : nullptr, path, sampler,
+                    [&](const EyePath& one, Sampler& own) {
+                        sample_direct(one, vertex, own);
+                        return 1.0F;
+                    });
         } else if (splits.estimates > 0) {
-            result = splits.estimates *
-                     estimate(MapKind::direct, vertex, how, sampler, parts.times(splits.estimates)).value;
+            estimate(MapKind::direct, estimated, vertex, how, sampler);
         }
-        if (settings_.indirect == IndirectMethod::none) return result;
+        if (settings_.indirect == IndirectMethod::none) return;
         if (settings_.indirect == IndirectMethod::map) {
-            if (!(splits.estimates > 0)) return result;
-            const PartsSink scaled = parts.times(splits.estimates);
-            const Rgb caustic = estimate(MapKind::caustic, vertex, how, sampler, scaled).value;
-            return result + splits.estimates *
-                                (caustic + estimate(MapKind::global, vertex, how, sampler, scaled).value);
+            if (!(splits.estimates > 0)) return;
+            estimate(MapKind::caustic, estimated, vertex, how, sampler);
+            estimate(MapKind::global, estimated, vertex, how, sampler);
+            return;
         }
         if (maps_.find(MapKind::caustic)) {
-            result += some_of(numbers.caustic_estimates, kCausticBranch, throughput,
-                              pilot ? &pilot->caustic : nullptr, sampler, parts,
-                              [&](Sampler& own, const PartsSink& one) {
-                                  return Sampled{estimate(MapKind::caustic, vertex, how, own, one).value};
-                              });
+            some_of(numbers.caustic_estimates, kCausticBranch, pilot ? &pilot->caustic : nullptr, path,
+                    sampler, [&](const EyePath& one, Sampler& own) {
+                        estimate(MapKind::caustic, one, vertex, how, own);
+                        return 1.0F;
+                    });
         }
-        if (left == 1) return result;  // a gather ray would meet what emits, and that is direct light
+        if (path.left == 1) return;  // a gather ray would meet what emits, and that is direct light
         const bool guided = pilot || numbers.guided || settings_.guide_gather == GatherGuiding::on;
-        return result + some_of(numbers.gather_rays, kGatherBranch, throughput,
-                                pilot ? &pilot->gather : nullptr, sampler, parts,
-                                [&](Sampler& own, const PartsSink& one) {
-                                    return gather_ray(vertex, left, guided, own, one);
-                                });
+        some_of(numbers.gather_rays, kGatherBranch, pilot ? &pilot->gather : nullptr, path, sampler,
+                [&](const EyePath& one, Sampler& own) { return gather_ray(one, vertex, guided, own); });
     }
 
-    // A sample of some kind, and how many times more densely guiding drew it.
-    struct Sampled {
-        Rgb value;
-        float ratio = 1;
-    };
-
-    // The mean of `number` samples of one kind at a place that the camera sees, each by numbers of its own;
-    // of a number that is not whole, one more by chance, and below 1 one by that chance, divided by it. In a
-    // pilot the mean of two, which are noted as they reach the pixel.
+    // Takes `number` samples of one kind at a place that the camera sees, each by numbers of its own, and
+    // books their mean. A number is split stochastically: floor(number) samples, plus one with probability
+    // frac(number); below 1 one sample with that probability, divided by it. `take(path, sampler)` books one
+    // sample on the path that it is given and returns how many times more densely guiding drew it. In a pilot
+    // the mean of two samples is booked, which are noted as they reach the pixel.
     template <typename Take>
-    Rgb some_of(float number, std::uint32_t branch, const Rgb& throughput, SplitMoments* pilot,
-                const Sampler& sampler, const PartsSink& parts, Take&& take) const {
-        if (pilot) {
-            const auto sample = [&](std::uint32_t i) {
-                Sampler own = sampler.split_alike(branch + kBranches * i);
-                return take(own, PartsSink());
-            };
-            const Sampled a = sample(0), b = sample(1);
-            pilot->add(double{luminance(throughput * a.value)}, double{luminance(throughput * b.value)},
-                       double{a.ratio}, double{b.ratio});
-            return 0.5F * (a.value + b.value);
-        }
+    void some_of(float number, std::uint32_t branch, SplitMoments* pilot, const EyePath& path,
+                 const Sampler& sampler, Take&& take) const {
+        if (pilot) return look_at_two(branch, *pilot, path, sampler, take);
         const float whole = std::floor(number);
         int count = static_cast<int>(whole);
         if (whole < number && sampler.split_alike(branch + kChanceBranch).next() < number - whole) ++count;
-        if (count == 0) return Rgb(0);
-        Rgb sum(0);
-        const float divisor = number < 1 ? number : static_cast<float>(count);  // > 0
-        const PartsSink one = parts.times(1 / divisor);
+        if (count == 0) return;
+        EyePath one = path;
+        one.throughput /= number < 1 ? number : static_cast<float>(count);  // > 0
         const auto most = static_cast<std::uint32_t>(std::ceil(number));
         for (int i = 0; i < count; ++i) {
             Sampler own = sampler.split_alike(branch, static_cast<std::uint32_t>(i), most);
-            sum += take(own, one).value;
+            take(one, own);
         }
-        return sum / divisor;
+    }
+    template <typename Take>
+    static void look_at_two(std::uint32_t branch, SplitMoments& pilot, const EyePath& path,
+                            const Sampler& sampler, Take&& take) {
+        std::array<double, 2> value{}, ratio{};
+        for (std::uint32_t i = 0; i < 2; ++i) {
+            SampleAccount found = path.scratch();
+            EyePath one = path;
+            static_cast<PathAccount&>(one) = path.into(found);
+            Sampler own = sampler.split_alike(branch + kBranches * i);
+            ratio[i] = double{take(one, own)};
+            value[i] = double{luminance(found.radiance())};
+            path.take(found, 0.5F);
+        }
+        pilot.add(value[0], value[1], ratio[0], ratio[1]);
     }
 
-    // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
-    // elsewhere.
-    Sampled gather_ray(const Vertex& vertex, int left, bool guided, Sampler& sampler,
-                       const PartsSink& parts) const {
+    // Books indirect radiance by way of one direction, and returns how many times more densely guiding drew
+    // it. Emission at its end is direct light or a caustic, counted elsewhere.
+    float gather_ray(EyePath path, const Vertex& vertex, bool guided, Sampler& sampler) const {
         const BsdfU u{sampler.next(), sampler.next2()};
         DirectionGuide guide;
         if (directions_ && guided) guide = directions_->at(vertex.hit.at.p, vertex.bsdf, vertex.wo);
         const auto drawn = GuidedBsdf(vertex.bsdf, vertex.wo, guide).sample(u);
-        if (!drawn) return {Rgb(0)};
-        const BsdfSample& sample = drawn->sample;
-        const Ray ray{vertex.hit.at.towards(sample.wi), sample.wi};
-        const EyePath path{ray, vertex.medium_towards(sample.wi), EmissionRule::none(), left - 1};
-        const PartsSink of_ray = parts.times(sample.weight).past_surface();
-        return {sample.weight * Li(path, Stage::gather, {}, sampler, of_ray), drawn->ratio};
+        if (!drawn) return 1;
+        path.splits = 0;
+        path.turn(vertex, drawn->sample, EmissionRule::none());
+        const Splits one_of_each;
+        Visitor visit(*this, Stage::gather, one_of_each, path);
+        visit.begin_at(path.bounces);
+        lucerna::follow(scene_, path, sampler, visit);
+        return drawn->ratio;
     }
 
     // ---- Shade where a gather ray lands ----------------------------------------------------------------
 
-    struct GatherShading {
-        Rgb radiance;
-        bool continues;  // what arrives over more than one bounce is still to be found
-    };
     // A diffuse surface where a gather ray ended. `length` is that of its first segment: if the estimate's
     // radius is larger, its disc may reach around the corner that is being shaded. Then direct light and
-    // caustics are evaluated here, and the ray continues for the rest.
-    GatherShading shade_gather(const Vertex& vertex, float length, int left, Sampler& sampler,
-                               const PartsSink& parts) const {
-        const DensityEstimateSettings how = within(left, estimates_.gather);
-        // What is found is told of once it is known that it counts.
-        LightParts found(scene_.light_groups());
-        const PartsSink of_indirect = parts ? PartsSink(&found) : PartsSink();
-        const auto indirect = indirect_at_gather_hit(vertex, how, sampler, of_indirect);
+    // caustics are evaluated here, and the result says that the ray continues for what arrives over more than
+    // one bounce.
+    bool shade_gather(const EyePath& path, const Vertex& vertex, float length, Sampler& sampler) const {
+        const DensityEstimateSettings how = within(path.left, estimates_.gather);
+        // It is booked once it is known that it counts.
+        SampleAccount found = path.scratch();
+        const auto indirect = indirect_at_gather_hit(path.into(found), vertex, how, sampler);
         if (!indirect || indirect->radius > length) {
-            const Rgb sampled = sample_direct(vertex, sampler, parts);
-            return {sampled + estimate(MapKind::caustic, vertex, how, sampler, parts).value, true};
+            sample_direct(path, vertex, sampler);
+            estimate(MapKind::caustic, path, vertex, how, sampler);
+            return true;
         }
-        parts.indirect(found);
-        if (indirect->has_direct) return {indirect->radiance, false};
-        return {direct(vertex, how, sampler, parts) + indirect->radiance, false};
+        path.take(found);
+        if (!indirect->has_direct) direct(path, vertex, how, sampler);
+        return false;
     }
 
     struct IndirectAtGatherHit {
-        Rgb radiance;
         float radius;     // of the Global map's estimate
         bool has_direct;  // or what the Direct map would say is still missing
     };
     // Indirect light and caustics where a gather ray ended: what was precomputed there; estimates where
     // nothing is precomputed. None where no point is near: on what is too small for points, or seldom lit, an
     // estimate would take its photons from elsewhere, and its probes as many rays as a dozen paths.
-    std::optional<IndirectAtGatherHit> indirect_at_gather_hit(const Vertex& vertex,
+    std::optional<IndirectAtGatherHit> indirect_at_gather_hit(const PathAccount& path, const Vertex& vertex,
                                                               const DensityEstimateSettings& how,
-                                                              const Sampler& sampler,
-                                                              const PartsSink& parts) const {
+                                                              const Sampler& sampler) const {
         if (irradiance_) {
             const V3f& p = vertex.hit.at.p;
             if (const auto found = irradiance_->nearest(p, vertex.normal(), how.radius, how.most_bounces)) {
                 const Rgb radiance = irradiance_suffices(vertex.bsdf)
                                          ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
                                          : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
-                parts.indirect(found->share * radiance, 0);  // of all lights: there are no groups
-                return IndirectAtGatherHit{found->share * radiance, found->radius,
-                                           holds_direct(settings_, scene_)};
+                path.indirect(found->share * radiance, 0);  // of all lights: there are no groups
+                return IndirectAtGatherHit{found->radius, holds_direct(settings_, scene_)};
             }
             // Light that only particles carry is found by estimates alone.
             if (settings_.direct != DirectMethod::map) return std::nullopt;
         }
-        const DensityEstimateResult global = estimate(MapKind::global, vertex, how, sampler, parts);
-        const DensityEstimateResult caustic = estimate(MapKind::caustic, vertex, how, sampler, parts);
-        return IndirectAtGatherHit{global.value + caustic.value, global.radius, false};
+        const float radius = estimate(MapKind::global, path, vertex, how, sampler);
+        estimate(MapKind::caustic, path, vertex, how, sampler);
+        return IndirectAtGatherHit{radius, false};
     }
 
     // ---- Direct light, density estimates, media --------------------------------------------------------
@@ -736,39 +633,45 @@ class PhotonMapEstimator final : public Estimator {
         return how;
     }
 
-    // Direct light by the chosen method.
-    Rgb direct(const Vertex& vertex, const DensityEstimateSettings& how, Sampler& sampler,
-               const PartsSink& parts) const {
-        if (settings_.direct == DirectMethod::map)
-            return estimate(MapKind::direct, vertex, how, sampler, parts).value;
-        return sample_direct(vertex, sampler, parts);
+    // Books direct light by the chosen method.
+    void direct(const PathAccount& path, const Vertex& vertex, const DensityEstimateSettings& how,
+                Sampler& sampler) const {
+        if (settings_.direct == DirectMethod::map) {
+            estimate(MapKind::direct, path, vertex, how, sampler);
+        } else {
+            sample_direct(path, vertex, sampler);
+        }
     }
     // The same, by shadow rays, whatever the Direct map is used for elsewhere.
-    Rgb sample_direct(const Vertex& vertex, Sampler& sampler, const PartsSink& parts) const {
+    void sample_direct(const PathAccount& path, const Vertex& vertex, Sampler& sampler) const {
         const LightChoice plain = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
-        if (!guides_) return direct_light(scene_, vertex, sampler, plain, parts).radiance;
-        if (settings_.direct == DirectMethod::gated) {
-            return gated_light(scene_, *guides_, vertex, sampler, plain, parts).radiance;
+        if (!guides_) {
+            direct_light(scene_, vertex, sampler, plain, path);
+        } else if (settings_.direct == DirectMethod::gated) {
+            gated_light(scene_, *guides_, vertex, sampler, plain, path);
+        } else {
+            GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain, path);
         }
-        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain, parts).radiance;
     }
 
-    // Draws nothing of the sampler itself.
-    DensityEstimateResult estimate(MapKind kind, const Vertex& vertex, const DensityEstimateSettings& how,
-                                   const Sampler& sampler, const PartsSink& parts) const {
+    // Books what a map's photons bring to a surface, and returns the radius of the estimate. Draws nothing of
+    // the sampler itself.
+    float estimate(MapKind kind, const PathAccount& path, const Vertex& vertex,
+                   const DensityEstimateSettings& how, const Sampler& sampler) const {
         const PhotonMap* map = maps_.find(kind);
-        if (!map) return {};
+        if (!map) return 0;
         DensityEstimateSettings own = how;
-        own.sharper = parts.asks_for_blur();
-        const auto told = [&parts](const DensityEstimateResult& found) {
-            parts.blurred(found.value - found.sharper);
-            return found;
+        own.sharper = path.wants_blur();
+        const auto book = [&](const DensityEstimate& density) {
+            const DensityEstimateResult found =
+                density.radiance(vertex.hit, vertex.bsdf, vertex.wo, kind, path);
+            if (own.sharper) path.blurred(found.value - found.sharper);
+            return found.radius;
         };
         // A correction takes light to be even over the disc; a caustic is not.
         if (kind == MapKind::caustic) own.boundary = Boundary::none;
-        const Hit& hit = vertex.hit;
         if (radii_) {
-            const SurfacePoint& at = hit.at;
+            const SurfacePoint& at = vertex.hit.at;
             own.k = 0;  // all
             // Below the surface's own error float32 cannot tell points apart.
             const LocalRadius::At found = radii_->radius(kind, at.p, vertex.normal());
@@ -776,33 +679,27 @@ class PhotonMapEstimator final : public Estimator {
             if (found.whole) own.boundary = Boundary::none;
             if (kind == MapKind::caustic) {
                 own.radius *= kCausticReach;
-                return told(DensityEstimate(*map, own, caustic_radii_)
-                                .radiance(hit, vertex.bsdf, vertex.wo, kind, parts));
+                return book(DensityEstimate(*map, own, caustic_radii_));
             }
         }
         const Probing probing{scene_, sampler.split(kProbesBranch + static_cast<std::uint32_t>(kind))};
-        return told(DensityEstimate(*map, own, probing).radiance(hit, vertex.bsdf, vertex.wo, kind, parts));
+        return book(DensityEstimate(*map, own, probing));
     }
 
-    // What media scatter into a ray at a place: radiance per unit of length.
-    Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, int left,
-                     const Splits& splits, Sampler& sampler, const PartsSink& parts) const {
-        Rgb result(0);
-        if (settings_.direct != DirectMethod::map) {
-            result +=
-                sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p), parts.times(sigma_s));
-        }
-        if (const PhotonMap* map = splits.estimates > 0 ? maps_.find(MapKind::volume) : nullptr) {
-            const DensityEstimateSettings how =
-                within(left, stage == Stage::eye ? estimates_.eye : estimates_.gather);
-            VolumeDensityEstimateSettings volume{how.k, estimates_.volume_radius, how.most_bounces};
-            if (radii_) volume = {0, radii_->volume_radius(), how.most_bounces};
-            const VolumeDensityEstimate density(scene_, *map, volume);
-            const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
-            result +=
-                splits.estimates * density.in_scattered(at, sampler, parts.times(splits.estimates)).value;
-        }
-        return result;
+    // Books what media scatter into a ray at a place: radiance per unit of length.
+    void in_scattered(const EyePath& path, const MediumVertex& vertex, const Rgb& sigma_s, Stage stage,
+                      const Splits& splits, Sampler& sampler) const {
+        if (settings_.direct != DirectMethod::map)
+            direct_light(scene_, vertex, sampler, lights_.at(vertex.p), path.times(sigma_s));
+        const PhotonMap* map = splits.estimates > 0 ? maps_.find(MapKind::volume) : nullptr;
+        if (!map) return;
+        const DensityEstimateSettings how =
+            within(path.left, stage == Stage::eye ? estimates_.eye : estimates_.gather);
+        VolumeDensityEstimateSettings volume{how.k, estimates_.volume_radius, how.most_bounces};
+        if (radii_) volume = {0, radii_->volume_radius(), how.most_bounces};
+        const VolumeDensityEstimate density(scene_, *map, volume);
+        const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
+        density.in_scattered(at, sampler, path.times(splits.estimates));
     }
 
     const Scene& scene_;
@@ -820,6 +717,71 @@ class PhotonMapEstimator final : public Estimator {
     LightChooser lights_;
     Splitting splitting_;
 };
+
+bool PhotonMapEstimator::Visitor::at_surface(EyePath& path, const Vertex& at, Sampler& sampler) {
+    const SplitBsdf split(at.bsdf);
+    Lobes lobes;
+    if (split.diffuse) {
+        const Vertex diffuse{at.hit, *split.diffuse, at.wo, at.medium};
+        if (stage_ == Stage::eye) {
+            of_.shade_eye(path, diffuse, splits_, sampler);
+        } else if (of_.shade_gather(path, diffuse, length_, sampler)) {
+            lobes.diffuse = &*split.diffuse;
+        }
+    }
+    const GlossySplit glossy(split.rest, path.rule, of_.settings_.specular_below);
+    lobes.rest_scale = rest_scale(path, split, at.wo, sampler);
+    if (glossy.light_sampled && lobes.rest_scale > 0) {
+        // No photons there: sample the lights, then follow the BSDF.
+        if (!glossy.light_sampled->is_delta()) {
+            const Vertex rest{at.hit, *glossy.light_sampled, at.wo, at.medium};
+            lobes.rest_lights = of_.lights_.at(at.hit.at, rest.bsdf, at.wo);
+            next_event(of_.scene_, rest, sampler, lobes.rest_lights, path.times(lobes.rest_scale));
+        }
+        lobes.rest = &*glossy.light_sampled;
+    }
+    if (glossy.as_specular && lobes.rest_scale > 0) lobes.as_specular = &*glossy.as_specular;
+    if (++surfaces_ == kMostEyeBounces || !turn(path, at, lobes, sampler)) return false;
+    began_ = path.bounces;
+    return true;
+}
+
+// Where a gather ray landed, gloss beside a diffuse part is looked at by as much chance as it is likely to
+// bring: it is blurred by the gather ray.
+float PhotonMapEstimator::Visitor::rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo,
+                                              Sampler& sampler) const {
+    if (stage_ != Stage::gather || !split.diffuse || !split.rest) return 1;
+    const float chance = std::clamp(split.rest->guessed_albedo(wo) * carries(path), kLeastGlossChance, 1.0F);
+    return sampler.next() < chance ? 1 / chance : 0.0F;
+}
+
+// Samples one of the lobes, at random where there are several: with a ray for each the number of rays would
+// grow with every surface.
+bool PhotonMapEstimator::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lobes,
+                                       Sampler& sampler) const {
+    const float u_lobe = sampler.next();
+    const BsdfU u{sampler.next(), sampler.next2()};
+    std::array<const Bsdf*, 3> open{};
+    std::size_t count = 0;
+    for (const Bsdf* lobe : {lobes.diffuse, lobes.rest, lobes.as_specular}) {
+        if (lobe) open[count++] = lobe;
+    }
+    if (count == 0) return false;
+    const auto share = static_cast<float>(count);
+    const Bsdf* lobe = open[std::min(static_cast<std::size_t>(u_lobe * share), count - 1)];
+    const auto sample = lobe->sample(at.wo, u, Transport::radiance);
+    if (!sample) return false;
+    // After diffuse scattering direct light and caustics are counted already.
+    const bool asked = lobe == lobes.rest;
+    if (!asked) path.rule = EmissionRule::none();
+    path.turn(at, *sample,
+              asked ? EmissionRule::mis(sample->pdf_w, lobes.rest_lights) : EmissionRule::none());
+    path.throughput *= lobe == lobes.diffuse ? share : share * lobes.rest_scale;
+    // Faint gloss that the camera sees is followed all the same: one ray beside all those that gather, where
+    // roulette would make bright specks of what lamps it mirrors.
+    const bool sure = stage_ == Stage::eye && surfaces_ <= kSureBounces;
+    return path.survives(sure ? 1.0F : carries(path), sampler);
+}
 
 // Without numbers of samples: split(). Null if the monitor stopped it.
 std::unique_ptr<PhotonMapEstimator> make_estimator(const PhotonMapSettings& settings,
@@ -850,10 +812,9 @@ class HalvesEstimator final : public Estimator {
     using Halves = std::array<std::unique_ptr<PhotonMapEstimator>, 2>;
     explicit HalvesEstimator(Halves halves) : halves_(std::move(halves)) {}
 
-    // Of no half: as good as either.
-    Rgb Li(const Ray& ray, Sampler& sampler) const override { return halves_[0]->Li(ray, sampler); }
-    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return halves_[static_cast<std::size_t>(camera.half.value_or(0))]->Li_of(camera, sampler);
+    // A path of no half sees what is as good as either.
+    void follow(const EyePath& path, Sampler& sampler) const override {
+        halves_[static_cast<std::size_t>(path.half.value_or(0))]->follow(path, sampler);
     }
 
   private:

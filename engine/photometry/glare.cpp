@@ -208,8 +208,10 @@ class Eye {
 
     double luminance_along(const V3f& w, const LampSet& others, Sampler& sampler) const {
         const Ray ray{at_, w};
-        return double{luminance(emission_ahead(scene_, ray, scene_.intersect(ray),
-                                               EmissionRule::all_but(&others), medium_, sampler))};
+        SampleAccount seen;
+        const EyePath path(PathAccount(seen), ray, medium_, EmissionRule::all_but(&others));
+        add_emission_ahead(scene_, path, scene_.intersect(ray), sampler);
+        return double{luminance(seen.radiance())};
     }
 
     // Another direction, normally distributed around the first with twice the filter's variance.

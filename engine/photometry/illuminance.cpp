@@ -15,7 +15,7 @@
 #include "engine/base/warp.h"
 #include "engine/photometry/path_rounds.h"
 #include "engine/render/chance_light.h"
-#include "engine/scene/light_parts.h"
+#include "engine/scene/path_account.h"
 #include "engine/scene/quantity.h"
 
 namespace lucerna {
@@ -74,7 +74,7 @@ void sum_up(SurfaceIlluminance& done) {
     done.uniformity = {u0, std::hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
 }
 
-// Light of a point that its paths find by chance alone (LightParts::by_chance), and the rest of it.
+// Light of a point that its paths find by chance alone (SampleAccount::by_chance), and the rest of it.
 struct ChanceAtPoint {
     ChanceLight met;
     std::vector<double> groups;  // of what was met, by light group of the scene
@@ -116,13 +116,12 @@ class PointImage {
     int heads() const { return heads_; }
     Readings read(const RenderResult& result, const std::vector<std::string>& groups) const {
         const Image& parts = result.parts.value();
-        const LightOf all(result.image, ""),
-            direct(parts, std::string(light_part_name(LightPart::direct)) + ".");
+        const LightOf all(result.image, ""), direct(parts, std::string(layer_name(Layer::direct)) + ".");
         // As their own sums: a difference would leave the rounding of what it takes off.
         std::vector<LightOf> others;
-        for (const LightPart part : {LightPart::indirect, LightPart::caustic, LightPart::media})
-            others.emplace_back(parts, std::string(light_part_name(part)) + ".");
-        const LightOf caustic(parts, std::string(light_part_name(LightPart::caustic)) + ".");
+        for (const Layer part : {Layer::indirect, Layer::caustic, Layer::media})
+            others.emplace_back(parts, std::string(layer_name(part)) + ".");
+        const LightOf caustic(parts, std::string(layer_name(Layer::caustic)) + ".");
         const std::vector<LightOf> by_group = lights_of(parts, groups);
         const auto chance =
             result.chance ? std::optional<LightOf>(LightOf(*result.chance, "")) : std::nullopt;

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/base/plain_text.h"
-#include "engine/scene/light_parts.h"
+#include "engine/scene/path_account.h"
 
 namespace lucerna {
 namespace {

@@ -5,7 +5,7 @@
 // where the lamp is small, and never where it is a point or a sun. Such a path tracer's samples agree with
 // each other, and their interval says nothing of what none of them met. Paths from the lamps find that light
 // easily. Here they estimate how much of it arrives, blurred over a neighbourhood of the places that are
-// looked at; beside it stands what the path tracer met by chance (LightParts::by_chance).
+// looked at; beside it stands what the path tracer met by chance (SampleAccount::by_chance).
 #pragma once
 
 #include <cstdint>

@@ -155,7 +155,7 @@ Features render_features(const Job& job, std::uint64_t seed, int most_samples, c
             objects.clear(), materials.clear();
             for (int s = 0; s < most_samples; ++s) {
                 if (s == kFirstSamples && !disagree(means)) break;
-                const Seen seen = first_surface(job.scene, sampler.sample({x, y}, s).camera.ray);
+                const Seen seen = first_surface(job.scene, sampler.sample({x, y}, s).ray);
                 means.add({seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x, seen.normal.y,
                            seen.normal.z, seen.position.x, seen.position.y, seen.position.z, seen.depth,
                            seen.geometric_normal.x, seen.geometric_normal.y, seen.geometric_normal.z,

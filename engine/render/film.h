@@ -41,7 +41,7 @@ class Film {
     bool has_two_halves() const { return kind_.two_halves; }
 
     // Finite radiance, W/(m² sr), of a sample with the weight that FilterSampler gave it. `half`: 0 or 1, of
-    // a film of two halves; else 0. `blur`: the luminance of CameraRay::blur.
+    // a film of two halves; else 0. `blur`: the luminance of SampleAccount::blur.
     void add(int x, int y, const Rgb& radiance, float weight = 1, int half = 0, float blur = 0);
 
     struct Sample {

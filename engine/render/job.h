@@ -46,9 +46,9 @@ struct FilmSettings {
     // Of two halves, and of a method that does not work in passes: samples are allocated to where they are
     // needed (allocation.h); `spp` is then their mean over the pixels.
     bool adaptive = false;
-    // Beside the image its parts and the scene's light groups are made (engine/scene/light_parts.h).
+    // Beside the image its parts and the scene's light groups are made (engine/scene/path_account.h).
     bool parts = false;
-    // Beside the image its light that only chance finds is told (LightParts::by_chance).
+    // Beside the image its light that only chance finds is told (SampleAccount::by_chance).
     bool chance = false;
 
     // Whether more of the picture is rendered elsewhere.

@@ -13,7 +13,7 @@
 #include "engine/render/features.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
-#include "engine/render/part_films.h"
+#include "engine/render/layer_films.h"
 #include "engine/render/progress.h"
 #include "engine/render/render_checks.h"
 #include "engine/render/tile_exchange.h"
@@ -84,7 +84,7 @@ class Run {
           film_(job.film.rendered_size().x, job.film.rendered_size().y,
                 {FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1,
                  job.film.two_halves, is_adaptive(), job.film.two_halves}),
-          parts_(make_part_films()),
+          parts_(make_layer_films()),
           tiles_(job, options.seed, film_, integrator_->samples_per_pass(), parts_ ? &*parts_ : nullptr,
                  is_adaptive() ? &allocation_.emplace(film_) : nullptr),
           states_(static_cast<std::size_t>(tiles_.tiles())),
@@ -183,15 +183,15 @@ class Run {
     static constexpr int kMostFeatureSamples = 16;
     bool is_adaptive() const { return job_.film.two_halves && job_.film.adaptive && !in_passes_; }
 
-    std::optional<PartFilms> make_part_films() const {
-        const PartFilms::Wanted wanted{job_.film.parts, job_.film.chance};
+    std::optional<LayerFilms> make_layer_films() const {
+        const LayerFilms::Wanted wanted{job_.film.parts, job_.film.chance};
         if (!wanted.any()) return std::nullopt;
         const std::string why = integrator_->why_no_light_groups();
         if (wanted.parts && !job_.scene.light_groups().empty() && !why.empty())
             throw InputError("the scene has light groups, and " + why);
         const Film::Kind kind{FilterSampler(job_.film.filter).weight(), integrator_->samples_per_pass() > 1,
                               job_.film.two_halves, is_adaptive()};
-        return PartFilms(film_.width(), film_.height(), kind, job_.scene.light_groups(), wanted);
+        return LayerFilms(film_.width(), film_.height(), kind, job_.scene.light_groups(), wanted);
     }
 
     enum class Swept : std::uint8_t { whole, out_of_time, stopped };
@@ -722,7 +722,7 @@ class Run {
     Film film_;
     Features features_;
     std::optional<SampleAllocation> allocation_;  // none: all pixels get as many samples
-    std::optional<PartFilms> parts_;
+    std::optional<LayerFilms> parts_;
     TileRenderer tiles_;
     std::vector<TileState> states_;                 // by tile
     mutable std::optional<TileExchange> exchange_;  // on ranks

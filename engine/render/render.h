@@ -49,9 +49,9 @@ struct RenderResult {
     // Of a film of two halves: these, with features; and what a denoiser makes of them, R G B.
     std::optional<Layers> layers = {};
     std::optional<Image> denoised = {};
-    // PartFilms::develop()'s, and Features::variance and ::ids, if the job's film asks for parts.
+    // LayerFilms::develop()'s, and Features::variance and ::ids, if the job's film asks for parts.
     std::optional<Image> parts = {};
-    // PartFilms::develop_chance()'s, if the job's film asks for it.
+    // LayerFilms::develop_chance()'s, if the job's film asks for it.
     std::optional<Image> chance = {};
 };
 

@@ -5,7 +5,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
-#include "engine/render/part_films.h"
+#include "engine/render/layer_films.h"
 #include "engine/render/render.h"
 #include "engine/render/render_checks.h"
 
@@ -19,7 +19,7 @@ std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
                           job.film.adaptive, job.film.two_halves};
     const std::uint64_t sums =
         Film::bytes_per_pixel(kind) +
-        PartFilms::bytes_per_pixel(kind, job.scene.light_groups(), {job.film.parts, job.film.chance});
+        LayerFilms::bytes_per_pixel(kind, job.scene.light_groups(), {job.film.parts, job.film.chance});
     const std::uint64_t kept = (options.keep ? sums : 0) + (options.resume ? sums : 0);
     const std::uint64_t denoiser = job.film.two_halves ? kDenoiserBytesPerPixel : 0;
     return pixels * (sums + kImage + kept + denoiser);

@@ -129,8 +129,8 @@ SmallLamps::InReach SmallLamps::in_reach(const V2i& pixel) const {
     return {found->begin, (found + 1)->begin, cdf};
 }
 
-Rgb SmallLamps::radiance(const InReach& lamps, const V2i& pixel, Sampler& sampler, LightParts* parts) const {
-    Rgb result(0);
+void SmallLamps::add(const InReach& lamps, const V2i& pixel, Sampler& sampler,
+                     const PathAccount& path) const {
     const int asked = lamps.by_power ? kMostAsked : static_cast<int>(lamps.end - lamps.begin);
     for (int i = 0; i < asked; ++i) {
         std::size_t chosen = static_cast<std::size_t>(i);
@@ -142,11 +142,8 @@ Rgb SmallLamps::radiance(const InReach& lamps, const V2i& pixel, Sampler& sample
             expected = static_cast<float>(asked * draw.probability);  // > 0
         }
         const Lamp& lamp = lamps_[touched_[lamps.begin + chosen]];
-        const Rgb seen = draw(lamp, expected, pixel, sampler, static_cast<std::uint32_t>(i));
-        result += seen;
-        PartsSink(parts).met(seen, lamp.light);
+        path.met(draw(lamp, expected, pixel, sampler, static_cast<std::uint32_t>(i)), lamp.light);
     }
-    return result;
 }
 
 // One lamp, asked from one place of the lens. Divided by are: `expected`, which is positive; within

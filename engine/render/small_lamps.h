@@ -5,7 +5,7 @@
 // (next event estimation at the lens [Veach 1997, 8 and 10]). A place of the lens is drawn, and a direction
 // from there to the lamp; it is seen where the camera's projection puts it on the film, and counts by the
 // pixel's filter there. In exchange a camera ray that meets one of these lamps first counts none of its
-// emission (CameraRay::but); what mirrors and glass show of it is left to paths, as before.
+// emission (EmissionRule::but); what mirrors and glass show of it is left to paths, as before.
 #pragma once
 
 #include <cstdint>
@@ -43,9 +43,9 @@ class SmallLamps {
     };
     InReach in_reach(const V2i& pixel) const;
 
-    // What is to be added to the radiance of a sample of that pixel: its mean over samplers is the pixel's
-    // share of what the eye sees of the lamps, weighed by the filter.
-    Rgb radiance(const InReach& lamps, const V2i& pixel, Sampler& sampler, LightParts* parts) const;
+    // Books the lamps on a path of a sample of that pixel that has not begun: the mean over samplers is the
+    // pixel's share of what the eye sees of the lamps, weighed by the filter.
+    void add(const InReach& lamps, const V2i& pixel, Sampler& sampler, const PathAccount& path) const;
 
     // What a camera ray then does not count.
     const LampSet& lamps() const { return set_; }

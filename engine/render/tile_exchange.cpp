@@ -3,7 +3,7 @@
 namespace lucerna {
 
 TileExchange::TileExchange(Ranks& ranks, const Scene& scene, const TileRenderer& tiles, Film& film,
-                           PartFilms* parts, SampleAllocation* allocation, std::span<TileState> states)
+                           LayerFilms* parts, SampleAllocation* allocation, std::span<TileState> states)
     : ranks_(ranks),
       scene_(scene),
       tiles_(tiles),

@@ -11,7 +11,7 @@
 #include "engine/base/ranks.h"
 #include "engine/render/allocation.h"
 #include "engine/render/film.h"
-#include "engine/render/part_films.h"
+#include "engine/render/layer_films.h"
 #include "engine/render/tiles.h"
 
 namespace lucerna {
@@ -28,7 +28,7 @@ class TileExchange {
   public:
     // What is referred to is this rank's own; `parts` and `allocation` may be null. Rank 0 has the sums of
     // all tiles that have samples.
-    TileExchange(Ranks& ranks, const Scene& scene, const TileRenderer& tiles, Film& film, PartFilms* parts,
+    TileExchange(Ranks& ranks, const Scene& scene, const TileRenderer& tiles, Film& film, LayerFilms* parts,
                  SampleAllocation* allocation, std::span<TileState> states);
 
     // As Ranks::work(), of tiles: `loop` without what moves their state. At rank 0: what the others did.
@@ -65,7 +65,7 @@ class TileExchange {
     const Scene& scene_;
     const TileRenderer& tiles_;
     Film& film_;
-    PartFilms* parts_;
+    LayerFilms* parts_;
     SampleAllocation* allocation_;
     std::span<TileState> states_;
     ItemStates tiles_on_ranks_;

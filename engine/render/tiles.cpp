@@ -22,9 +22,7 @@ CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> ha
     const V2f centre(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F);
     const V2f lens = sampler.next2();
     const V2f film = centre + place.offset;
-    Sample sample{{job_.camera.ray(film, lens), film, half}, place.weight, sampler, whole};
-    sample.camera.medium = job_.camera_medium;
-    return sample;
+    return {job_.camera.ray(film, lens), film, half, place.weight, sampler, whole, {}, job_.camera_medium};
 }
 
 // Stratified on its own: heads of one point must not depend on each other, as pixels of a picture may.
@@ -34,26 +32,27 @@ CameraSampler::Sample CameraSampler::receiver_sample(const V2i& at, int index) c
                                           static_cast<std::uint32_t>(index));
     const Receiver& receiver = job_.receivers.of(pixel);
     const Hit hit = receiver_hit(receiver, sampler.next2(), job_.scene);
-    Sample sample{{Ray{hit.at.towards(hit.at.n), -hit.at.n}}, 1, sampler, at, hit};
-    sample.camera.medium = receiver.medium;
-    return sample;
+    const Ray onto{hit.at.towards(hit.at.n), -hit.at.n};
+    return {onto, {}, std::nullopt, 1, sampler, at, hit, receiver.medium};
 }
 
-Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample, LightParts* parts) const {
-    sample.camera.parts = parts;
-    Rgb blur(0);
-    if (sample.camera.half) sample.camera.blur = &blur;
-    if (sample.receiver) sample.camera.receiver = &*sample.receiver;
-    const auto lamps = lamps_ ? lamps_->in_reach(sample.pixel) : SmallLamps::InReach();
-    if (!lamps) {
-        const Rgb seen = estimator.Li_of(sample.camera, sample.sampler);
-        return {seen, sample.weight, luminance(blur)};
+Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample,
+                                     SampleAccount& account) const {
+    EyePath path = EyePath::begin(job_.scene, sample.ray, quantity_of(job_.integrator),
+                                  max_depth_of(job_.integrator), account);
+    path.film = sample.film;
+    path.half = sample.half;
+    account.wants_blur = sample.half.has_value();
+    if (sample.receiver) path.receiver = &*sample.receiver;
+    if (sample.medium) path.medium = *sample.medium;
+    if (const auto lamps = lamps_ ? lamps_->in_reach(sample.pixel) : SmallLamps::InReach()) {
+        path.rule = EmissionRule::all_but(&lamps_->lamps());
+        // Independent of the sample's place in the pixel, and so of its weight, whose mean is 1.
+        Sampler own = sample.sampler.split_alike(kSmallLampsBranch);
+        lamps_->add(lamps, sample.pixel, own, path);
     }
-    sample.camera.but = &lamps_->lamps();
-    Sampler own = sample.sampler.split_alike(kSmallLampsBranch);
-    const Rgb seen = estimator.Li_of(sample.camera, sample.sampler);
-    // Independent of the sample's place in the pixel, and so of its weight, whose mean is 1.
-    return {seen + lamps_->radiance(lamps, sample.pixel, own, parts), sample.weight, luminance(blur)};
+    estimator.follow(path, sample.sampler);
+    return {account.radiance(), sample.weight, luminance(account.blur)};
 }
 
 template <typename Visit>
@@ -77,36 +76,36 @@ void TileRenderer::render_first(const Estimator& estimator, int tile, int end, i
 
 void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int first, int end) {
     std::vector<Film::Sample> pass;
-    std::vector<LightParts> pass_parts;
-    LightParts parts(groups_);
+    std::vector<SampleAccount> pass_accounts;
+    SampleAccount account(layers_ ? &groups_ : nullptr);
     for (int s = first; s < end; ++s) {
-        parts.clear();
+        account.clear();
         const Film::Sample taken =
-            camera_sampler_.radiance(estimator, camera_sampler_.sample(at, s), parts_ ? &parts : nullptr);
+            camera_sampler_.radiance(estimator, camera_sampler_.sample(at, s), account);
         if (!is_finite(taken.radiance)) {
             report_bad(at, s, taken.radiance);
         } else if (by_pass_) {
             pass.push_back(taken);
-            if (parts_) pass_parts.push_back(parts);
+            if (layers_) pass_accounts.push_back(account);
         } else {
             const int half = camera_sampler_.half(s).value_or(0);
             film_.add(at.x, at.y, taken.radiance, taken.weight, half, taken.blur);
-            if (parts_) parts_->add(at.x, at.y, parts, taken.weight, half);
+            if (layers_) layers_->add(at.x, at.y, account, taken.weight, half);
         }
     }
     if (!by_pass_) return;
     film_.add_pass(at.x, at.y, pass, camera_sampler_.half(first).value_or(0));
-    if (!parts_) return;
+    if (!layers_) return;
     std::vector<float> weights;
     for (const Film::Sample& sample : pass) weights.push_back(sample.weight);
-    parts_->add_pass(at.x, at.y, pass_parts, weights, camera_sampler_.half(first).value_or(0));
+    layers_->add_pass(at.x, at.y, pass_accounts, weights, camera_sampler_.half(first).value_or(0));
 }
 
 // Block by block and half by half, as many as each has been allocated.
 void TileRenderer::render_allocated(const Estimator& estimator, int tile, int first, int end) {
     constexpr int kSide = SampleAllocation::kBlock;
     static_assert(kTile % kSide == 0);
-    LightParts parts(groups_);
+    SampleAccount account(layers_ ? &groups_ : nullptr);
     for_each_pixel(tile, [&](const V2i& corner) {
         if (corner.x % kSide != 0 || corner.y % kSide != 0) return;
         const int block = allocation_->block_of(corner);
@@ -116,7 +115,7 @@ void TileRenderer::render_allocated(const Estimator& estimator, int tile, int fi
                 const int seen = SampleAllocation::next_seen(from), to = std::min(seen, last);
                 for (int y = corner.y; y < std::min(corner.y + kSide, film_.height()); ++y) {
                     for (int x = corner.x; x < std::min(corner.x + kSide, film_.width()); ++x) {
-                        for (int s = from; s < to; ++s) add_sample(estimator, {x, y}, half, s, parts);
+                        for (int s = from; s < to; ++s) add_sample(estimator, {x, y}, half, s, account);
                     }
                 }
                 if (to == seen) allocation_->see(block, half, seen);
@@ -126,15 +125,15 @@ void TileRenderer::render_allocated(const Estimator& estimator, int tile, int fi
     });
 }
 
-// `parts`: room for the sample's.
+// `account` is reused from sample to sample.
 void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int half, int index,
-                              LightParts& parts) {
-    parts.clear();
-    const Film::Sample taken = camera_sampler_.radiance(estimator, camera_sampler_.sample(at, half, index),
-                                                        parts_ ? &parts : nullptr);
+                              SampleAccount& account) {
+    account.clear();
+    const Film::Sample taken =
+        camera_sampler_.radiance(estimator, camera_sampler_.sample(at, half, index), account);
     if (is_finite(taken.radiance)) {
         film_.add(at.x, at.y, taken.radiance, taken.weight, half, taken.blur);
-        if (parts_) parts_->add(at.x, at.y, parts, taken.weight, half);
+        if (layers_) layers_->add(at.x, at.y, account, taken.weight, half);
     } else {
         report_bad(at, 2 * index + half, taken.radiance);  // as they are counted where all get the same
     }

@@ -14,7 +14,7 @@
 #include "engine/render/film.h"
 #include "engine/render/image_part.h"
 #include "engine/render/job.h"
-#include "engine/render/part_films.h"
+#include "engine/render/layer_films.h"
 #include "engine/render/render.h"
 #include "engine/render/small_lamps.h"
 
@@ -34,11 +34,14 @@ class CameraSampler {
           filter_(job.film.filter) {}
 
     struct Sample {
-        CameraRay camera;
+        Ray ray;
+        V2f film;  // EyePath's, as the next
+        std::optional<int> half;
         float weight;     // FilterSampler's
         Sampler sampler;  // for what follows
         V2i pixel;        // of the whole picture
         std::optional<Hit> receiver = {};
+        std::optional<std::int32_t> medium = {};  // in which the ray begins; none: that of the scene's camera
     };
     // `at` counts from the corner of what is rendered.
     Sample sample(const V2i& at, int number) const {
@@ -47,8 +50,8 @@ class CameraSampler {
     }
     // Of a half, its sample `index`.
     Sample sample(const V2i& at, std::optional<int> half, int index) const;
-    // What an estimator sees there; `parts` as CameraRay's.
-    Film::Sample radiance(const Estimator& estimator, Sample sample, LightParts* parts = nullptr) const;
+    // What an estimator sees there, which is booked on an empty account.
+    Film::Sample radiance(const Estimator& estimator, Sample sample, SampleAccount& account) const;
 
     // Of a film of two halves: the sample's; else none.
     std::optional<int> half(int number) const {
@@ -88,16 +91,16 @@ struct BadSamples {
 class TileRenderer {
   public:
     // `samples_per_pass`: as the integrator has it. Where it is more than one, the samples of one call of
-    // render() depend on each other (the film was made for that). `parts` are filled with the image; null:
-    // they are not asked for. `allocation`: who gets samples; null: all get the same.
+    // render() depend on each other (the film was made for that). `layers` are filled with the image; null:
+    // they are not wanted. `allocation`: who gets samples; null: all get the same.
     TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass,
-                 PartFilms* parts = nullptr, SampleAllocation* allocation = nullptr)
+                 LayerFilms* layers = nullptr, SampleAllocation* allocation = nullptr)
         : lamps_(job),
           camera_sampler_(job, seed, samples_per_pass, &lamps_),
           groups_(job.scene.light_groups()),
           seed_(seed),
           film_(film),
-          parts_(parts),
+          layers_(layers),
           by_pass_(samples_per_pass > 1),
           allocation_(allocation) {}
 
@@ -129,7 +132,7 @@ class TileRenderer {
     void for_each_pixel(int tile, Visit&& visit) const;
     void render_pixel(const Estimator& estimator, const V2i& at, int first, int end);
     void render_allocated(const Estimator& estimator, int tile, int first, int end);
-    void add_sample(const Estimator& estimator, const V2i& at, int half, int index, LightParts& parts);
+    void add_sample(const Estimator& estimator, const V2i& at, int half, int index, SampleAccount& account);
     void report_bad(const V2i& at, int sample, const Rgb& value);
 
     SmallLamps lamps_;
@@ -137,7 +140,7 @@ class TileRenderer {
     const LightGroups& groups_;
     std::uint64_t seed_;
     Film& film_;
-    PartFilms* parts_;
+    LayerFilms* layers_;
     bool by_pass_;
     SampleAllocation* allocation_;
     std::mutex mutex_;

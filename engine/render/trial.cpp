@@ -153,8 +153,9 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
             const V2i at = places_[block] + V2i(p % size.x, p / size.x);
             RunningStats seen;
             for (int s = first; s < last; ++s) {
+                SampleAccount account;
                 const Film::Sample sample =
-                    camera_sampler.radiance(*estimator_, camera_sampler.sample(at, s));
+                    camera_sampler.radiance(*estimator_, camera_sampler.sample(at, s), account);
                 if (!is_finite(sample.radiance)) continue;
                 if (const auto half = camera_sampler.half(s)) {
                     Block::HalfBlur& blur = blocks_[block].blur[pixel][static_cast<std::size_t>(*half)];

@@ -78,11 +78,12 @@ V3f scattering_point(const MediumPiece& piece, double t, const std::optional<Hit
 
 MediaTraversal traverse_media(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                               std::int32_t medium, const Rgb& power, Sampler& sampler) {
-    MediaTraversal crossing{power, medium, {}};
+    MediaTraversal crossing{power, medium, {}, {}};
     const Ray way{ray.o, ray.d, hit ? hit->t : ray.t_max};
     crossing.medium = for_each_piece(scene, way, medium, [&](MediumPiece piece) {
         const Flight flight = fly(piece.along, crossing.power, sampler);
         crossing.power = flight.throughput;
+        crossing.emitted += flight.emitted;
         if (flight.scattered) {
             crossing.scattered = {scattering_point(piece, flight.t, hit), flight.g};
             return false;

@@ -111,6 +111,7 @@ struct MediaTraversal {
         float g;  // of the medium that scattered
     };
     std::optional<Scattered> scattered;
+    Rgb emitted{0.0F};  // by the media on the way, `power` at the beginning included, W/(m² sr)
 };
 
 // `hit` is what the ray meets, if anything. `power` is not black.

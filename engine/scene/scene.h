@@ -13,10 +13,10 @@
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 #include "engine/scene/bsdf.h"
-#include "engine/scene/light_parts.h"
 #include "engine/scene/material.h"
 #include "engine/scene/medium.h"
 #include "engine/scene/mesh.h"
+#include "engine/scene/path_account.h"
 #include "lights/light.h"
 #include "lights/light_tree.h"
 

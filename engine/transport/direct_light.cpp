@@ -6,10 +6,8 @@
 namespace lucerna {
 namespace {
 
-// Branches of a path's sampler: numbers that only media take.
+// A branch of a path's sampler: numbers that only media take.
 constexpr std::uint32_t kShadowBranch = 0x5d;
-constexpr std::uint32_t kLampBranch = 0x1a;
-constexpr std::uint32_t kAheadBranch = 0xa000;  // and one more for each pane
 
 // The share of a light's sample that arrives.
 template <typename Place>
@@ -42,32 +40,25 @@ std::optional<Sunlight> sunlight_at(const Scene& scene, const Place& place, std:
     return Sunlight{value * arriving_share(scene, place, *arriving, sampler), arriving->w};
 }
 
-// One light, asked by a surface or by a place in a medium; and the suns.
-struct AskedLight {
-    Rgb radiance{0.0F};                     // towards wo, with that from suns
-    std::optional<LightChoice::Draw> draw;  // none: nothing arrives from the light
-};
+// Asks one light, for a surface or a place in a medium, and the suns. Returns what was drawn; none: nothing
+// arrives from the light.
 template <typename Place>
-AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, const LightChoice& choice,
-                     const PartsSink& parts) {
+std::optional<LightChoice::Draw> ask_light(const Scene& scene, const Place& place, Sampler& sampler,
+                                           const LightChoice& choice, const PathAccount& path) {
     // Draw always, so that the later draws of a path do not depend on what is found here.
     const float u_light = sampler.next();
     const V2f u_place = sampler.next2();
-    AskedLight asked{Rgb(0), choice.draw(scene, place.from().p, u_light, u_place)};
-    if (asked.draw) {
-        asked.radiance = unshadowed_at(place, *asked.draw);
-        if (!is_black(asked.radiance)) {
-            asked.radiance *= arriving_share(scene, place, asked.draw->light_sample, sampler);
-            parts.direct(asked.radiance, asked.draw->light);
-        }
+    const auto drawn = choice.draw(scene, place.from().p, u_light, u_place);
+    if (drawn) {
+        const Rgb radiance = unshadowed_at(place, *drawn);
+        if (!is_black(radiance))
+            path.direct(radiance * arriving_share(scene, place, drawn->light_sample, sampler), drawn->light);
     }
     for (const std::uint32_t sun : choice.suns()) {
-        if (const auto from_sun = sunlight_at(scene, place, sun, sampler)) {
-            asked.radiance += from_sun->radiance;
-            parts.direct(from_sun->radiance, sun);
-        }
+        if (const auto from_sun = sunlight_at(scene, place, sun, sampler))
+            path.direct(from_sun->radiance, sun);
     }
-    return asked;
+    return drawn;
 }
 
 // The chance of a BSDF sample at a diffuse surface beside a light that was drawn there. Where lights are
@@ -89,13 +80,15 @@ float bsdf_sample_chance(const Scene& scene, const Bsdf& bsdf,
 
 }  // namespace
 
-Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
-               const PartsSink& parts) {
-    return ask_light(scene, vertex, sampler, choice, parts).radiance;
+void next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
+                const PathAccount& path) {
+    ask_light(scene, vertex, sampler, choice, path);
 }
-Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
-               const PartsSink& parts) {
-    return ask_light(scene, vertex, sampler, choice, parts.in_medium()).radiance;
+void next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
+                const PathAccount& path) {
+    PathAccount here = path;
+    here.scatter_in_medium();
+    ask_light(scene, vertex, sampler, choice, here);
 }
 
 namespace {
@@ -107,9 +100,9 @@ struct GuidedVertex : Vertex {
 
 }  // namespace
 
-Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
-               const DirectionDensity& drawn_by, const PartsSink& parts) {
-    return ask_light(scene, GuidedVertex{vertex, drawn_by}, sampler, choice, parts).radiance;
+void next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
+                const DirectionDensity& drawn_by, const PathAccount& path) {
+    ask_light(scene, GuidedVertex{vertex, drawn_by}, sampler, choice, path);
 }
 
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
@@ -125,96 +118,37 @@ std::optional<Sunlight> sunlight(const Scene& scene, const Vertex& vertex, std::
     return sunlight_at(scene, vertex, sun, sampler);
 }
 
-Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
-                     const EmissionRule& rule, const PartsSink& parts) {
-    if (rule.kind == EmissionRule::Kind::none || !hit || hit->light == kNoLight) return Rgb(0);
-    const auto light = static_cast<std::uint32_t>(hit->light);
-    const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(rule.whole(ray), rule.passed + hit->t,
-                                                                      hit->at.n, hit->primitive);
-    const Rgb radiance = seen.radiance * rule.share(scene, light, seen);
-    parts.met(radiance, light, rule.kind == EmissionRule::Kind::all);
-    return radiance;
+void add_emission_towards(const Scene& scene, const Vertex& vertex, const BsdfSample& sample,
+                          const LightChoice& choice, Sampler& sampler, const PathAccount& found) {
+    const Ray ray{vertex.hit.at.towards(sample.wi), sample.wi};
+    EyePath path(found, ray, vertex.medium_towards(sample.wi), EmissionRule::mis(sample.pdf_w, choice));
+    path.throughput *= sample.weight;
+    path.scatter_at_surface(false);
+    add_emission_ahead(scene, path, scene.intersect(ray), sampler);
 }
 
-Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
-             const PartsSink& parts) {
-    if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
-    Rgb result = surface_emission(scene, ray, hit, rule, parts);
-    for_each_impostor(scene, ray, hit, rule, [&](const Rgb& radiance, float, std::uint32_t light) {
-        result += radiance;
-        parts.met(radiance, light, rule.kind == EmissionRule::Kind::all);
-    });
-    return result;
-}
-
-Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
-             std::int32_t medium, Sampler& sampler, const PartsSink& parts) {
-    if (scene.media().empty()) return emission(scene, ray, hit, rule, parts);
-    if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
-    Sampler more = sampler.split(kLampBranch);
-    Rgb result(0);
-    const auto add = [&](const Rgb& radiance, float distance, std::uint32_t light) {
-        if (!is_black(radiance)) {
-            const Rgb arriving = radiance * transmittance(scene, Ray{ray.o, ray.d, distance}, medium, more);
-            result += arriving;
-            parts.met(arriving, light, rule.kind == EmissionRule::Kind::all);
-        }
-    };
-    if (hit) add(surface_emission(scene, ray, hit, rule), hit->t, static_cast<std::uint32_t>(hit->light));
-    for_each_impostor(scene, ray, hit, rule, add);
-    return result;
-}
-
-Rgb emission_ahead(const Scene& scene, Ray ray, std::optional<Hit> hit, EmissionRule rule,
-                   std::int32_t medium, Sampler& sampler, PartsSink parts) {
-    Rgb result(0), passed(1);
-    for (int panes = 0; panes < kMaxBorders; ++panes) {
-        result += passed * emission(scene, ray, hit, rule, medium, sampler, parts);
-        if (!hit || !scene.has_panes() || rule.kind == EmissionRule::Kind::none) break;
-        Rgb share = scene.bsdf(*hit).straight_share(-ray.d);
-        if (is_black(share)) break;
-        if (!scene.media().empty()) {
-            Sampler more = sampler.split(kAheadBranch + static_cast<std::uint32_t>(panes));
-            medium = for_each_piece(scene, Ray{ray.o, ray.d, hit->t}, medium, [&](MediumPiece piece) {
-                share *= transmittance(std::move(piece.along), more);
-                return !is_black(share);
-            });
-        }
-        passed *= share;
-        if (is_black(passed)) break;
-        parts = parts.times(share);
-        medium = medium_towards(hit->media, hit->at.n, ray.d, medium);
-        rule = rule.behind(ray, hit->t);
-        ray = Ray{hit->at.towards(ray.d), ray.d};
-        hit = scene.intersect(ray);
-    }
-    return result;
-}
-
-DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
-                         const LightChoice& choice, const PartsSink& parts) {
-    const auto [asked, drawn] = ask_light(scene, vertex, sampler, choice, parts);
+std::optional<BsdfSample> direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
+                                       const LightChoice& choice, const PathAccount& path) {
+    const auto drawn = ask_light(scene, vertex, sampler, choice, path);
     const BsdfU u{sampler.next(), sampler.next2()};
     const float chance = bsdf_sample_chance(scene, vertex.bsdf, drawn);
-    if (!(sampler.next() < chance)) return {asked, {}};
+    if (!(sampler.next() < chance)) return std::nullopt;
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
-    if (!sample) return {asked, {}};
-    if (sample->delta) return {asked, sample};
-    const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-    const Rgb found = emission_ahead(
-        scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
-        vertex.medium_towards(sample->wi), sampler, parts.times(sample->weight / chance).past_surface());
-    return {asked + sample->weight * found / chance, {}};  // chance >= kLeast
+    if (!sample || sample->delta) return sample;
+    add_emission_towards(scene, vertex, *sample, choice, sampler,
+                         path.times(1 / chance));  // chance >= kLeast
+    return std::nullopt;
 }
 
-Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
-                 const PartsSink& parts) {
-    const Rgb asked = next_event(scene, vertex, sampler, choice, parts);
+void direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
+                  const PathAccount& path) {
+    next_event(scene, vertex, sampler, choice, path);
     const V3f wi = vertex.phase.sample(vertex.wo, sampler.next2());
     const Ray ray{vertex.p, wi};
-    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi), choice);
-    return asked + emission_ahead(scene, ray, scene.intersect(ray), rule, vertex.medium, sampler,
-                                  parts.in_medium());  // phase / pdf is 1
+    // The phase function over its own density is 1.
+    EyePath found(path, ray, vertex.medium, EmissionRule::mis(vertex.pdf_w(wi), choice));
+    found.scatter_in_medium();
+    add_emission_ahead(scene, found, scene.intersect(ray), sampler);
 }
 
 }  // namespace lucerna

@@ -96,17 +96,17 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     made_->seconds = watch.seconds();
 }
 
-Rgb IgiCaustics::radiance(const Vertex& vertex, std::size_t half, int left, const PartsSink& parts) const {
-    if (maps_.empty() || !vertex.bsdf.has_diffuse()) return Rgb(0);
+void IgiCaustics::add_radiance(const Vertex& vertex, std::size_t half, int left,
+                               const PathAccount& path) const {
+    if (maps_.empty() || !vertex.bsdf.has_diffuse()) return;
     const Bsdf part = rays_find_rest_ ? vertex.bsdf.diffuse_part() : vertex.bsdf.blurred_part(0);
     DensityEstimateSettings how = density_;
-    how.sharper = parts.asks_for_blur();
+    how.sharper = path.wants_blur();
     if (max_depth_ > 0) how.most_bounces = left - 1;
     const DensityEstimate estimate(maps_.size() > 1 ? maps_[half] : maps_.front(), how);
     const DensityEstimateResult found =
-        estimate.radiance(vertex.hit, part, vertex.wo, MapKind::caustic, parts);
-    parts.blurred(found.value - found.sharper);
-    return found.value;
+        estimate.radiance(vertex.hit, part, vertex.wo, MapKind::caustic, path);
+    if (how.sharper) path.blurred(found.value - found.sharper);
 }
 
 Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {

@@ -50,10 +50,10 @@ class IgiCaustics {
 
     // Lobes of a smaller GGX alpha turn light as mirrors do, as far as caustics and compensating rays go.
     float specular_below() const { return specular_below_; }
-    // What the map of that half of the samples, 0 or 1, brings to a surface, radiance towards wo: what came
-    // over L(S+D)*S+, S specular. `left` > 0: the bounces that paths may have from there, the one at the
-    // surface included.
-    Rgb radiance(const Vertex& vertex, std::size_t half, int left, const PartsSink& parts) const;
+    // Books on a path what the map of that half of the samples, 0 or 1, brings to a surface, radiance towards
+    // wo: light that came over L(S+D)*S+, S specular. `left` > 0: the bounces that paths may have from there,
+    // the one at the surface included.
+    void add_radiance(const Vertex& vertex, std::size_t half, int left, const PathAccount& path) const;
     // Of light that arrives along w over L(S+D)*S+ and leaves towards wo, the share that rays must still
     // find.
     Rgb left_to_rays(const Vertex& vertex, const V3f& w) const;

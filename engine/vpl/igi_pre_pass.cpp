@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
+#include "engine/transport/follow.h"
 #include "engine/transport/light_choice.h"
-#include "engine/transport/specular_chain.h"
 #include "engine/vpl/igi_caustics.h"
 #include "engine/vpl/vpl.h"
 #include "photon/trace_light_paths.h"
@@ -178,8 +178,8 @@ constexpr int kLightSamples = 4;
 
 constexpr std::uint32_t kDirectBranch = 1;  // of a camera ray's sampler
 
-// Mirrors and glass that a camera ray is followed through: what is behind more of them is a small part of a
-// picture.
+// Bounces over mirrors and glass that a camera ray is followed for: what is behind more of them is a small
+// part of a picture.
 constexpr int kMostSpecular = 8;
 
 // Camera rays, followed to the places they are shaded at.
@@ -189,58 +189,39 @@ class ShadingPointFinder {
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
     void trace(const Ray& ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) const {
-        seen.shown.push_back(0);
-        if (settings_.quantity == Quantity::illuminance) {
-            meter_and_shade(scene_, ray, most_bounces(settings_.max_depth),
-                            [&](const Vertex& vertex, int /*left*/, const PartsSink&) {
-                                return shade(vertex, Rgb(1), number, sampler, seen);
-                            });
-            return;
-        }
-        follow(ray, number, sampler, seen);
+        SampleAccount account;
+        EyePath path = EyePath::begin(scene_, ray, settings_.quantity, settings_.max_depth, account);
+        path.left = std::min(path.left, kMostSpecular);
+        path.splits = 0;
+        follow(scene_, path, sampler, Visitor{{}, *this, number, seen});
+        seen.shown.push_back(luminance(account.radiance()));
     }
 
   private:
-    // As follow_and_shade(), which keeps the throughput to itself.
-    void follow(Ray ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) const {
-        const auto nothing = [](const MediumVertex&, const Rgb&, int, const PartsSink&) {
-            return Rgb(0);
-        };  // no medium scatters
-        std::int32_t medium = scene_.media().camera;
-        Rgb throughput(1);
-        EmissionRule rule = EmissionRule::all();
-        int left = std::min(most_bounces(settings_.max_depth), kMostSpecular);
-        for (;;) {
-            const SpecularChain chain = follow_specular(scene_, ray, medium, rule, left, sampler, nothing);
-            seen.shown.back() += luminance(throughput * chain.emitted);
-            if (!chain.hit) return;
-            throughput *= chain.throughput;
-            const Bsdf bsdf = scene_.bsdf(*chain.hit);
-            const DirectLight shaded = shade(chain.vertex(bsdf), throughput, number, sampler, seen);
-            if (!shaded.specular) return;
-            const BsdfSample& sample = *shaded.specular;
-            left = bounces_left(chain.left, sample);
-            throughput *= sample.weight;
-            rule = chain.rule.after(sample, chain.ray, chain.hit->t);
-            medium = medium_towards(chain.hit->media, chain.hit->at.n, sample.wi, chain.medium);
-            ray = Ray{chain.hit->at.towards(sample.wi), sample.wi};
-        }
-    }
+    struct Visitor : EyeVisitor {
+        const ShadingPointFinder& of;
+        std::uint32_t number;
+        ShadingPoints& seen;
 
-    DirectLight shade(const Vertex& vertex, const Rgb& throughput, std::uint32_t number, Sampler& sampler,
-                      ShadingPoints& seen) const {
-        const LightChoice choice = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
-        DirectLight shaded = direct_light(scene_, vertex, sampler, choice);
-        if (vertex.bsdf.is_black() || is_black(throughput)) return shaded;
-        seen.places.push_back({vertex.hit, vertex.bsdf, vertex.wo, vertex.medium, throughput, number});
-        Rgb direct = shaded.radiance;
-        for (int i = 1; i < kLightSamples; ++i) {
-            Sampler more = sampler.split_stratified(kDirectBranch, static_cast<std::uint32_t>(i));
-            direct += direct_light(scene_, vertex, more, choice).radiance;
+        bool at_surface(EyePath& path, const Vertex& at, Sampler& sampler) const {
+            const LightChoice choice = of.lights_.at(at.hit.at, at.bsdf, at.wo);
+            const PathAccount one = path.times(1 / static_cast<float>(kLightSamples));
+            const auto specular = direct_light(of.scene_, at, sampler, choice, one);
+            if (!at.bsdf.is_black() && !is_black(path.throughput)) {
+                seen.places.push_back({at.hit, at.bsdf, at.wo, at.medium, path.throughput, number});
+                for (int i = 1; i < kLightSamples; ++i) {
+                    Sampler more = sampler.split_stratified(kDirectBranch, static_cast<std::uint32_t>(i));
+                    direct_light(of.scene_, at, more, choice, one);
+                }
+            }
+            return go_on(path, at, specular, sampler);
         }
-        seen.shown.back() += luminance(throughput * direct) / static_cast<float>(kLightSamples);
-        return shaded;
-    }
+        // No medium scatters in a scene with a pre-pass.
+        static bool at_medium(EyePath& /*path*/, const MediumVertex& /*at*/, const Rgb& /*sigma_s*/,
+                              Sampler& /*sampler*/) {
+            return false;
+        }
+    };
 
     const Scene& scene_;
     const IgiSettings& settings_;

@@ -136,7 +136,7 @@ RunningStats radiance(const Scene& scene, const IntegratorSettings& settings, st
     RunningStats stats;
     for (std::uint64_t i = 0; i < count; ++i) {
         Sampler sampler(seed, Purpose::test, 1, i);
-        stats.add(double{luminance(pass->Li({{0.4F, 0.55F, 0.1F}, {0, -1, 0}}, sampler))});
+        stats.add(double{luminance(pass.Li({{0.4F, 0.55F, 0.1F}, {0, -1, 0}}, sampler))});
     }
     return stats;
 }

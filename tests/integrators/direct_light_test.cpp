@@ -5,6 +5,7 @@
 
 #include "engine/transport/direct_light.h"
 #include "tests/support/closed_forms.h"
+#include "tests/support/eye_paths.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -49,7 +50,7 @@ Lit lit(float height, bool sky) {
     Lit result;
     for (std::uint32_t i = 0; i < kSamples; ++i) {
         Sampler sampler = Sampler::stratified(9, Purpose::test, 0, i);
-        result.radiance.add(double{luminance(direct_light(scene, vertex, sampler, {}).radiance)});
+        result.radiance.add(double{luminance(testing::direct_radiance(scene, vertex, sampler))});
     }
     result.rays = static_cast<double>(scene.rays() - before) / kSamples;
     return result;
@@ -89,7 +90,7 @@ TEST(DirectLight, OfASunBesideASky_IsTheSameInEverySample) {
         const Vertex vertex{*hit, bsdf, -ray.d};
         Sampler sampler = Sampler::stratified(9, Purpose::test, 0, i);
         const LightChoice choice = LightChooser(scene, LightSelection::tree).at(hit->at, bsdf, -ray.d);
-        return double{luminance(direct_light(scene, vertex, sampler, choice).radiance)};
+        return double{luminance(testing::direct_radiance(scene, vertex, sampler, choice))};
     };
     const Scene sky = floor(false, false), both = floor(true, false);
     const Scene shaded_sky = floor(false, true), shaded = floor(true, true);

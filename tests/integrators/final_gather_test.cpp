@@ -78,7 +78,7 @@ TEST(FinalGather, BentNormals_SamePrecomputedOrNotAndByPath) {
                 Sampler sampler(7, Purpose::test, 0, i);
                 const V2f u = sampler.next2();
                 const V3f target(u.x - 0.5F, 0, 0.2F + 0.5F * u.y), eye(0, 1, 2);
-                stats.add(static_cast<double>(estimator->Li({eye, (target - eye).normalized()}, sampler).x));
+                stats.add(static_cast<double>(estimator.Li({eye, (target - eye).normalized()}, sampler).x));
             }
             return stats;
         };

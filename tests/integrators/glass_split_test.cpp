@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/stats.h"
-#include "engine/transport/specular_chain.h"
+#include "engine/transport/follow.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
@@ -56,7 +56,7 @@ Noise look(float cosine, const Seen& seen, float mistake = 1) {
         Sampler sampler(5, Purpose::test, 0, i);
         const BsdfU u{sampler.next(), sampler.next2()};
         noise.one_way.add(double{seen(*glass.sample(wo, u, Transport::radiance))});
-        const auto split = split_at_glass(glass, wo, sampler);
+        const auto split = follow_detail::split_at_glass(glass, wo, sampler);
         BsdfSample brighter = *glass.sample(wo, split->brighter, Transport::radiance);
         brighter.weight *= split->share;
         double sum{seen(brighter)};
@@ -84,7 +84,7 @@ TEST(GlassSplit, AFaintWayThatWeighsHalfAsMuch_IsSeen) {
 
 TEST(GlassSplit, TotalReflection_HasOneWay) {
     Sampler sampler(5, Purpose::test, 0, 0);
-    EXPECT_FALSE(split_at_glass(surface(kGlass), outwards(-0.3F), sampler));
+    EXPECT_FALSE(follow_detail::split_at_glass(surface(kGlass), outwards(-0.3F), sampler));
 }
 
 }  // namespace glass_split_test

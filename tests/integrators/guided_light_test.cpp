@@ -6,6 +6,7 @@
 #include "engine/evaluation/compare.h"
 #include "lights/measured.h"
 #include "tests/lights/field_fixtures.h"
+#include "tests/support/eye_paths.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -124,10 +125,12 @@ void expect_unbiased(const Scene& scene, const char* name) {
             const GuidedLightSettings settings{weight, candidates};
             for (const V3f& x : places()) {
                 const auto plain = measure(scene, x, 30'000, 7, [&](const Vertex& vertex, Sampler& sampler) {
-                    return direct_light(scene, vertex, sampler, {}).radiance;
+                    return testing::direct_radiance(scene, vertex, sampler);
                 });
                 const auto guided = measure(scene, x, 15'000, 8, [&](const Vertex& vertex, Sampler& sampler) {
-                    return GuidedLight(scene, guides, settings)(vertex, sampler, {}).radiance;
+                    SampleAccount account;
+                    GuidedLight(scene, guides, settings)(vertex, sampler, {}, PathAccount(account));
+                    return account.radiance();
                 });
                 EXPECT_TRUE(same(plain, guided))
                     << name << ", " << photons << " photons, defensive weight " << weight << ", at " << x
@@ -265,7 +268,9 @@ TEST(GatedLight, OnAFlatSurface_LacksWhatWasPredicted) {
             const GuideMap guides = build_guides(scene, {kPaths, 11, map, how}, Workers{1}, silent);
             open += guides.any_near({0, 0, 0}, {0, 1, 0});
             const auto stats = measure(scene, {0, 0, 0}, 1, map, [&](const Vertex& vertex, Sampler& sampler) {
-                return gated_light(scene, guides, vertex, sampler, {}).radiance;
+                SampleAccount account;
+                gated_light(scene, guides, vertex, sampler, {}, PathAccount(account));
+                return account.radiance();
             });
             lit += stats.mean();
         }

@@ -33,7 +33,7 @@ Camera from(const V3f& eye) {
 }
 
 // A patch of the back wall as a camera at `eye` sees it, by the estimator's lights and the eye's own samples.
-double patch(const Estimator& estimator, const V3f& eye, std::uint64_t seed) {
+double patch(const testing::OnePass& estimator, const V3f& eye, std::uint64_t seed) {
     constexpr std::uint32_t kAcross = 8, kSamples = 16;
     double sum = 0;
     for (std::uint32_t i = 0; i < kAcross * kAcross; ++i) {
@@ -58,12 +58,12 @@ TEST(IgiFlythrough, OfOneSeed_KeepsItsVpls) {
     int differ = 0;
     for (std::uint32_t i = 0; i < 100; ++i) {
         const V3f at(0.009F * static_cast<float>(i) + 0.05F, 0.7F, 1);
-        const auto seen = [&](const Estimator& estimator) {
+        const auto seen = [&](const testing::OnePass& estimator) {
             Sampler sampler = Sampler::stratified(1, Purpose::test, 0, i);
             return estimator.Li(Ray{kHere, (at - kHere).normalized()}, sampler);
         };
-        EXPECT_EQ(seen(*here), seen(*there));
-        differ += seen(*here) == seen(*fresh) ? 0 : 1;
+        EXPECT_EQ(seen(here), seen(there));
+        differ += seen(here) == seen(fresh) ? 0 : 1;
     }
     EXPECT_GT(differ, 90);
 }
@@ -75,10 +75,10 @@ TEST(IgiFlythrough, OfOneSeed_DoesNotFlickerAsFreshSeedsDo) {
     for (std::uint64_t seed = 0; seed < kPairs; ++seed) {
         const auto here = prepared(scene, from(kHere), seed), there = prepared(scene, from(kThere), seed),
                    other = prepared(scene, from(kThere), seed + 100);
-        const double before = patch(*here, kHere, seed);
+        const double before = patch(here, kHere, seed);
         mean += before / kPairs;
-        fixed += sqr(patch(*there, kThere, seed) - before) / kPairs;
-        fresh += sqr(patch(*other, kThere, seed + 100) - before) / kPairs;
+        fixed += sqr(patch(there, kThere, seed) - before) / kPairs;
+        fresh += sqr(patch(other, kThere, seed + 100) - before) / kPairs;
     }
     RecordProperty("fixed", std::to_string(std::sqrt(fixed) / mean));
     RecordProperty("fresh", std::to_string(std::sqrt(fresh) / mean));
@@ -92,8 +92,8 @@ TEST(IgiFlythrough, ByAPrePass_DependsOnTheCamera) {
     const auto here = prepared(scene, from(kHere), 5, 4096), there = prepared(scene, from(kThere), 5, 4096);
     const V3f at(0.3F, 0.7F, 1);
     Sampler a = Sampler::stratified(1, Purpose::test, 0, 0), b = a;
-    EXPECT_NE(here->Li(Ray{kHere, (at - kHere).normalized()}, a),
-              there->Li(Ray{kHere, (at - kHere).normalized()}, b));
+    EXPECT_NE(here.Li(Ray{kHere, (at - kHere).normalized()}, a),
+              there.Li(Ray{kHere, (at - kHere).normalized()}, b));
 }
 
 }  // namespace igi_flythrough_test

@@ -7,6 +7,7 @@
 #include "lights/emission_net.h"
 #include "lights/measured.h"
 #include "tests/lights/field_fixtures.h"
+#include "tests/support/eye_paths.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -71,7 +72,7 @@ RunningStats seen_flux(const Scene& scene) {
         const V2d eye = on_s + (on_m - on_s) * (0.5 / r.distance);
         const V3d way = V3d(on_s.x, on_s.y, 0) - V3d(eye.x, eye.y, 0.5);
         const Ray ray{V3f(V3d(eye.x, eye.y, 0.5)), V3f(way.normalized())};
-        const Rgb seen = emission(scene, ray, scene.intersect(ray), EmissionRule::all());
+        const Rgb seen = testing::emission_along(scene, ray);
         flux.add(double{luminance(seen)} * r.geometric_term(on_s, on_m) * s_size.x * s_size.y * m_size.x *
                  m_size.y);
     }
@@ -164,10 +165,10 @@ Glare glare(Glass glass) {
         const BsdfU u{sampler.next(), sampler.next2()};
         if (const auto sample = bsdf.sample(vertex.wo, u, Transport::radiance)) {
             const Ray on{hit->at.towards(sample->wi), sample->wi};
-            by_bsdf = sample->weight * emission(scene, on, scene.intersect(on), EmissionRule::all());
+            by_bsdf = sample->weight * testing::emission_along(scene, on);
         }
         result.bsdf.add(double{luminance(by_bsdf)});
-        result.both.add(double{luminance(direct_light(scene, vertex, sampler, {}).radiance)});
+        result.both.add(double{luminance(testing::direct_radiance(scene, vertex, sampler))});
     }
     return result;
 }
@@ -199,11 +200,11 @@ TEST(LampOnShape, FromWithin_ItIsDark) {
     const Scene scene = make.build();
     for (const V3f& d : {V3f(0, 0, -1), V3f(0, 0, 1), V3f(1, 0, 0)}) {
         const Ray ray{{0, 0, 0.01F}, d};
-        EXPECT_TRUE(is_black(emission(scene, ray, scene.intersect(ray), EmissionRule::all())));
+        EXPECT_TRUE(is_black(testing::emission_along(scene, ray)));
     }
     EXPECT_FALSE(scene.lights()[0]->sample_Li({0, 0, 0.01F}, {0.5F, 0.5F}));
     const Ray from_outside{{0, 0, 1}, {0, 0, -1}};
-    EXPECT_FALSE(is_black(emission(scene, from_outside, scene.intersect(from_outside), EmissionRule::all())));
+    EXPECT_FALSE(is_black(testing::emission_along(scene, from_outside)));
 }
 
 TEST(LampOnShape, APointBehindSButBeforeItsPane_IsLit) {

@@ -50,7 +50,7 @@ RunningStats seen(const Scene& scene, const IntegratorSettings& settings) {
     parallel_ranges(workers, kSamples, 100, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (std::int64_t i = begin; i < end; ++i) {
             Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
-            values[static_cast<std::size_t>(i)] = static_cast<double>(estimator->Li(ray, sampler).x);
+            values[static_cast<std::size_t>(i)] = static_cast<double>(estimator.Li(ray, sampler).x);
         }
     });
     RunningStats stats;
@@ -129,7 +129,7 @@ TEST(ManyLights, WallsInAFoggyScene_AskAsTheSettingsSay) {
         for (std::uint64_t i = 0; i < 4000; ++i) {
             Sampler sampler(7, Purpose::test, 0, i);
             stats.add(static_cast<double>(
-                estimator->Li({{16.5F, 0.2F, 0.5F}, V3f(0.1F, -1, 0.1F).normalized()}, sampler).x));
+                estimator.Li({{16.5F, 0.2F, 0.5F}, V3f(0.1F, -1, 0.1F).normalized()}, sampler).x));
         }
         return stats;
     };

@@ -34,7 +34,7 @@ Colour radiance(const Scene& scene, int samples, int max_depth, RayOf ray_of) {
         for (std::int64_t i = begin; i < end; ++i) {
             Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
             const Ray ray = ray_of(sampler.next2());
-            values[static_cast<std::size_t>(i)] = estimator->Li(ray, sampler);
+            values[static_cast<std::size_t>(i)] = estimator.Li(ray, sampler);
         }
     });
     Colour stats;

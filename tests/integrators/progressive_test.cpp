@@ -7,6 +7,7 @@
 #include "engine/render/job.h"
 #include "engine/render/render.h"
 #include "photon/radius_schedule.h"
+#include "tests/support/eye_paths.h"
 #include "tests/support/region_means.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -26,6 +27,11 @@ class Passes {
     std::unique_ptr<const Estimator> pass(std::uint32_t number) {
         PassStatistics statistics;
         return session_->pass(number, silent_, statistics);
+    }
+
+    // What an estimator of one of these passes sees.
+    Rgb seen(const Estimator& estimator, const Ray& ray, Sampler& sampler) const {
+        return testing::seen_along(estimator, scene_, ray, sampler);
     }
 
   private:
@@ -76,7 +82,8 @@ std::vector<double> irradiances(const ProgressiveSettings& settings, int passes)
     std::vector<double> values;
     for (int i = 0; i < passes; ++i) {
         Sampler sampler(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const Rgb seen = all.pass(static_cast<std::uint32_t>(i))->Li({{0, 0.5F, 0}, {0, -1, 0}}, sampler);
+        const Rgb seen =
+            all.seen(*all.pass(static_cast<std::uint32_t>(i)), {{0, 0.5F, 0}, {0, -1, 0}}, sampler);
         values.push_back(double{seen.x} * M_PI / double{kAlbedo});
     }
     return values;
@@ -151,7 +158,7 @@ std::vector<double> square_errors(const ProgressiveSettings& settings, const std
         const auto estimator = all.pass(static_cast<std::uint32_t>(pass));
         for (std::size_t i = 0; i < rays.size(); ++i) {
             Sampler sampler(2, Purpose::test, static_cast<std::uint32_t>(pass), i);
-            sums[i] += double{estimator->Li(rays[i], sampler).x};
+            sums[i] += double{all.seen(*estimator, rays[i], sampler).x};
         }
         if (std::find(after.begin(), after.end(), pass + 1) == after.end()) continue;
         double square = 0;
@@ -219,10 +226,10 @@ TEST(Progressive, Pass_RemembersNoOther) {
     const auto only = alone.pass(3);
     const Ray ray{{0.5F, 0.5F, -1}, V3f(0.1F, -0.2F, 1).normalized()};
     Sampler a(1, Purpose::test, 0, 0), b(1, Purpose::test, 0, 0);
-    const Rgb seen = third->Li(ray, a);
-    EXPECT_EQ(seen, only->Li(ray, b));
+    const Rgb seen = in_order.seen(*third, ray, a);
+    EXPECT_EQ(seen, alone.seen(*only, ray, b));
     Sampler c(1, Purpose::test, 0, 0);
-    EXPECT_NE(seen, in_order.pass(4)->Li(ray, c));
+    EXPECT_NE(seen, in_order.seen(*in_order.pass(4), ray, c));
 }
 
 // Eight samples of a pass look at the same few photons. What the image says its variance is must be what
@@ -325,7 +332,8 @@ double error_at_shadow(int passes) {
                             static_cast<std::uint64_t>(i));
             const float x = 0.04F * (static_cast<float>(i) - 7.5F);
             sums[static_cast<std::size_t>(i)] +=
-                double{estimator->Li({{x, 0.2F, 0.1F}, {0, -1, 0}}, sampler).x} * M_PI / double{kAlbedo};
+                double{all.seen(*estimator, {{x, 0.2F, 0.1F}, {0, -1, 0}}, sampler).x} * M_PI /
+                double{kAlbedo};
         }
     }
     double square = 0;

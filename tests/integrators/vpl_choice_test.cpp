@@ -151,7 +151,7 @@ TEST(VplChoice, Tree_AnyThreads_SameRadiance) {
         const V2f u = sampler.next2();
         Sampler again = sampler;
         const Ray ray = testing::from_to({0.5F, 0.5F, -1.4F}, {u.x, u.y, 0});
-        EXPECT_EQ(a->Li(ray, sampler), b->Li(ray, again));
+        EXPECT_EQ(a.Li(ray, sampler), b.Li(ray, again));
     }
 }
 

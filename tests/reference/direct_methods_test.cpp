@@ -11,7 +11,7 @@
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/job.h"
 #include "engine/transport/direct_light.h"
-#include "engine/transport/specular_chain.h"
+#include "tests/support/eye_paths.h"
 #include "tests/support/made_scenes.h"
 #include "tests/support/one_pass.h"
 
@@ -71,7 +71,7 @@ Parts measured_by_integrator(const Case& c, const std::string& integrator, const
     const Job job = read(c, integrator, parameters);
     const testing::OnePass estimator(job.integrator, {job.scene, seed, workers, silent});
     return measured(job, samples, seed,
-                    [&](const Ray& ray, Sampler& sampler) { return estimator->Li(ray, sampler); });
+                    [&](const Ray& ray, Sampler& sampler) { return estimator.Li(ray, sampler); });
 }
 
 // Samples of one part are better spread than independent ones: their mean is nearer than sigma says.
@@ -84,6 +84,15 @@ double most_sigmas_apart(const Parts& a, const Parts& b) {
         if (b[i].mean() > 0) most = std::max(most, sigmas_apart(a[i], b[i]));
     }
     return most;
+}
+
+// What a meter reads on the first surface along a ray, of which `shade(vertex)` gives the radiance.
+template <typename Shade>
+Rgb metered(const Scene& scene, const Ray& ray, Shade&& shade) {
+    const auto hit = scene.intersect(ray);
+    if (!hit) return Rgb(0);
+    const Bsdf white = white_receiver(*hit);
+    return meter_reading(shade(Vertex{*hit, white, -ray.d}));
 }
 
 // All direct light, by the reference: paths of one bounce.
@@ -118,22 +127,20 @@ Parts measured_by_choice(const Job& job, int samples, std::uint64_t seed, const 
     how.radius = 0.35F;
     const GuideMap guides = build_guides(job.scene, {200'000, 3, 0, how}, Workers{}, silent);
     return measured(job, samples, seed, [&](const Ray& ray, Sampler& sampler) {
-        return meter_and_shade(job.scene, ray, 1, [&](const Vertex& vertex, int /*left*/, const PartsSink&) {
+        return metered(job.scene, ray, [&](const Vertex& vertex) {
             const V3f& n = vertex.hit.at.n;
             const Guide guide = guides.at(vertex.hit.at.p, n.dot(vertex.wo) < 0 ? -n : n);
             const LightChoice choice = LightChoice().guided(guide, 0.25F);
             const float u = sampler.next();
             const auto drawn = choice.draw(job.scene, vertex.hit.at.p, u, sampler.next2());
-            DirectLight result{Rgb(0.0F), {}};
-            if (!drawn) return result;
+            if (!drawn) return Rgb(0);
             const LightSample& in = drawn->light_sample;
             const EmittedRadiance back{Rgb(0.0F), in.part ? in.part->whole_pdf_w : in.pdf_w, in.distance,
                                        in.part};
             const float density = weighed(guide).pdf_w(job.scene, drawn->light, back);
-            if (!(density > 0)) return result;
-            result.radiance = vertex.value(in.w) * in.weight * (drawn->gain * (drawn->pdf_w / density)) *
-                              transmitted_share(job.scene, vertex, in, sampler);
-            return result;
+            if (!(density > 0)) return Rgb(0);
+            return vertex.value(in.w) * in.weight * (drawn->gain * (drawn->pdf_w / density)) *
+                   transmitted_share(job.scene, vertex, in, sampler);
         });
     });
 }
@@ -157,14 +164,11 @@ TEST(DirectMethods, AWeightWithoutTheDefensivePart_IsRefused) {
 template <typename Ask>
 Parts measured_by_light(const Job& job, int samples, std::uint64_t seed, Ask&& ask) {
     return measured(job, samples, seed, [&](const Ray& ray, Sampler& sampler) {
-        return meter_and_shade(job.scene, ray, 1, [&](const Vertex& vertex, int /*left*/, const PartsSink&) {
-            DirectLight result{Rgb(0.0F), {}};
+        return metered(job.scene, ray, [&](const Vertex& vertex) {
             const std::optional<LightSample> in =
                 ask(*job.scene.lights()[0], vertex.hit.at.p, sampler.next2());
-            if (!in) return result;
-            result.radiance =
-                vertex.value(in->w) * in->weight * transmitted_share(job.scene, vertex, *in, sampler);
-            return result;
+            if (!in) return Rgb(0);
+            return vertex.value(in->w) * in->weight * transmitted_share(job.scene, vertex, *in, sampler);
         });
     });
 }
@@ -238,8 +242,8 @@ std::vector<LitPlace> lit_places(const Job& job, int count) {
         RunningStats e;
         for (std::uint32_t sample = 0; sample < 512; ++sample) {
             Sampler branch = sampler.split_stratified(0, sample);
-            const auto found = direct_light(job.scene, Vertex{*hit, white, -ray.d}, branch, {});
-            e.add(double{luminance(meter_reading(found.radiance))});
+            const Rgb found = testing::direct_radiance(job.scene, Vertex{*hit, white, -ray.d}, branch);
+            e.add(double{luminance(meter_reading(found))});
         }
         const V3f& n = hit->at.n;
         if (e.mean() > 0) places.push_back({hit->at.p, n.dot(ray.d) > 0 ? -n : n, e.mean()});

@@ -170,7 +170,7 @@ TEST(Allocation, OfAnImage_IsTheSameForAnyNumberOfThreads) {
     for (std::size_t i = 0; i < parts.data.size() / parts.channels.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c) {
             double sum = 0;
-            for (std::size_t part = 0; part < kLightParts; ++part)
+            for (std::size_t part = 0; part < kLayers; ++part)
                 sum += double{parts.data[parts.channels.size() * i + 6 * part + c]};
             const double whole = double{one.image.data[6 * i + c]};
             ASSERT_NEAR(sum, whole, 1e-6 * std::max(1.0, whole));

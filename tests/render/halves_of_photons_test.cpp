@@ -76,8 +76,13 @@ std::array<Picture, 2> pictures(const Scene& scene, const Case& which, std::uint
             double sum = 0;
             for (std::uint32_t s = 0; s < kSamples; ++s) {
                 Sampler sampler(seed, Purpose::test, static_cast<std::uint32_t>(half), i * kSamples + s);
-                const CameraRay ray{camera.ray(at, V2f(0.5F)), at, half};
-                sum += double{luminance(estimator->Li_of(ray, sampler))};
+                SampleAccount account;
+                EyePath path = EyePath::begin(scene, camera.ray(at, V2f(0.5F)), quantity_of(which.settings),
+                                              max_depth_of(which.settings), account);
+                path.film = at;
+                path.half = half;
+                estimator->follow(path, sampler);
+                sum += double{luminance(account.radiance())};
             }
             result[static_cast<std::size_t>(half)][i] = sum / kSamples;
         });

@@ -101,9 +101,9 @@ FilterSettings filter_of(FilterSettings::Kind kind, float radius) {
 }
 
 // Every pixel's mean, of what is to be counted of the samples, times their weights.
-using Counted = std::function<Rgb(const Rgb& radiance, const LightParts& parts, const CameraRay& camera)>;
-Rgb emission_alone(const Rgb& /*radiance*/, const LightParts& parts, const CameraRay& /*camera*/) {
-    return parts.parts[static_cast<std::size_t>(LightPart::emission)];
+using Counted = std::function<Rgb(const SampleAccount& account, const Ray& ray)>;
+Rgb emission_alone(const SampleAccount& account, const Ray& /*ray*/) {
+    return account.layers[static_cast<std::size_t>(Layer::emission)];
 }
 std::vector<RunningStats> pixels_of(const Job& job, const SmallLamps* lamps, std::uint64_t seed, int samples,
                                     const Counted& counted = emission_alone) {
@@ -115,12 +115,12 @@ std::vector<RunningStats> pixels_of(const Job& job, const SmallLamps* lamps, std
     std::vector<RunningStats> pixels(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
     parallel_each(workers, pixels.size(), 1, [&](std::size_t i) {
         const V2i at(static_cast<int>(i) % size.x, static_cast<int>(i) / size.x);
-        LightParts parts(job.scene.light_groups());
+        SampleAccount account;
         for (int s = 0; s < samples; ++s) {
-            parts.clear();
+            account.clear();
             const CameraSampler::Sample sample = sampler.sample(at, s);
-            const Film::Sample taken = sampler.radiance(*estimator, sample, &parts);
-            const float value = luminance(counted(taken.radiance, parts, sample.camera));
+            const Film::Sample taken = sampler.radiance(*estimator, sample, account);
+            const float value = luminance(counted(account, sample.ray));
             pixels[i].add(double{taken.weight} * double{value});
         }
     });
@@ -208,10 +208,9 @@ TEST(SmallLamps, MeansOfPixels_AreThoseOfRaysThatMeetThemByChance) {
 
         // The test would see a Jacobian that lacks a cosine.
         const auto without_cosine =
-            pixels_of(job, &lamps, 2, kSampled,
-                      [](const Rgb& radiance, const LightParts& parts, const CameraRay& camera) {
-                          return emission_alone(radiance, parts, camera) * camera.ray.d.z;
-                      });
+            pixels_of(job, &lamps, 2, kSampled, [](const SampleAccount& account, const Ray& ray) {
+                return emission_alone(account, ray) * ray.d.z;
+            });
         EXPECT_FALSE(apart(met, without_cosine).same());
         // And one of a lamp that a single pixel takes for another's.
         auto exchanged = sampled;
@@ -451,25 +450,6 @@ TEST(SmallLamps, InAnImage_AreTheSameForAnyThreadsAfterResumeAndCutOut) {
     const Image part = rendered(job).image;
     for (int y = 0; y < part.height; ++y) {
         for (int x = 0; x < part.width; ++x) EXPECT_EQ(part.rgb_at(x, y), image.rgb_at(x + 13, y + 5));
-    }
-}
-
-TEST(SmallLamps, PartsOfTheLight_AddUpToTheSamples) {
-    for (const IntegratorSettings& method : methods()) {
-        SCOPED_TRACE(integrator_name(method));
-        const Job job = job_of(market({0.5F, true}), method);
-        const SmallLamps lamps(job);
-        double most = 0;
-        std::mutex mutex;
-        pixels_of(job, &lamps, 1, 200, [&](const Rgb& radiance, const LightParts& parts, const CameraRay&) {
-            Rgb sum(0);
-            for (const Rgb& part : parts.parts) sum += part;
-            const double size = double{luminance(radiance)};
-            const std::lock_guard lock(mutex);
-            if (size > 0) most = std::max(most, std::fabs(double{luminance(sum)} - size) / size);
-            return radiance;
-        });
-        EXPECT_LT(most, 1e-6);
     }
 }
 

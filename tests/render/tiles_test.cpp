@@ -13,9 +13,9 @@ namespace tiles_test {
 // No number to the right of the middle, at every second sample or so; at the left one there is never.
 class Faulty final : public Estimator {
   public:
-    Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        const bool bad = ray.d.x > 0.05F && sampler.next() < 0.5F;
-        return Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 1.0F);
+    void follow(const EyePath& path, Sampler& sampler) const override {
+        const bool bad = path.ray.d.x > 0.05F && sampler.next() < 0.5F;
+        path.met(Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 1.0F), kNoLight);
     }
 };
 
@@ -66,7 +66,9 @@ TEST(Tiles, FirstBadSampleOfARenderThatGoesOn_StaysTheFirst) {
 // Brightness by place, the same for every sample of a pixel.
 class Gradient final : public Estimator {
   public:
-    Rgb Li(const Ray& ray, Sampler& /*sampler*/) const override { return Rgb(2 + ray.d.x, 2 + ray.d.y, 1); }
+    void follow(const EyePath& path, Sampler& /*sampler*/) const override {
+        path.met(Rgb(2 + path.ray.d.x, 2 + path.ray.d.y, 1), kNoLight);
+    }
 };
 
 TEST(Tiles, FirstSamplesInSteps_ShowAWholeImageFromTheFirstStepOn) {

@@ -56,7 +56,7 @@ Colour radiance(const Scene& scene, const IntegratorSettings& settings, int samp
         for (std::int64_t i = begin; i < end; ++i) {
             Sampler sampler = Sampler::stratified(7, Purpose::test, 0, static_cast<std::uint32_t>(i));
             const Ray ray = ray_of(sampler.next2());
-            values[static_cast<std::size_t>(i)] = estimator->Li(ray, sampler);
+            values[static_cast<std::size_t>(i)] = estimator.Li(ray, sampler);
         }
     });
     Colour stats;

@@ -13,7 +13,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace light_parts_test {
+namespace layers_test {
 
 using testing::SceneMaker;
 
@@ -144,7 +144,7 @@ double most_apart(const RenderResult& result, const std::vector<std::string>& na
     return most;
 }
 
-TEST(LightParts, OfEveryMethod_AddUpToTheImage) {
+TEST(LightLayers, OfEveryMethod_AddUpToTheImage) {
     for (const Method& method : methods()) {
         for (const bool fog : {false, true}) {
             for (const auto filter : {FilterSettings::Kind::box, FilterSettings::Kind::mitchell}) {
@@ -165,7 +165,7 @@ TEST(LightParts, OfEveryMethod_AddUpToTheImage) {
     }
 }
 
-TEST(LightParts, BesideThem_TheImageIsTheSameBitForBit) {
+TEST(LightLayers, BesideThem_TheImageIsTheSameBitForBit) {
     for (const Method& method : methods()) {
         for (const bool fog : {false, true}) {
             const auto image = [&](bool parts, std::uint64_t seed) {
@@ -178,7 +178,7 @@ TEST(LightParts, BesideThem_TheImageIsTheSameBitForBit) {
     }
 }
 
-TEST(LightParts, AnyNumberOfThreads_SamePartsBitForBit) {
+TEST(LightLayers, AnyNumberOfThreads_SamePartsBitForBit) {
     for (const Method& method : {methods()[0], methods()[7], methods()[9]}) {
         const Job job = job_of(room(true), method.settings, 4);
         Monitor silent;
@@ -275,16 +275,16 @@ void expect_parts_of_path(bool fog) {
     }
 }
 
-TEST(LightPartsBesidePath, OfEveryMethod_AreThoseOfPath) {
+TEST(LayersBesidePath, OfEveryMethod_AreThoseOfPath) {
     expect_parts_of_path(false);
 }
-TEST(LightPartsBesidePath, OfEveryMethodInFog_AreThoseOfPath) {
+TEST(LayersBesidePath, OfEveryMethodInFog_AreThoseOfPath) {
     expect_parts_of_path(true);
 }
 
 // --- each against a render of it alone ---
 
-TEST(LightParts, Emission_IsWhatIsSeenWhereNothingScatters) {
+TEST(LightLayers, Emission_IsWhatIsSeenWhereNothingScatters) {
     // Black walls leave lamps, mirrors and glass; what is seen in gloss and varnish is not emission.
     const auto parts = over_seeds([] { return room(false); }, PathSettings{}, 64, kSeeds);
     const auto alone = [] {
@@ -306,7 +306,7 @@ TEST(LightParts, Emission_IsWhatIsSeenWhereNothingScatters) {
 
 // Over a flat mirror a lamp lights as its image behind the mirror does, straight, weakened by what the mirror
 // takes.
-TEST(LightParts, CausticOfAFlatMirror_IsTheDirectLightOfTheLampsImage) {
+TEST(LightLayers, CausticOfAFlatMirror_IsTheDirectLightOfTheLampsImage) {
     constexpr float kReflectance = 0.8F;
     const auto floor_and_lamp = [](bool mirror) {
         SceneMaker make;
@@ -338,7 +338,7 @@ TEST(LightParts, CausticOfAFlatMirror_IsTheDirectLightOfTheLampsImage) {
     expect_same_mean(mean_over_seeds(with, "caustic"), mean_over_seeds(image, "direct"), 0, "caustic");
 }
 
-TEST(LightParts, Media_AreWhatIsSeenInARoomOfBlackWalls) {
+TEST(LightLayers, Media_AreWhatIsSeenInARoomOfBlackWalls) {
     // All light but that of walls: what fog scatters once and more often, lit straight.
     const auto dark = [] {
         SceneMaker make;
@@ -384,7 +384,7 @@ TEST(LightGroups, OfAMethodThatCannotTell_AreRefusedWithThoseThatCan) {
 }
 
 // Variances: of means of many renders they are what their images' scatter is.
-TEST(LightParts, TheirVariances_AreHowTheyScatter) {
+TEST(LightLayers, TheirVariances_AreHowTheyScatter) {
     const auto results = over_seeds([] { return room(false); }, PathSettings{}, 16, 64);
     for (const std::string& name : {kParts[1], kParts[2], kGroups[0]}) {
         RunningStats told, seen;
@@ -407,7 +407,7 @@ TEST(LightParts, TheirVariances_AreHowTheyScatter) {
 
 // --- what goes with them ---
 
-TEST(LightParts, OfARenderThatGoesOn_AreThoseOfOneThatNeverStopped) {
+TEST(LightLayers, OfARenderThatGoesOn_AreThoseOfOneThatNeverStopped) {
     for (const IntegratorSettings& method :
          {IntegratorSettings(PathSettings{}), IntegratorSettings(passes())}) {
         const Job whole = job_of(room(false), method, 8), half = job_of(room(false), method, 4);
@@ -477,5 +477,5 @@ TEST(Features, OfAnEdge_AreOfMoreSamples) {
     }
 }
 
-}  // namespace light_parts_test
+}  // namespace layers_test
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-#include "engine/render/part_films.h"
+#include "engine/render/layer_films.h"
 
 #include <algorithm>
 #include <cassert>
@@ -7,15 +7,15 @@
 
 namespace lucerna {
 
-PartFilms::PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups,
-                     Wanted wanted) {
+LayerFilms::LayerFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups,
+                       Wanted wanted) {
     assert(wanted.any());
     const auto name_groups = [&groups](std::vector<std::string>& names) {
         for (const std::string& name : groups.names) names.push_back(kLightGroupPrefix + name + '.');
     };
     if (wanted.parts) {
-        for (std::size_t part = 0; part < kLightParts; ++part)
-            names_.push_back(std::string(light_part_name(static_cast<LightPart>(part))) + '.');
+        for (std::size_t part = 0; part < kLayers; ++part)
+            names_.push_back(std::string(layer_name(static_cast<Layer>(part))) + '.');
         name_groups(names_);
     }
     if (wanted.chance) chance_.emplace_back();
@@ -26,19 +26,18 @@ PartFilms::PartFilms(int width, int height, const Film::Kind& kind, const LightG
         films_.emplace_back(width, height, is_group(i) ? of_group(kind) : alone(kind));
 }
 
-std::size_t PartFilms::films_of(const LightGroups& groups, Wanted wanted) {
+std::size_t LayerFilms::films_of(const LightGroups& groups, Wanted wanted) {
     const std::size_t by_group = groups.names.size();
-    return (wanted.parts ? kLightParts + by_group : 0) +
-           (wanted.chance ? 1 + (wanted.parts ? by_group : 0) : 0);
+    return (wanted.parts ? kLayers + by_group : 0) + (wanted.chance ? 1 + (wanted.parts ? by_group : 0) : 0);
 }
 
-void PartFilms::add(int x, int y, const LightParts& sample, float weight, int half) {
+void LayerFilms::add(int x, int y, const SampleAccount& sample, float weight, int half) {
     for (std::size_t i = 0; i < films_.size(); ++i)
         films_[i].add(x, y, value(sample, i), weight, films_[i].has_two_halves() ? half : 0);
 }
 
-void PartFilms::add_pass(int x, int y, std::span<const LightParts> samples, std::span<const float> weights,
-                         int half) {
+void LayerFilms::add_pass(int x, int y, std::span<const SampleAccount> samples,
+                          std::span<const float> weights, int half) {
     assert(samples.size() == weights.size());
     std::vector<Film::Sample> own(samples.size());
     for (std::size_t i = 0; i < films_.size(); ++i) {
@@ -47,8 +46,8 @@ void PartFilms::add_pass(int x, int y, std::span<const LightParts> samples, std:
     }
 }
 
-Image PartFilms::develop_films(std::size_t first, std::span<const std::string> names, float scale,
-                               const WorkingSpace& colours) const {
+Image LayerFilms::develop_films(std::size_t first, std::span<const std::string> names, float scale,
+                                const WorkingSpace& colours) const {
     std::vector<std::string> channels;
     for (const std::string& name : names) {
         for (const char* channel : {"R", "G", "B", "variance.R", "variance.G", "variance.B"})
@@ -66,7 +65,7 @@ Image PartFilms::develop_films(std::size_t first, std::span<const std::string> n
     return all;
 }
 
-Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
+Image LayerFilms::develop(float scale, const WorkingSpace& colours) const {
     Image all = develop_films(0, names_, scale, colours);
     for (std::size_t i = 0; i < names_.size(); ++i) {
         if (!is_group(i) || !films_[i].has_two_halves()) continue;
@@ -78,18 +77,18 @@ Image PartFilms::develop(float scale, const WorkingSpace& colours) const {
     return all;
 }
 
-std::optional<Image> PartFilms::develop_chance(float scale, const WorkingSpace& colours) const {
+std::optional<Image> LayerFilms::develop_chance(float scale, const WorkingSpace& colours) const {
     if (chance_.empty()) return std::nullopt;
     return develop_films(names_.size(), chance_, scale, colours);
 }
 
-std::size_t PartFilms::bytes_of_sums() const {
+std::size_t LayerFilms::bytes_of_sums() const {
     std::size_t sum = 0;
     for (const Film& film : films_) sum += film.bytes_of_sums();
     return sum;
 }
 
-std::vector<std::byte> PartFilms::sums() const {
+std::vector<std::byte> LayerFilms::sums() const {
     std::vector<std::byte> sums;
     sums.reserve(bytes_of_sums());
     for (const Film& film : films_) {
@@ -99,7 +98,7 @@ std::vector<std::byte> PartFilms::sums() const {
     return sums;
 }
 
-void PartFilms::restore(std::span<const std::byte> sums) {
+void LayerFilms::restore(std::span<const std::byte> sums) {
     assert(sums.size() == bytes_of_sums());
     for (Film& film : films_) {
         film.restore(sums.first(film.bytes_of_sums()));
@@ -107,7 +106,7 @@ void PartFilms::restore(std::span<const std::byte> sums) {
     }
 }
 
-std::size_t PartFilms::bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups, Wanted wanted) {
+std::size_t LayerFilms::bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups, Wanted wanted) {
     // Channels: of the developed image, and as they are added to the one that is written. Of a group in
     // halves also those of both, and of the denoised light.
     constexpr std::size_t kChannels = 2 * 6 * sizeof(float);

@@ -1,7 +1,7 @@
-// The films of an image's parts and light groups (engine/scene/light_parts.h): one each, with the same
-// samples and weights as the image's own. A film is linear in what its samples bring, so that parts add up to
-// the image, and so do groups. Groups are of two halves where the image is, so that each can be denoised, and
-// so can whatever is relit of them.
+// The films of an image's layers and light groups (engine/scene/path_account.h): one each, with the same
+// samples and weights as the image's own. A film is linear in what its samples bring, so that layers add up
+// to the image, and so do groups. Groups are of two halves where the image is, so that each can be denoised,
+// and so can whatever is relit of them.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@
 
 #include "engine/base/image.h"
 #include "engine/render/film.h"
-#include "engine/scene/light_parts.h"
+#include "engine/scene/path_account.h"
 
 namespace lucerna {
 
-class PartFilms {
+class LayerFilms {
   public:
     // Which are wanted: parts and groups, what chance finds, or both.
     struct Wanted {
@@ -24,20 +24,20 @@ class PartFilms {
         bool any() const { return parts || chance; }
     };
     // `kind`: the image's own film's. `groups` outlive the films. At least one is wanted.
-    PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups, Wanted wanted);
+    LayerFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups, Wanted wanted);
 
     // A sample, as Film::add() has it.
-    void add(int x, int y, const LightParts& sample, float weight, int half = 0);
+    void add(int x, int y, const SampleAccount& sample, float weight, int half = 0);
     // What one pass saw through a pixel, as Film::add_pass() has it.
-    void add_pass(int x, int y, std::span<const LightParts> samples, std::span<const float> weights,
+    void add_pass(int x, int y, std::span<const SampleAccount> samples, std::span<const float> weights,
                   int half = 0);
 
     // Channels NAME.R .G .B and NAME.variance.R .G .B of each, as Film::develop() makes them: the parts by
-    // light_part_name(), the groups as lightgroup.NAME. Of groups in two halves then first.lightgroup.NAME
+    // layer_name(), the groups as lightgroup.NAME. Of groups in two halves then first.lightgroup.NAME
     // and second.lightgroup.NAME, as Film::develop_half() makes them.
     Image develop(float scale, const WorkingSpace& colours) const;
-    // LightParts::by_chance, if wanted: channels R .G .B, variance.R .G .B; and where parts are wanted, too,
-    // the same for each group behind lightgroup.NAME.
+    // SampleAccount::by_chance, if wanted: channels R .G .B, variance.R .G .B; and where parts are wanted,
+    // too, the same for each group behind lightgroup.NAME.
     std::optional<Image> develop_chance(float scale, const WorkingSpace& colours) const;
 
     // As Film's, of all of them.
@@ -63,11 +63,11 @@ class PartFilms {
         kind.tells_blur = false;
         return kind;
     }
-    bool is_group(std::size_t film) const { return film >= kLightParts && film < names_.size(); }
-    const Rgb& value(const LightParts& sample, std::size_t film) const {
+    bool is_group(std::size_t film) const { return film >= kLayers && film < names_.size(); }
+    const Rgb& value(const SampleAccount& sample, std::size_t film) const {
         if (film == names_.size()) return sample.by_chance;
         if (film > names_.size()) return sample.groups_by_chance[film - names_.size() - 1];
-        return film < kLightParts ? sample.parts[film] : sample.groups[film - kLightParts];
+        return film < kLayers ? sample.layers[film] : sample.groups[film - kLayers];
     }
 
     // Channels R, G, B and their variances of the films [first, first + names), each behind its name.
