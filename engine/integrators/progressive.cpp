@@ -184,18 +184,9 @@ struct RadiusPrePass {
 std::optional<RadiusPrePass> find_first_radii(const ProgressiveSettings& settings,
                                               const DensityEstimateSettings& how,
                                               const RenderContext& context, const LearnedEmission* emission) {
-    MapParameters parameters;
+    PassStatistics unused;
+    MapParameters parameters = map_parameters(map_settings(settings), {context, kRadiusPrePass, unused});
     parameters.emission = emission;
-    parameters.paths = settings.photons;
-    parameters.seed = context.seed;
-    parameters.pass = kRadiusPrePass;
-    parameters.deadline = context.prepared;
-    parameters.volume_direct = settings.direct == DirectMethod::map;
-    parameters.longest = most_bounces(settings.max_depth) - 1;
-    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        parameters.wanted[kind] =
-            map_need(static_cast<MapKind>(kind), map_settings(settings), context.scene).build;
-    }
     const PhotonMaps maps = build_photon_maps(context.scene, parameters, context.workers, context.monitor);
     if (context.monitor.stopped()) return std::nullopt;
     return RadiusPrePass{FirstRadii(maps, how, context), static_cast<std::int64_t>(maps.ledger.paths)};

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/integrators/integrator.h"
-#include "engine/integrators/photon_mapping.h"
+#include "engine/integrators/precomputed_irradiance.h"
 #include "tests/support/media.h"
 #include "tests/support/one_pass.h"
 #include "tests/support/scenes.h"

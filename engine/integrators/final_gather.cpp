@@ -1,0 +1,448 @@
+#include "engine/integrators/final_gather.h"
+
+#include <array>
+#include <cmath>
+
+#include "engine/guiding/directional_guide.h"
+#include "engine/integrators/precomputed_irradiance.h"
+#include "engine/transport/direct_light.h"
+#include "engine/transport/follow.h"
+#include "photon/irradiance.h"
+#include "photon/volume_estimate.h"
+
+namespace lucerna {
+namespace {
+
+// Most bounces of a ray in pass 2, over surfaces that are not diffuse and from where a gather ray ended too
+// near. Far fewer than kMaxBounces: each reads the maps or samples the lights anew, and few rays get so far.
+constexpr int kMostEyeBounces = 64;
+
+// Bounces over glossy surfaces from the eye that are followed without roulette.
+constexpr int kSureBounces = 4;
+
+// With which gloss is looked at where a gather ray landed, at the least: what it brings then counts ten
+// times.
+constexpr float kLeastGlossChance = 0.1F;
+
+// How much larger than the radius r(x) at a point the radii of caustic photons that are looked for may be. A
+// photon at y reaches x if it is nearer than r(y); where radii change by less than half of the distance
+// between two points, r(y) < 2 r(x). Where they change faster, photons of larger radii are missed at the rims
+// of their discs.
+constexpr float kCausticReach = 2;
+
+// Branches of a sample's sampler: for gather rays; one for each map's probes; for light samples and caustics
+// where the camera looks; and for the chances by which some of these three are taken.
+constexpr std::uint32_t kGatherBranch = 0, kProbesBranch = 1;
+constexpr std::uint32_t kLightBranch = kProbesBranch + kMapKinds, kCausticBranch = kLightBranch + 1;
+constexpr std::uint32_t kChanceBranch = kCausticBranch + 1;
+constexpr std::uint32_t kEstimateBranch = 2 * kChanceBranch;
+constexpr std::uint32_t kBranches = kEstimateBranch + 1;  // more than there are
+
+// A surface's diffuse part, for which radiance is estimated from photons, and the rest, which is traced.
+struct SplitBsdf {
+    std::optional<Bsdf> diffuse, rest;
+
+    explicit SplitBsdf(const Bsdf& bsdf) {
+        if (stores_photons(bsdf)) diffuse = bsdf.diffuse_part();
+        if (!diffuse || !bsdf.is_diffuse()) rest = bsdf.rest();
+    }
+};
+
+// What is not diffuse at a surface. After a gather ray (the rule is none) direct light and caustics are
+// counted already where it began: gloss that counts as specular must not sample lights again, or caustics
+// would count twice.
+struct GlossySplit {
+    std::optional<Bsdf> light_sampled, as_specular;
+
+    GlossySplit(const std::optional<Bsdf>& rest, const EmissionRule& rule, float specular_below) {
+        if (!rest) return;
+        light_sampled = rest;
+        if (rule.kind != EmissionRule::Kind::none || !(specular_below > 0)) return;
+        const Bsdf sharp = rest->sharp_part(specular_below), blurred = rest->blurred_part(specular_below);
+        if (sharp.is_black()) return;
+        as_specular = sharp;
+        light_sampled = blurred.is_black() ? std::nullopt : std::optional(blurred);
+    }
+};
+
+SplitNumbers fixed_numbers(const PhotonMapSettings& settings) {
+    SplitNumbers numbers;
+    if (settings.gather_rays > 0) numbers.gather_rays = static_cast<float>(settings.gather_rays);
+    return numbers;
+}
+
+}  // namespace
+
+// -----------------------------------------------------------------------------------------------------
+// A path from the eye, or a gather ray, up to the first surface that is diffuse and nothing else
+// -----------------------------------------------------------------------------------------------------
+
+class FinalGather::Visitor : public EyeVisitor {
+  public:
+    Visitor(const FinalGather& of, Stage stage, const Splits& splits, const EyePath& path)
+        : of_(of), stage_(stage), splits_(splits), carried_(max_component(path.throughput)) {}
+
+    bool arrives(const EyePath& path, const Hit& hit) {
+        if (path.bounces == began_) length_ = path.rule.passed + hit.t;
+        return true;
+    }
+    bool at_surface(EyePath& path, const Vertex& at, Sampler& sampler);
+    bool at_medium(EyePath& path, const MediumVertex& at, const Rgb& sigma_s, Sampler& sampler) const {
+        of_.in_scattered(path, at, sigma_s, stage_, splits_, sampler);
+        return false;
+    }
+    // The bounces at which the ray that a visitor follows begins.
+    void begin_at(int bounces) { began_ = bounces; }
+
+  private:
+    // The lobes of a surface by which a path may go on.
+    struct Lobes {
+        const Bsdf* diffuse = nullptr;
+        const Bsdf* rest = nullptr;
+        const Bsdf* as_specular = nullptr;  // GlossySplit's
+        LightChoice rest_lights = {};       // by which `rest` asked the lights
+        float rest_scale = 1;               // one over the chance of looking at the last two; 0: they are not
+    };
+    float rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo, Sampler& sampler) const;
+    bool turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const;
+    // Of the throughput, what the path still carries of what it began with.
+    float carries(const EyePath& path) const { return max_component(path.throughput) / carried_; }
+
+    const FinalGather& of_;
+    Stage stage_;
+    const Splits& splits_;
+    float carried_;     // the throughput with which the path began; 0: it brings nothing
+    int surfaces_ = 0;  // that the visitor has shaded
+    int began_ = 0;
+    // Of the ray that left the last of them, to the first surface that it does not pass straight, scene
+    // units.
+    float length_ = INFINITY;
+};
+
+bool FinalGather::Visitor::at_surface(EyePath& path, const Vertex& at, Sampler& sampler) {
+    const SplitBsdf split(at.bsdf);
+    Lobes lobes;
+    if (split.diffuse) {
+        const Vertex diffuse{at.hit, *split.diffuse, at.wo, at.medium};
+        if (stage_ == Stage::eye) {
+            of_.shade_eye(path, diffuse, splits_, sampler);
+        } else if (of_.shade_gather(path, diffuse, length_, sampler)) {
+            lobes.diffuse = &*split.diffuse;
+        }
+    }
+    const GlossySplit glossy(split.rest, path.rule, of_.settings_.specular_below);
+    lobes.rest_scale = rest_scale(path, split, at.wo, sampler);
+    if (glossy.light_sampled && lobes.rest_scale > 0) {
+        // No photons there: sample the lights, then follow the BSDF.
+        if (!glossy.light_sampled->is_delta()) {
+            const Vertex rest{at.hit, *glossy.light_sampled, at.wo, at.medium};
+            lobes.rest_lights = of_.lights_.at(at.hit.at, rest.bsdf, at.wo);
+            next_event(of_.scene_, rest, sampler, lobes.rest_lights, path.times(lobes.rest_scale));
+        }
+        lobes.rest = &*glossy.light_sampled;
+    }
+    if (glossy.as_specular && lobes.rest_scale > 0) lobes.as_specular = &*glossy.as_specular;
+    if (++surfaces_ == kMostEyeBounces || !turn(path, at, lobes, sampler)) return false;
+    began_ = path.bounces;
+    return true;
+}
+
+// Where a gather ray landed, gloss beside a diffuse part is looked at by as much chance as it is likely to
+// bring: it is blurred by the gather ray.
+float FinalGather::Visitor::rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo,
+                                       Sampler& sampler) const {
+    if (stage_ != Stage::gather || !split.diffuse || !split.rest) return 1;
+    const float chance = std::clamp(split.rest->guessed_albedo(wo) * carries(path), kLeastGlossChance, 1.0F);
+    return sampler.next() < chance ? 1 / chance : 0.0F;
+}
+
+// Samples one of the lobes, at random where there are several: with a ray for each the number of rays would
+// grow with every surface.
+bool FinalGather::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const {
+    const float u_lobe = sampler.next();
+    const BsdfU u{sampler.next(), sampler.next2()};
+    std::array<const Bsdf*, 3> open{};
+    std::size_t count = 0;
+    for (const Bsdf* lobe : {lobes.diffuse, lobes.rest, lobes.as_specular}) {
+        if (lobe) open[count++] = lobe;
+    }
+    if (count == 0) return false;
+    const auto share = static_cast<float>(count);
+    const Bsdf* lobe = open[std::min(static_cast<std::size_t>(u_lobe * share), count - 1)];
+    const auto sample = lobe->sample(at.wo, u, Transport::radiance);
+    if (!sample) return false;
+    // After diffuse scattering direct light and caustics are counted already.
+    const bool asked = lobe == lobes.rest;
+    if (!asked) path.rule = EmissionRule::none();
+    path.turn(at, *sample,
+              asked ? EmissionRule::mis(sample->pdf_w, lobes.rest_lights) : EmissionRule::none());
+    path.throughput *= lobe == lobes.diffuse ? share : share * lobes.rest_scale;
+    // Faint gloss that the camera sees is followed all the same: one ray beside all those that gather, where
+    // roulette would make bright specks of what lamps it mirrors.
+    const bool sure = stage_ == Stage::eye && surfaces_ <= kSureBounces;
+    return path.survives(sure ? 1.0F : carries(path), sampler);
+}
+
+// -----------------------------------------------------------------------------------------------------
+// What the eye sees
+// -----------------------------------------------------------------------------------------------------
+
+FinalGather::FinalGather(const Scene& scene, const PhotonMapSettings& settings, PhotonMapPass parts,
+                         PhotonMappingState state)
+    : scene_(scene),
+      settings_(settings),
+      estimates_(density_settings(settings, scene)),
+      maps_(std::move(state.maps)),
+      guides_(parts.guides),
+      irradiance_(std::move(state.irradiance)),
+      directions_(std::move(state.directions)),
+      radii_(std::move(parts.radii)),
+      caustic_radii_(std::move(state.caustic_radii)),
+      samples_(parts.samples),
+      edges_(parts.edges),
+      guided_{settings.guide.defensive_weight,
+              settings.guide.candidates > 0 ? settings.guide.candidates : candidates_that_pay(scene)},
+      lights_(scene, settings.lights) {}
+
+void FinalGather::follow(const EyePath& path, Sampler& sampler) const {
+    Splits splits{splitting_.at(path.film)};
+    // Across an edge estimates differ as samples do.
+    if (samples_ > 1 && !(edges_ && edges_->at(path.film))) {
+        // Of 2^k samples in a row, beginning at a multiple of that, exactly one: numbers are stratified.
+        const auto samples = static_cast<float>(samples_);
+        splits.estimates = sampler.split_alike(kEstimateBranch).next() < 1 / samples ? samples : 0.0F;
+    }
+    lucerna::follow(scene_, path, sampler, Visitor(*this, Stage::eye, splits, path));
+}
+
+void FinalGather::split(const PassContext& context) {
+    if (!is_split_by_pilot(settings_) || !context.view) return split_by(Splitting(fixed_numbers(settings_)));
+    const auto look = [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
+        SampleAccount account;
+        const EyePath path = EyePath::begin(scene_, ray, settings_.quantity, settings_.max_depth, account);
+        const Splits splits{{}, &pilot};
+        lucerna::follow(scene_, path, sampler, Visitor(*this, Stage::eye, splits, path));
+        return account.radiance();
+    };
+    split_by(Splitting(*context.view, context.seed, context.pass, context.workers, look));
+}
+void FinalGather::split_by(const Splitting& learned) {
+    splitting_ = learned;
+    if (settings_.guide_gather != GatherGuiding::on && !splitting_.any_guided()) directions_.reset();
+}
+namespace {
+
+template <typename Take>
+void look_at_two(std::uint32_t branch, SplitMoments& pilot, const EyePath& path, const Sampler& sampler,
+                 Take&& take) {
+    std::array<double, 2> value{}, ratio{};
+    for (std::uint32_t i = 0; i < 2; ++i) {
+        SampleAccount found = path.scratch();
+        EyePath one = path;
+        static_cast<PathAccount&>(one) = path.into(found);
+        Sampler own = sampler.split_alike(branch + kBranches * i);
+        ratio[i] = double{take(one, own)};
+        value[i] = double{luminance(found.radiance())};
+        path.take(found, 0.5F);
+    }
+    pilot.add(value[0], value[1], ratio[0], ratio[1]);
+}
+
+}  // namespace
+
+// Takes `number` samples of one kind at a place that the camera sees, each by numbers of its own, and
+// books their mean. A number is split stochastically: floor(number) samples, plus one with probability
+// frac(number); below 1 one sample with that probability, divided by it. `take(path, sampler)` books one
+// sample on the path that it is given and returns how many times more densely guiding drew it. In a pilot
+// the mean of two samples is booked, which are noted as they reach the pixel.
+template <typename Take>
+void FinalGather::some_of(float number, std::uint32_t branch, SplitMoments* pilot, const EyePath& path,
+                          const Sampler& sampler, Take&& take) const {
+    if (pilot) return look_at_two(branch, *pilot, path, sampler, take);
+    const float whole = std::floor(number);
+    int count = static_cast<int>(whole);
+    if (whole < number && sampler.split_alike(branch + kChanceBranch).next() < number - whole) ++count;
+    if (count == 0) return;
+    EyePath one = path;
+    one.throughput /= number < 1 ? number : static_cast<float>(count);  // > 0
+    const auto most = static_cast<std::uint32_t>(std::ceil(number));
+    for (int i = 0; i < count; ++i) {
+        Sampler own = sampler.split_alike(branch, static_cast<std::uint32_t>(i), most);
+        take(one, own);
+    }
+}
+// Shades a diffuse surface that the camera sees.
+void FinalGather::shade_eye(const EyePath& path, const Vertex& vertex, const Splits& splits,
+                            Sampler& sampler) const {
+    const DensityEstimateSettings how = within(path.left, estimates_.eye);
+    const std::size_t share = share_class(max_component(path.throughput));
+    const SplitNumbers& numbers = splits.plan[share];
+    SplitKinds* const pilot = splits.pilot ? &(*splits.pilot)[share] : nullptr;
+    const PathAccount estimated = path.times(splits.estimates);
+    if (settings_.direct != DirectMethod::map) {
+        some_of(numbers.light_samples, kLightBranch, pilot ? &pilot->light : nullptr, path, sampler,
+                [&](const EyePath& one, Sampler& own) {
+                    sample_direct(one, vertex, own);
+                    return 1.0F;
+                });
+    } else if (splits.estimates > 0) {
+        estimate(MapKind::direct, estimated, vertex, how, sampler);
+    }
+    if (settings_.indirect == IndirectMethod::none) return;
+    if (settings_.indirect == IndirectMethod::map) {
+        if (!(splits.estimates > 0)) return;
+        estimate(MapKind::caustic, estimated, vertex, how, sampler);
+        estimate(MapKind::global, estimated, vertex, how, sampler);
+        return;
+    }
+    if (maps_.find(MapKind::caustic)) {
+        some_of(numbers.caustic_estimates, kCausticBranch, pilot ? &pilot->caustic : nullptr, path, sampler,
+                [&](const EyePath& one, Sampler& own) {
+                    estimate(MapKind::caustic, one, vertex, how, own);
+                    return 1.0F;
+                });
+    }
+    if (path.left == 1) return;  // a gather ray would meet what emits, and that is direct light
+    const bool guided = pilot || numbers.guided || settings_.guide_gather == GatherGuiding::on;
+    some_of(numbers.gather_rays, kGatherBranch, pilot ? &pilot->gather : nullptr, path, sampler,
+            [&](const EyePath& one, Sampler& own) { return gather_ray(one, vertex, guided, own); });
+}
+
+// Books indirect radiance by way of one direction, and returns how many times more densely guiding drew
+// it. Emission at its end is direct light or a caustic, counted elsewhere.
+float FinalGather::gather_ray(EyePath path, const Vertex& vertex, bool guided, Sampler& sampler) const {
+    const BsdfU u{sampler.next(), sampler.next2()};
+    DirectionGuide guide;
+    if (directions_ && guided) guide = directions_->at(vertex.hit.at.p, vertex.bsdf, vertex.wo);
+    const auto drawn = GuidedBsdf(vertex.bsdf, vertex.wo, guide).sample(u);
+    if (!drawn) return 1;
+    path.splits = 0;
+    path.turn(vertex, drawn->sample, EmissionRule::none());
+    const Splits one_of_each;
+    Visitor visit(*this, Stage::gather, one_of_each, path);
+    visit.begin_at(path.bounces);
+    lucerna::follow(scene_, path, sampler, visit);
+    return drawn->ratio;
+}
+
+// -----------------------------------------------------------------------------------------------------
+// Where a gather ray lands
+// -----------------------------------------------------------------------------------------------------
+
+// Shades a diffuse surface where a gather ray ended. `length` is that of its first segment: if the estimate's
+// radius is larger, its disc may reach around the corner that is being shaded. Then direct light and
+// caustics are evaluated here, and the result says that the ray continues for what arrives over more than
+// one bounce.
+bool FinalGather::shade_gather(const EyePath& path, const Vertex& vertex, float length,
+                               Sampler& sampler) const {
+    const DensityEstimateSettings how = within(path.left, estimates_.gather);
+    // It is booked once it is known that it counts.
+    SampleAccount found = path.scratch();
+    const auto indirect = indirect_at_gather_hit(path.into(found), vertex, how, sampler);
+    if (!indirect || indirect->radius > length) {
+        sample_direct(path, vertex, sampler);
+        estimate(MapKind::caustic, path, vertex, how, sampler);
+        return true;
+    }
+    path.take(found);
+    if (!indirect->has_direct) direct(path, vertex, how, sampler);
+    return false;
+}
+
+// Books indirect light and caustics where a gather ray ended: what was precomputed there, or estimates where
+// nothing is precomputed. None where no point is near: on what is too small for points, or seldom lit, an
+// estimate would take its photons from elsewhere, and its probes as many rays as a dozen paths.
+std::optional<FinalGather::IndirectAtGatherHit> FinalGather::indirect_at_gather_hit(
+    const PathAccount& path, const Vertex& vertex, const DensityEstimateSettings& how,
+    const Sampler& sampler) const {
+    if (irradiance_) {
+        const V3f& p = vertex.hit.at.p;
+        if (const auto found = irradiance_->nearest(p, vertex.normal(), how.radius, how.most_bounces)) {
+            const Rgb radiance = irradiance_suffices(vertex.bsdf)
+                                     ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
+                                     : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
+            path.indirect(found->share * radiance, 0);  // of all lights: there are no groups
+            return IndirectAtGatherHit{found->radius, holds_direct(settings_, scene_)};
+        }
+        // Light that only particles carry is found by estimates alone.
+        if (settings_.direct != DirectMethod::map) return std::nullopt;
+    }
+    const float radius = estimate(MapKind::global, path, vertex, how, sampler);
+    estimate(MapKind::caustic, path, vertex, how, sampler);
+    return IndirectAtGatherHit{radius, false};
+}
+
+// -----------------------------------------------------------------------------------------------------
+// Direct light, density estimates, media
+// -----------------------------------------------------------------------------------------------------
+
+// Books direct light by the chosen method.
+void FinalGather::direct(const PathAccount& path, const Vertex& vertex, const DensityEstimateSettings& how,
+                         Sampler& sampler) const {
+    if (settings_.direct == DirectMethod::map) {
+        estimate(MapKind::direct, path, vertex, how, sampler);
+    } else {
+        sample_direct(path, vertex, sampler);
+    }
+}
+
+// Books it by shadow rays, whatever the Direct map is used for elsewhere.
+void FinalGather::sample_direct(const PathAccount& path, const Vertex& vertex, Sampler& sampler) const {
+    const LightChoice plain = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
+    if (!guides_) {
+        direct_light(scene_, vertex, sampler, plain, path);
+    } else if (settings_.direct == DirectMethod::gated) {
+        gated_light(scene_, *guides_, vertex, sampler, plain, path);
+    } else {
+        GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain, path);
+    }
+}
+
+// Books what a map's photons bring to a surface, and returns the radius of the estimate. Draws nothing of
+// the sampler itself.
+float FinalGather::estimate(MapKind kind, const PathAccount& path, const Vertex& vertex,
+                            const DensityEstimateSettings& how, const Sampler& sampler) const {
+    const PhotonMap* map = maps_.find(kind);
+    if (!map) return 0;
+    DensityEstimateSettings own = how;
+    own.sharper = path.wants_blur();
+    const auto book = [&](const DensityEstimate& density) {
+        const DensityEstimateResult found = density.radiance(vertex.hit, vertex.bsdf, vertex.wo, kind, path);
+        if (own.sharper) path.blurred(found.value - found.sharper);
+        return found.radius;
+    };
+    // A correction takes light to be even over the disc; a caustic is not.
+    if (kind == MapKind::caustic) own.boundary = Boundary::none;
+    if (radii_) {
+        const SurfacePoint& at = vertex.hit.at;
+        own.k = 0;  // all
+        // Below the surface's own error float32 cannot tell points apart.
+        const LocalRadius::At found = radii_->radius(kind, at.p, vertex.normal());
+        own.radius = std::max(found.radius, at.error);
+        if (found.whole) own.boundary = Boundary::none;
+        if (kind == MapKind::caustic) {
+            own.radius *= kCausticReach;
+            return book(DensityEstimate(*map, own, caustic_radii_));
+        }
+    }
+    const Probing probing{scene_, sampler.split(kProbesBranch + static_cast<std::uint32_t>(kind))};
+    return book(DensityEstimate(*map, own, probing));
+}
+
+// Books what media scatter into a ray at a place: radiance per unit of length.
+void FinalGather::in_scattered(const EyePath& path, const MediumVertex& vertex, const Rgb& sigma_s,
+                               Stage stage, const Splits& splits, Sampler& sampler) const {
+    if (settings_.direct != DirectMethod::map)
+        direct_light(scene_, vertex, sampler, lights_.at(vertex.p), path.times(sigma_s));
+    const PhotonMap* map = splits.estimates > 0 ? maps_.find(MapKind::volume) : nullptr;
+    if (!map) return;
+    const DensityEstimateSettings how =
+        within(path.left, stage == Stage::eye ? estimates_.eye : estimates_.gather);
+    VolumeDensityEstimateSettings volume{how.k, estimates_.volume_radius, how.most_bounces};
+    if (radii_) volume = {0, radii_->volume_radius(), how.most_bounces};
+    const VolumeDensityEstimate density(scene_, *map, volume);
+    const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
+    density.in_scattered(at, sampler, path.times(splits.estimates));
+}
+
+}  // namespace lucerna
