@@ -202,77 +202,95 @@ class LightPath {
     std::int32_t medium_;
 };
 
-// What happens at the end of a segment: the visitor stores it, the path is scattered. False: it ends there.
+// How light paths are followed: what counts as specular, and when they are of no more use to the caller.
+struct LightPathLimits {
+    float specular_below = 0;  // as BounceClass has it
+    PathUse use = PathUse::all;
+    int longest = kMaxBounces;  // bounces after which a path is of no more use
+};
 
-// Whether that is at the surface that it hits, if it hits any.
-inline bool is_at_surface(const LightPath& light_path, const std::optional<Hit>& hit,
-                          const std::optional<MediaTraversal::Scattered>& scattered) {
-    return hit && !scattered && !is_black(light_path.power());  // black: absorbed on the way, and booked
-}
-// If so. `sample` is the path's own there.
-template <typename OnHit>
-bool interact_at_surface(LightPath& light_path, const Hit& hit, const Bsdf& bsdf,
-                         const std::optional<BsdfSample>& sample, const LightPathStart& start, Ledger& ledger,
-                         OnHit&& on_hit) {
-    ++ledger.hits;
-    on_hit(LightPathHit{hit, bsdf, light_path.d(), light_path.power(), light_path.path(), start});
-    return light_path.scatter(hit, bsdf, sample);
-}
-// If not.
-template <typename OnScatter, typename OnEscape>
-bool interact_elsewhere(LightPath& light_path, const std::optional<MediaTraversal::Scattered>& scattered,
-                        const LightPathStart& start, Ledger& ledger, OnScatter&& on_scatter,
-                        OnEscape&& on_escape) {
-    if (is_black(light_path.power())) return false;
-    if (scattered) {
-        ++ledger.scatterings;
-        on_scatter(LightPathScatter{scattered->p, scattered->g, light_path.d(), light_path.power(),
-                                    light_path.path(), start});
-        return light_path.scatter(*scattered);
+// Does nothing with what light paths meet. A visitor of light paths derives from it and hides what it
+// changes; it is used by one thread. Its fields() (engine/base/packing.h) are what the other ranks of a
+// parallel job need of it; without them each rank traces all paths.
+struct LightPathVisitor {
+    Ledger ledger;  // of its paths, in W times their number
+
+    // Is told of each path before it is traced, with the random numbers that it starts with; no start: no
+    // light emitted it. False: the path is not traced.
+    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& /*start*/,
+               const Sampler& /*sampler*/) {
+        return true;
     }
-    ledger.escaped += V3d(light_path.power());
-    on_escape(
-        LightPathEscape{light_path.from(), light_path.d(), light_path.power(), light_path.path(), start});
+    void hit(const LightPathHit& /*at*/) {}
+    void scatter(const LightPathScatter& /*at*/) {}
+    void escape(const LightPathEscape& /*at*/) {}
+};
+
+// The steps at the end of a segment: the visitor sees what the path has met, and the path is scattered.
+// False: the path ends there, and the ledger says why.
+
+// Whether the segment ends at the surface that it hits, if it hits any.
+inline bool is_at_surface(const LightPath& path, const std::optional<Hit>& hit,
+                          const std::optional<MediaTraversal::Scattered>& scattered) {
+    return hit && !scattered && !is_black(path.power());  // black: absorbed on the way, and booked
+}
+// `sample` is the path's own there.
+template <typename Visitor>
+bool interact_at_surface(LightPath& path, const Hit& hit, const Bsdf& bsdf,
+                         const std::optional<BsdfSample>& sample, const LightPathStart& start,
+                         Visitor& visitor) {
+    ++visitor.ledger.hits;
+    visitor.hit(LightPathHit{hit, bsdf, path.d(), path.power(), path.path(), start});
+    return path.scatter(hit, bsdf, sample);
+}
+template <typename Visitor>
+bool interact_elsewhere(LightPath& path, const std::optional<MediaTraversal::Scattered>& scattered,
+                        const LightPathStart& start, Visitor& visitor) {
+    if (is_black(path.power())) return false;
+    if (scattered) {
+        ++visitor.ledger.scatterings;
+        visitor.scatter(
+            LightPathScatter{scattered->p, scattered->g, path.d(), path.power(), path.path(), start});
+        return path.scatter(*scattered);
+    }
+    visitor.ledger.escaped += V3d(path.power());
+    visitor.escape(LightPathEscape{path.from(), path.d(), path.power(), path.path(), start});
+    return false;
+}
+// Whether a path that was scattered is followed further, after so many segments.
+inline bool is_followed(const LightPath& path, const LightPathLimits& limits, int segments, Ledger& ledger) {
+    if (!is_of_use(path.path(), limits.use) || int(path.path().bounces()) > limits.longest) {
+        ledger.not_followed += V3d(path.power());
+        return false;
+    }
+    if (segments < kMaxBounces) return true;
+    ledger.cut += V3d(path.power());
     return false;
 }
 
-// Follows one path from its start to its end; calls on_hit(LightPathHit) at every surface,
-// on_scatter(LightPathScatter) where a medium turns it, and on_escape(LightPathEscape) if it leaves the
-// scene. Source of the roulette: [Pharr 2004], with the luminance of the power in place of that of the scale
-// alone, so that every survivor of a surface carries the luminance its parent had. `specular_below` as
-// BounceClass has it.
-template <typename OnHit, typename OnScatter, typename OnEscape>
-void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler& sampler, Ledger& ledger,
-                      OnHit&& on_hit, OnScatter&& on_scatter, OnEscape&& on_escape,
-                      float specular_below = 0) {
-    LightPath light_path(scene, start, sampler, ledger, specular_below);
-    for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
-        const Ray ray = light_path.ray();
+// Traces one light path from its start to its end [Jensen 2001, 5.2]. Source of the roulette: [Pharr 2004],
+// with the luminance of the power in place of that of the scale alone, so that every survivor of a surface
+// carries the luminance its parent had. (LightPathGroup traces several at a time by the same steps.)
+template <typename Visitor>
+void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler sampler,
+                      const LightPathLimits& limits, Visitor& visitor) {
+    LightPath path(scene, start, sampler, visitor.ledger, limits.specular_below);
+    int segments = 0;
+    do {
+        // Find the end of the segment: a surface, a place in a medium, or neither.
+        const Ray ray = path.ray();
         std::optional<Hit> hit = scene.intersect(ray);
-        const auto scattered = light_path.propagate(ray, hit);
-        if (is_at_surface(light_path, hit, scattered)) {
+        const auto scattered = path.propagate(ray, hit);
+
+        // Deposit there, and scatter.
+        if (is_at_surface(path, hit, scattered)) {
             const Bsdf bsdf = scene.bsdf(*hit);
-            const auto sample = light_path.sample(bsdf);
-            if (!interact_at_surface(light_path, *hit, bsdf, sample, start, ledger, on_hit)) return;
-        } else if (!interact_elsewhere(light_path, scattered, start, ledger, on_scatter, on_escape)) {
+            const auto sample = path.sample(bsdf);
+            if (!interact_at_surface(path, *hit, bsdf, sample, start, visitor)) return;
+        } else if (!interact_elsewhere(path, scattered, start, visitor)) {
             return;
         }
-    }
-    ledger.cut += V3d(light_path.power());
-}
-
-template <typename OnHit, typename OnScatter>
-void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler& sampler, Ledger& ledger,
-                      OnHit&& on_hit, OnScatter&& on_scatter) {
-    trace_light_path(scene, start, sampler, ledger, std::forward<OnHit>(on_hit),
-                     std::forward<OnScatter>(on_scatter), [](const LightPathEscape& /*exit*/) {});
-}
-
-template <typename OnHit>
-void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler& sampler, Ledger& ledger,
-                      OnHit&& on_hit) {
-    trace_light_path(scene, start, sampler, ledger, std::forward<OnHit>(on_hit),
-                     [](const LightPathScatter& /*at*/) {});
+    } while (is_followed(path, limits, ++segments, visitor.ledger));
 }
 
 }  // namespace lucerna

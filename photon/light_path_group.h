@@ -4,8 +4,7 @@
 // A light path waits for memory at every surface: for the triangle's corners, then for what stands at them.
 // Of one path each wait follows from the last; of many they overlap. The paths, their numbers and their ends
 // are those of trace_light_path(); only the order in which visitors see them differs: paths that are under
-// way together take turns. Those that are of no more use (PathUse) end at a bounce, and the ledger says what
-// they carried.
+// way together take turns.
 #pragma once
 
 #include <array>
@@ -16,27 +15,19 @@
 
 namespace lucerna {
 
-// Calls its callbacks as trace_light_path() does.
-template <typename OnHit, typename OnScatter, typename OnEscape>
+template <typename Visitor>
 class LightPathGroup {
   public:
-    LightPathGroup(const Scene& scene, Ledger& ledger, OnHit on_hit, OnScatter on_scatter, OnEscape on_escape,
-                   float specular_below, PathUse use = PathUse::all, int longest = kMaxBounces)
-        : scene_(scene),
-          ledger_(ledger),
-          on_hit_(std::move(on_hit)),
-          on_scatter_(std::move(on_scatter)),
-          on_escape_(std::move(on_escape)),
-          specular_below_(specular_below),
-          use_(use),
-          longest_(longest) {
+    // All three outlive it.
+    LightPathGroup(const Scene& scene, const LightPathLimits& limits, Visitor& visitor)
+        : scene_(scene), limits_(limits), visitor_(visitor) {
         for (std::uint32_t i = 0; i < kSize; ++i) order_[i] = i;
     }
 
     // Sets out on a path; all that are under way go on until there is room for it.
     void add(const LightPathStart& start, const Sampler& sampler) {
         while (under_way_ == kSize) step();
-        slots_[order_[under_way_++]].emplace(scene_, start, sampler, ledger_, specular_below_);
+        slots_[order_[under_way_++]].emplace(scene_, start, sampler, visitor_.ledger, limits_.specular_below);
     }
     // Follows all to their ends. To be called before the group is destroyed.
     void finish() {
@@ -107,29 +98,16 @@ class LightPathGroup {
 
     // Segment i of this step. False: the path has come to its end.
     bool finish_segment(Slot& slot, std::uint32_t i) {
-        const bool goes_on = bsdfs_[i] ? interact_at_surface(slot.light_path, *hits_[i], *bsdfs_[i],
-                                                             samples_[i], slot.start, ledger_, on_hit_)
-                                       : interact_elsewhere(slot.light_path, scattered_[i], slot.start,
-                                                            ledger_, on_scatter_, on_escape_);
-        if (!goes_on) return false;
-        const PathClass& path = slot.light_path.path();
-        if (!is_of_use(path, use_) || int(path.bounces()) > longest_) {
-            ledger_.not_followed += V3d(slot.light_path.power());
-            return false;
-        }
-        if (++slot.segments < kMaxBounces) return true;
-        ledger_.cut += V3d(slot.light_path.power());
-        return false;
+        const bool goes_on = bsdfs_[i]
+                                 ? interact_at_surface(slot.light_path, *hits_[i], *bsdfs_[i], samples_[i],
+                                                       slot.start, visitor_)
+                                 : interact_elsewhere(slot.light_path, scattered_[i], slot.start, visitor_);
+        return goes_on && is_followed(slot.light_path, limits_, ++slot.segments, visitor_.ledger);
     }
 
     const Scene& scene_;
-    Ledger& ledger_;
-    OnHit on_hit_;
-    OnScatter on_scatter_;
-    OnEscape on_escape_;
-    float specular_below_;
-    PathUse use_;
-    int longest_;
+    const LightPathLimits& limits_;
+    Visitor& visitor_;
     std::array<std::optional<Slot>, kSize> slots_;
     std::array<std::uint32_t, kSize> order_;  // of slots: first those under way, then those free
     std::uint32_t under_way_ = 0;

@@ -20,37 +20,17 @@
 
 namespace lucerna {
 
-struct LightPaths {
+struct LightPaths : LightPathLimits {
     std::int64_t first = 0;  // number of the first path
     std::int64_t count = 0;  // total, with those of chunks traced before; first + count <= 2^32
     std::uint64_t seed = 0;
     Purpose purpose = Purpose::emission;
     std::uint32_t pass = 0;
     const LearnedEmission* emission = nullptr;  // by which paths are emitted; null: by the lights' power
-    float specular_below = 0;                   // as BounceClass has it
-    PathUse use = PathUse::all;
-    int longest = kMaxBounces;  // bounces after which a path is of no more use
     std::int64_t per_chunk = 4096;
     // Several paths under way at a time: faster, and a visitor sees their hits in turns. Else one by one.
     bool interleaved = true;
     std::string_view phase = "photons";  // as progress names it
-};
-
-// What a visitor does unless it says otherwise: nothing. A visitor is used by one thread. Its fields()
-// (engine/base/packing.h) are what the other ranks of a parallel job need of it; without them each rank
-// traces all paths.
-struct LightPathVisitor {
-    Ledger ledger;  // of its paths, in W times their number
-
-    // Before each path, with the random numbers that it starts with; no start: no light emitted it. False:
-    // the path is not traced.
-    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& /*start*/,
-               const Sampler& /*sampler*/) {
-        return true;
-    }
-    void hit(const LightPathHit& /*at*/) {}
-    void scatter(const LightPathScatter& /*at*/) {}
-    void escape(const LightPathEscape& /*at*/) {}
 };
 
 // The random numbers of all of them: made once, as a chunk may be no more than a few paths.
@@ -63,19 +43,18 @@ template <typename Visitor>
 void trace_chunk(const Scene& scene, const LightPaths& paths, const SamplerFamily& samplers,
                  std::int64_t begin, std::int64_t end, Visitor& visitor) {
     Emission emission(scene, paths.seed, paths.purpose, paths.pass, paths.emission);
-    LightPathGroup group(
-        scene, visitor.ledger, [&](const LightPathHit& at) { visitor.hit(at); },
-        [&](const LightPathScatter& at) { visitor.scatter(at); },
-        [&](const LightPathEscape& at) { visitor.escape(at); }, paths.specular_below, paths.use,
-        paths.longest);
+    LightPathGroup<Visitor> group(scene, paths, visitor);
     emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
                       [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
                           ++visitor.ledger.paths;
                           if (!start) ++visitor.ledger.not_emitted;
                           const Sampler sampler = samplers.path(path);
                           if (!visitor.begin(path, start, sampler) || !start) return;
-                          group.add(*start, sampler);
-                          if (!paths.interleaved) group.finish();
+                          if (paths.interleaved) {
+                              group.add(*start, sampler);
+                          } else {
+                              trace_light_path(scene, *start, sampler, paths, visitor);
+                          }
                       });
     group.finish();
 }

@@ -51,30 +51,30 @@ void each_start(const Scene& scene, Follow&& follow) {
 
 TEST(LightPathGroup, Paths_AreThoseThatGoOneByOne) {
     const Scene scene = varied_room();
-    std::vector<Seen> interleaved, alone;
-    Ledger ledger_interleaved, ledger_alone;
-    std::uint64_t left_interleaved = 0, left_alone = 0;
-    LightPathGroup group(
-        scene, ledger_interleaved, [&](const LightPathHit& at) { interleaved.push_back(seen(at)); },
-        [](const LightPathScatter&) {}, [&](const LightPathEscape&) { ++left_interleaved; }, 0.0F);
+    struct Notes : LightPathVisitor {
+        std::vector<Seen> hits;
+        std::uint64_t left = 0;
+        void hit(const LightPathHit& at) { hits.push_back(seen(at)); }
+        void escape(const LightPathEscape& /*at*/) { ++left; }
+    } interleaved, alone;
+    const LightPathLimits no_limits;
+    LightPathGroup<Notes> group(scene, no_limits, interleaved);
     each_start(scene,
                [&](const LightPathStart& start, const Sampler& sampler) { group.add(start, sampler); });
     group.finish();
-    each_start(scene, [&](const LightPathStart& start, Sampler sampler) {
-        trace_light_path(
-            scene, start, sampler, ledger_alone, [&](const LightPathHit& at) { alone.push_back(seen(at)); },
-            [](const LightPathScatter&) {}, [&](const LightPathEscape&) { ++left_alone; });
+    each_start(scene, [&](const LightPathStart& start, const Sampler& sampler) {
+        trace_light_path(scene, start, sampler, no_limits, alone);
     });
-    ASSERT_GT(alone.size(), kPaths / 2);
-    ASSERT_GT(left_alone, kPaths / 10);
-    EXPECT_NE(interleaved, alone) << "they take turns";
-    std::sort(interleaved.begin(), interleaved.end());
-    std::sort(alone.begin(), alone.end());
-    EXPECT_EQ(interleaved, alone);
-    EXPECT_EQ(left_interleaved, left_alone);
-    EXPECT_EQ(ledger_interleaved.hits, ledger_alone.hits);
-    EXPECT_NEAR(ledger_interleaved.absorbed.x, ledger_alone.absorbed.x, 1e-9 * ledger_alone.absorbed.x);
-    EXPECT_LT(ledger_interleaved.imbalance(), 1e-5);
+    ASSERT_GT(alone.hits.size(), kPaths / 2);
+    ASSERT_GT(alone.left, kPaths / 10);
+    EXPECT_NE(interleaved.hits, alone.hits) << "they take turns";
+    std::sort(interleaved.hits.begin(), interleaved.hits.end());
+    std::sort(alone.hits.begin(), alone.hits.end());
+    EXPECT_EQ(interleaved.hits, alone.hits);
+    EXPECT_EQ(interleaved.left, alone.left);
+    EXPECT_EQ(interleaved.ledger.hits, alone.ledger.hits);
+    EXPECT_NEAR(interleaved.ledger.absorbed.x, alone.ledger.absorbed.x, 1e-9 * alone.ledger.absorbed.x);
+    EXPECT_LT(interleaved.ledger.imbalance(), 1e-5);
 }
 
 TEST(PathRays, OfAPass_AreAsManyAsItTraces_AndMeetWhatItMeets) {
