@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <variant>
 
 #include "engine/base/path_limits.h"
@@ -11,6 +12,7 @@
 #include "engine/base/units.h"
 #include "engine/guiding/importance_pre_pass.h"
 #include "engine/scene/quantity.h"
+#include "kdtree/box_tree.h"
 #include "photon/density_estimate.h"
 #include "photon/trace_light_paths.h"
 
@@ -63,6 +65,68 @@ struct Ball {
     float radius;
 };
 
+// Finds the balls that a segment comes near. A test is repeated with each ball's own radius, so the tree may
+// give too many but never too few.
+class BallTree {
+  public:
+    BallTree(std::span<const Ball> balls, const Workers& workers) {
+        std::vector<V3f> centres;
+        for (const Ball& ball : balls) {
+            centres.push_back(ball.centre);
+            largest_ = std::max(largest_, ball.radius);
+        }
+        const std::vector<std::uint32_t> order = box_order(centres, workers);
+        for (std::size_t i = 0; i < order.size(); ++i) centres[i] = balls[order[i]].centre;
+        tree_ = build_box_tree(centres, order, workers);
+    }
+
+    // Calls visit(ball) for all balls that the ray comes near before `length`.
+    template <typename Visit>
+    void near(const V3f& o, const V3f& d, float length, Visit&& visit) const {
+        const Measure measure{o, d, length + largest_};
+        search_all(tree_, measure, largest_ * largest_, [&](const BlockKeys& keys, std::uint32_t first) {
+            const PointBlock& block = tree_.blocks[first / kBlock];
+            for (std::size_t i = 0; i < kBlock; ++i) {
+                if (keys[i] < largest_ * largest_) visit(block.payload[i]);
+            }
+        });
+    }
+
+  private:
+    struct Measure {
+        V3f o, d;
+        float end;
+        // The squared distance from the line, as add() computes it.
+        BlockKeys keys(const PointBlock& block) const {
+            BlockKeys keys;
+            for (std::size_t i = 0; i < kBlock; ++i) {
+                const V3f way = V3f(block.x[i], block.y[i], block.z[i]) - o;
+                const float along = way.dot(d);
+                keys[i] = way.length2() - along * along;
+            }
+            return keys;
+        }
+        // Of the ball around each box; lower by what the difference of squares above may lose by rounding.
+        Node8Keys bounds(const BoxNode8& node) const {
+            constexpr float kRounding = 1e-3F;
+            Node8Keys keys;
+            for (std::size_t i = 0; i < kNodeWidth; ++i) {
+                const V3f low(node.low_x[i], node.low_y[i], node.low_z[i]),
+                    high(node.high_x[i], node.high_y[i], node.high_z[i]);
+                const V3f way = 0.5F * (low + high) - o;
+                const float along = std::min(std::max(way.dot(d), 0.0F), end);
+                const float reach = 0.5F * (high - low).length();
+                const float beside = (way - along * d).length() - reach - kRounding * (way.length() + reach);
+                keys[i] = beside * std::max(beside, 0.0F);  // not a number where there is no box
+            }
+            return keys;
+        }
+    };
+
+    BoxTree tree_;
+    float largest_ = 0;
+};
+
 // Adds up what the segments of a chunk of paths bring to balls around receivers: a segment that comes nearer
 // to the centre than the radius brings its power over the ball's cross-section.
 struct BallVisitor : LightPathVisitor {
@@ -70,6 +134,7 @@ struct BallVisitor : LightPathVisitor {
     const Scene* scene = nullptr;
     std::span<const Receiver> receivers;
     std::span<const Ball> balls;
+    const BallTree* tree = nullptr;  // of the balls
     const LightGroups* light_groups = nullptr;
     std::size_t columns = 0;       // of each receiver: kColumns, then one for each group
     std::vector<double> sums;      // row by row
@@ -107,25 +172,25 @@ struct BallVisitor : LightPathVisitor {
         if (!at.path.began_specular) return;
         const V3f& d = at.d;
         const double power = double{luminance(at.power)};
-        for (std::size_t i = 0; i < balls.size(); ++i) {
+        tree->near(from.p, d, length, [&](std::size_t i) {
             const V3f way = balls[i].centre - from.p;
             const float along = way.dot(d), r = balls[i].radius;
-            if (!(along > 0) || !(along <= length + (beyond ? r : 0))) continue;
+            if (!(along > 0) || !(along <= length + (beyond ? r : 0))) return;
             const float beside2 = way.length2() - along * along;
-            if (!(beside2 < r * r)) continue;
+            if (!(beside2 < r * r)) return;
             // Both a little off the surfaces that they may lie on.
             constexpr float kOff = 1e-3F;
             const V3f eye = balls[i].centre + kOff * r * receivers[i].normal;
             const V3f seen = from.p + (std::min(along, length) - kOff * r) * d;
             const V3f look = seen - eye;
             const float distance = look.length();
-            if (distance > 0 && scene->blocked(Ray{eye, look / distance, distance}, false)) continue;
+            if (distance > 0 && scene->blocked(Ray{eye, look / distance, distance}, false)) return;
             const double brought = power * response(receivers[i], -d) / double{kPi * r * r};  // r > 0
             double* of_receiver = &sums[columns * i];
             of_receiver[group_column] += brought;
             if (4 * beside2 < r * r) of_receiver[kHalf] += 4 * brought;
             if (!at.path.strayed) of_receiver[kSeen] += brought;
-        }
+        });
     }
 };
 
@@ -193,6 +258,7 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
     std::vector<Ball> balls;
     for (std::size_t i = 0; i < receivers.size(); ++i)
         balls.push_back({V3f(receivers[i].position - work.scene.origin()) + receivers[i].off, radii[i]});
+    const BallTree tree(balls, work.workers);
     const LightGroups& groups = work.scene.light_groups();
     ChanceLightAt result;
     result.groups_ = std::max<std::size_t>(1, groups.names.size());
@@ -224,6 +290,7 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
                 visitor.scene = &work.scene;
                 visitor.receivers = receivers;
                 visitor.balls = balls;
+                visitor.tree = &tree;
                 visitor.light_groups = &groups;
                 visitor.columns = kColumns + result.groups_;
                 visitor.sums.resize(visitor.columns * balls.size());
@@ -235,7 +302,7 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
             return result;
         }
         for (std::size_t i = result.chunks_.size(); i < chunks.size(); ++i)
-            result.chunks_.push_back(chunks[i].sums);
+            result.chunks_.push_back(std::move(chunks[i].sums));
         paths.count *= 4;
     } while (paths.count <= kMostPaths && !is_known());
     return result;
