@@ -250,12 +250,13 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
                  command->options.blur = parse_place({"--blur"}, word);
                  if (!(command->options.blur >= 0)) input_error({"--blur"}, "{} is negative", word);
              });
-    add_word(app, "--precision", "SHARE",
-             "half-width of the background luminance's confidence interval at which to stop, and four times "
-             "that of DGP (default 2%)",
-             [command](const std::string& word) {
-                 command->options.precision = parse_share({"--precision"}, word);
-             });
+    add_word(
+        app, "--precision", "SHARE",
+        "stop when the confidence intervals of L_b and of E_v are no wider than ± this share of them, and "
+        "noise in the view changes DGP by no more than ± a quarter of it (default 2%)",
+        [command](const std::string& word) {
+            command->options.precision = parse_share({"--precision"}, word);
+        });
     add_word(
         app, "--time", "TIME", "time limit, for example 30s, 5min, 2h",
         [command](const std::string& word) { command->options.seconds = parse_duration({"--time"}, word); });

@@ -341,6 +341,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
     how.workers = options.workers;
     how.seconds = options.seconds - clock.seconds();
     how.precision = options.precision;
+    how.indirect = true;  // which is the background
     const bool has_luminaires =
         std::any_of(job.scene.lights().begin(), job.scene.lights().end(),
                     [](const auto& light) { return light->power() > 0 && light->bounds(); });

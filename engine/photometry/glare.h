@@ -53,7 +53,7 @@ struct GlareOptions {
     std::uint64_t seed = 0;
     Workers workers;
     double seconds = std::numeric_limits<double>::infinity();
-    double precision = 0.02;  // of the background; of DGP a quarter of it, absolute
+    double precision = 0.02;  // of the background and of E_v; of DGP a quarter of it, absolute
     int samples = 1 << 16;    // of each luminaire
     double blur = 0.012;      // m: full width at half maximum, on the luminaire; 0: none
     double threshold = 5;     // DaylightOptions::threshold

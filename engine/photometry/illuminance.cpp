@@ -81,11 +81,16 @@ struct ChanceAtPoint {
     Reading95 rest, rest_indirect;
 };
 
+// The half-widths that more samples make narrower.
+struct PointScatter {
+    double all, indirect;
+};
+
 struct Readings {
     std::vector<SurfaceIlluminance> surfaces;
-    // All surfaces' points follow one another in both. The first is the half-width that more samples make
-    // narrower; the second is what chance found, and is empty where it finds no light.
-    std::vector<double> scatter;
+    // All surfaces' points follow one another in both. The second is what chance found, and is empty where it
+    // finds no light.
+    std::vector<PointScatter> scatter;
     std::vector<ChanceAtPoint> chance;
 };
 
@@ -157,7 +162,7 @@ class PointImage {
                 }
                 point.all = reading_95(heads);
                 point.indirect = reading_95(indirect);
-                read.scatter.push_back(point.all.half_width);
+                read.scatter.push_back({point.all.half_width, point.indirect.half_width});
                 done.points.push_back(std::move(point));
                 if (!chance) continue;
                 by_chance.met = {met.mean(), met.standard_error()};
@@ -198,13 +203,18 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     }
     return worst;
 }
-// Returns the same share of the half-widths that more samples make narrower.
-double worst_scatter_of(const Readings& readings) {
+// Returns the same share of the half-widths that more samples make narrower; with `indirect`, those of
+// indirect light count, too, as shares of indirect light.
+double worst_scatter_of(const Readings& readings, bool indirect) {
     double worst = 0;
     auto scatter = readings.scatter.begin();
     for (const SurfaceIlluminance& surface : readings.surfaces) {
-        for (const PointParts& point : surface.points)
-            worst = std::max(worst, share_of(*scatter++, point.all, surface.mean));
+        const Reading95 mean_indirect{surface.mean.value - surface.direct, 0};
+        for (const PointParts& point : surface.points) {
+            worst = std::max(worst, share_of(scatter->all, point.all, surface.mean));
+            if (indirect) worst = std::max(worst, share_of(scatter->indirect, point.indirect, mean_indirect));
+            ++scatter;
+        }
     }
     return worst;
 }
@@ -239,7 +249,8 @@ ChanceLightAt by_light_paths(const Readings& readings, const Job& job, const Ill
         for (std::size_t i = 0; i < surface.points.size(); ++i)
             radii.push_back(blur_of(surface.surface, job.receivers.points[radii.size()], job.scene));
     }
-    for (const ChanceAtPoint& point : readings.chance) rest.push_back(point.rest.value);
+    for (const ChanceAtPoint& point : readings.chance)
+        rest.push_back(options.indirect ? point.rest_indirect.value : point.rest.value);
     const auto* path = std::get_if<PathSettings>(&job.integrator);
     const ChanceLightWork work{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
                                options.workers, monitor};
@@ -256,7 +267,7 @@ Reading95 instead(const Reading95& rest, const ChanceLightAt::Mean& there) {
 // meetings with a lamp do not tell how much they scatter, so their own standard error counts only where they
 // are many. Where neither knows the light, intervals hold what both leave open.
 void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAtPoint> chance,
-                           std::span<double> scatter, const ChanceLightAt& there, std::size_t first) {
+                           std::span<PointScatter> scatter, const ChanceLightAt& there, std::size_t first) {
     constexpr double kTold = 4;   // standard errors by which light paths tell it from 0
     constexpr double kMany = 20;  // the same, of what was met: some 400 meetings
     const std::size_t count = surface.points.size();
@@ -296,7 +307,7 @@ void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAt
         point.mirrored = at_point.seen.value;
         for (std::size_t g = 0; g < point.groups.size(); ++g)
             point.groups[g] = std::max(0.0, point.groups[g] - chance[i].groups[g]) + at_point.groups[g];
-        scatter[i] = chance[i].rest.half_width;
+        scatter[i] = {chance[i].rest.half_width, chance[i].rest_indirect.half_width};
     }
     surface.by_light_paths = light.value;
     surface.never_met = missing_light(light, met, kTold);
@@ -410,7 +421,7 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
         Readings readings = points.read(result, report.groups);
         if (result.chance && !there) there = by_light_paths(readings, job, options, monitor);
         if (there) take_from_light_paths(readings, *there);
-        const double scatter = worst_scatter_of(readings);
+        const double scatter = worst_scatter_of(readings, options.indirect);
         report.surfaces = std::move(readings.surfaces);
         report.precision = worst_of(report.surfaces);
         report.samples = result.report.samples_done;

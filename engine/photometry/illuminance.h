@@ -68,7 +68,8 @@ struct IlluminanceOptions {
     // Ends when no point's half-width is more than that share of its illuminance, or of its surface's mean
     // where that is more.
     double precision = 0.02;
-    int most_samples = 0;  // of each head; > 0: so many, whatever the precision
+    bool indirect = false;  // the same holds for indirect illuminance, as a share of that
+    int most_samples = 0;   // of each head; > 0: so many, whatever the precision
 };
 
 // A light that has a place.

@@ -32,11 +32,11 @@ Job job_of(const std::string& world) {
 struct Disc {
     double r, l, d, above, turned = 0;
 };
-std::string sphere_with(const std::vector<Disc>& discs) {
+std::string sphere_with(const std::vector<Disc>& discs, double rho = kRho) {
     std::string text = fmt::format(
         "Material \"diffuse\" \"rgb reflectance\" [{0} {0} {0}]\nShape \"sphere\" \"float radius\" {1}\n"
         "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n",
-        kRho, kRadius);
+        rho, kRadius);
     for (const Disc& disc : discs) {
         text += fmt::format(
             "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{0} {0} {0}]\nRotate {1} 0 1 0 Rotate {2} "
@@ -97,6 +97,23 @@ TEST(Glare, OfEvenDiscs_IsTheFormulaOfCie117) {
     const double ugr = 8 * std::log10(0.25 / report.background.value * sum);
     EXPECT_NEAR(report.ugr.value, ugr, 0.05);
     EXPECT_NEAR(report.ugr_even.value, ugr, 0.05);
+}
+
+// The luminaire's direct light at the eye is nearly without noise, and more than all that a dark sphere
+// reflects.
+TEST(Glare, Precision_HoldsForTheBackgroundAndTheEye) {
+    const Observer observer{"middle", {0, 0, 0}, {0, 0, 1}, {0, 1, 0}};
+    Monitor silent;
+    GlareOptions options;
+    options.workers = {2};
+    options.precision = 0.003;
+    const GlareReport report =
+        glare_at(std::vector{observer}, job_of(sphere_with({{0.2, 20000, 3, 20}}, 0.1)), options, silent)[0];
+    const double of_background = report.background.half_width / report.background.value;
+    EXPECT_LE(of_background, options.precision);
+    EXPECT_GT(of_background, options.precision / 3) << "no more samples than it takes";
+    EXPECT_LT(kPiD * report.background.value, 0.2 * report.vertical.value);
+    EXPECT_LT(report.vertical.half_width, options.precision / 3 * report.vertical.value);
 }
 
 // A chip much smaller than the filter is seen as a Gaussian: the integral of its square is (L a)² / (4 pi
