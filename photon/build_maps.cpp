@@ -202,27 +202,63 @@ std::int64_t needed(const std::vector<ChunkPhotons>& chunks, std::int64_t total,
     return (paths + kPathsPerChunk - 1) / kPathsPerChunk * kPathsPerChunk;
 }
 
-// As many of the `most` paths as can be traced, and their photons indexed, in time: some at first, and then
-// as many more as their pace allows. Returns their number.
+// Says how many light paths may be traced altogether, by what was traced so far. A first look at few paths is
+// not trusted with more than sixteen times as many.
+class PathBudget {
+  public:
+    PathBudget(const Deadline& deadline, const Workers& workers)
+        : workers_(workers),
+          limited_(deadline.exists()),
+          time_(agreed(workers, limited_ ? kTracing * deadline.left() : 0)) {}
+
+    // Returns a number of whole chunks; `paths` or 16 * `done` if the deadline allows that many. Collective.
+    std::int64_t allowed(std::int64_t done, std::int64_t paths) const {
+        const std::int64_t next = std::min(paths, kMostGrowth * done);
+        if (!limited_) return next;
+        const double pace = static_cast<double>(done) / std::max(agreed(workers_, clock_.seconds()), 1e-9);
+        const double in_time = pace * time_;
+        if (in_time >= static_cast<double>(next)) return next;
+        return static_cast<std::int64_t>(in_time) / kPathsPerChunk * kPathsPerChunk;
+    }
+
+  private:
+    // Indexing takes a third to two thirds of the time of tracing.
+    static constexpr double kTracing = 0.6;
+    static constexpr std::int64_t kMostGrowth = 16;
+
+    const Workers& workers_;
+    bool limited_;
+    double time_;  // seconds
+    Stopwatch clock_;
+};
+
+// Traces at most so many paths before the deadline; returns their number.
 std::int64_t trace_in_time(const Scene& scene, const MapParameters& parameters, std::int64_t most,
                            const Workers& workers, Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
-    // Indexing takes a third to two thirds of the time of tracing.
-    constexpr double kTracing = 0.6;
-    constexpr std::int64_t kMostGrowth = 16;  // a first look at few paths is not trusted with more
-    const Stopwatch clock;
-    const double time = agreed(workers, kTracing * parameters.deadline.left());
+    const PathBudget budget(parameters.deadline, workers);
     const int threads = workers.ranks ? workers.ranks->all_threads() : workers.threads;
     std::int64_t done = 0, next = std::min(most, kPathsPerChunk * threads);
     while (done < next && !monitor.stopped()) {
         trace_until(scene, parameters, next, workers, monitor, chunks);
         done = next;
-        const double pace = static_cast<double>(done) / std::max(agreed(workers, clock.seconds()), 1e-9);
-        const auto in_time = static_cast<std::int64_t>(std::min(pace * time, 1e18));
-        if (in_time >= most) {
-            next = std::min(most, kMostGrowth * done);
-        } else {
-            next = std::min(in_time / kPathsPerChunk * kPathsPerChunk, kMostGrowth * done);
-        }
+        next = budget.allowed(done, most);
+    }
+    return done;
+}
+
+// Traces light paths until the targets are met or the deadline has come; returns their number.
+std::int64_t trace_to_targets(const Scene& scene, const MapParameters& parameters,
+                              std::array<std::int64_t, kMapKinds> targets, const Workers& workers,
+                              Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
+    constexpr std::int64_t kFirstPaths = 16 * kPathsPerChunk;
+    constexpr std::int64_t kMostPaths = std::int64_t{1} << 27;  // minutes, and gigabytes
+    const PathBudget budget(parameters.deadline, workers);
+    std::int64_t done = 0, next = kFirstPaths;
+    while (done < next) {
+        trace_until(scene, parameters, next, workers, monitor, chunks);
+        done = next;
+        if (monitor.stopped()) break;
+        next = budget.allowed(done, needed(chunks, done, kMostPaths, targets, monitor));
     }
     return done;
 }
@@ -234,31 +270,19 @@ std::int64_t trace_all(const Scene& scene, const MapParameters& parameters, cons
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         if (!parameters.wanted[kind]) targets[kind] = 0;
     }
-    if (targets == std::array<std::int64_t, kMapKinds>{}) {
-        std::int64_t paths = parameters.paths;
-        if (parameters.most_bounces > 0 && paths > kPathsPerChunk) {
-            trace_until(scene, parameters, kPathsPerChunk, workers, monitor, chunks);
-            paths = within_bounces(parameters, chunks, monitor);
-        }
-        if (parameters.deadline.exists())
-            return trace_in_time(scene, parameters, paths, workers, monitor, chunks);
-        if (paths > static_cast<std::int64_t>(chunks.size()) * kPathsPerChunk) {
-            trace_until(scene, parameters, paths, workers, monitor, chunks);
-        }
-        return paths;
+    if (targets != std::array<std::int64_t, kMapKinds>{})
+        return trace_to_targets(scene, parameters, targets, workers, monitor, chunks);
+    std::int64_t paths = parameters.paths;
+    if (parameters.most_bounces > 0 && paths > kPathsPerChunk) {
+        trace_until(scene, parameters, kPathsPerChunk, workers, monitor, chunks);
+        paths = within_bounces(parameters, chunks, monitor);
     }
-    constexpr std::int64_t kFirstPaths = 16 * kPathsPerChunk;
-    constexpr std::int64_t kMostPaths = std::int64_t{1} << 27;  // minutes, and gigabytes
-    std::int64_t total = kFirstPaths;
-    trace_until(scene, parameters, total, workers, monitor, chunks);
-    while (!monitor.stopped()) {
-        // A first look at few photons is not trusted with more than sixteen times as many paths.
-        const std::int64_t next = std::min(needed(chunks, total, kMostPaths, targets, monitor), 16 * total);
-        if (next <= total) break;
-        total = next;
-        trace_until(scene, parameters, total, workers, monitor, chunks);
+    if (parameters.deadline.exists())
+        return trace_in_time(scene, parameters, paths, workers, monitor, chunks);
+    if (paths > static_cast<std::int64_t>(chunks.size()) * kPathsPerChunk) {
+        trace_until(scene, parameters, paths, workers, monitor, chunks);
     }
-    return total;
+    return paths;
 }
 
 }  // namespace

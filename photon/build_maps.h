@@ -37,8 +37,8 @@ struct MapParameters {
     // fewer are emitted, with a warning. Nothing is lost, but there is more noise. Not looked at where a
     // target is set.
     int most_bounces = 0;
-    // By when the maps are to be there: with fewer paths than asked for, if there is not the time. Not looked
-    // at where a target is set.
+    // The maps are to be there by then. If there is not the time, fewer paths are traced than `paths` or the
+    // targets ask for.
     Deadline deadline = {};
     // Sets of such maps that are still to be made, with this one: for what memory they need.
     int sets = 1;

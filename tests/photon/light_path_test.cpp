@@ -84,6 +84,26 @@ TEST(Maps, WithATargetOutOfReach_GiveItUpAndSaySo) {
     EXPECT_NE(monitor.warnings.front().find("target of 1000000 is abandoned"), std::string::npos);
 }
 
+// The target needs far more light paths than there is time for. The maps of those that fit into the time hold
+// all of the power.
+TEST(Maps, WithATargetAndADeadline_EndWhenItComes) {
+    const Scene scene = busy_room();
+    RecordingMonitor monitor;
+    MapParameters parameters;
+    parameters.paths = 1;
+    parameters.wanted = kAll;
+    parameters.seed = 5;
+    parameters.targets[static_cast<std::size_t>(MapKind::caustic)] = 1'000'000;
+    parameters.deadline = Deadline::after(0.3);
+    const Stopwatch watch;
+    const PhotonMaps maps = build_photon_maps(scene, parameters, Workers{2}, monitor);
+    EXPECT_LT(watch.seconds(), 5) << "generous: the machine may be busy";
+    EXPECT_LT(maps.find(MapKind::caustic)->size(), 1'000'000U);
+    EXPECT_TRUE(monitor.warnings.empty());
+    const PhotonMaps again = build(scene, static_cast<std::int64_t>(maps.ledger.paths));
+    EXPECT_EQ(total_power(*maps.find(MapKind::caustic)), total_power(*again.find(MapKind::caustic)));
+}
+
 // The Caustic map with chains holds L(S+D)*S+D: of the Global map what no two diffuse bounces in a row made.
 TEST(Maps, OfCausticChains_HoldTheirShareOfTheGlobalMap) {
     const Scene scene = busy_room();
