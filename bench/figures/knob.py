@@ -25,6 +25,10 @@ SCENES = {
 TIMES = {"5s": 5, "20s": 20, "60s": 60, "300s": 300}
 
 
+def percent(share):
+    return "no error is stated" if share is None else f"{share:.2%}"
+
+
 class Knob:
     def __init__(self, program, folder, quick):
         self.program, self.folder, self.quick = program, folder, quick
@@ -57,7 +61,11 @@ class Knob:
             seconds = "2s" if self.quick else "120s"
             self.render(scene, stem, "--integrator", judge, "--time", seconds, "--seed", "1000")
         with open(image.replace(".exr", ".json")) as file:
-            return image, json.load(file)["numbers"]["error.relative"]
+            return image, json.load(file)["numbers"].get("error.relative")
+
+    def beyond(self, image, reference, noise):
+        """The square of the image's error, without what is known of the reference's."""
+        return self.error(image, reference) ** 2 - (noise or 0) ** 2
 
     def errors(self, names):
         print("| scene | asked | method | seconds | said | measured | said / measured | reference's noise |")
@@ -67,12 +75,13 @@ class Knob:
             for words in (["--error", f"{asked}"], ["--error", f"{asked}", "--integrator", "path", "--time", "5min"]):
                 image, stats, wall = self.render(scene, f"{name}-{len(words)}", *words)
                 reference, noise = self.reference(name, scene, stats["integrator"])
-                said = math.hypot(stats["numbers"]["error.relative"], stats.get("choice", {}).get("beyond_noise", 0))
-                # What the reference adds is known and no part of the render's.
-                measured = math.sqrt(max(self.error(image, reference) ** 2 - noise ** 2, 0))
+                said = stats["numbers"].get("error.relative")
+                if said is not None:
+                    said = math.hypot(said, stats.get("choice", {}).get("beyond_noise", 0))
+                measured = math.sqrt(max(self.beyond(image, reference, noise), 0))
+                ratio = "—" if said is None else f"{said / measured if measured > 0 else math.inf:.2f}"
                 print(f"| {name} | {asked:.0%} | {stats['integrator']}{' (chosen)' if 'choice' in stats else ''} | "
-                      f"{wall:.1f} | {said:.2%} | {measured:.2%} | "
-                      f"{said / measured if measured > 0 else math.inf:.2f} | {noise:.2%} |", flush=True)
+                      f"{wall:.1f} | {percent(said)} | {measured:.2%} | {ratio} | {percent(noise)} |", flush=True)
 
     def times(self):
         print("\n| scene | asked | took | of it | method | error |\n| --- | --- | --- | --- | --- | --- |")
@@ -81,9 +90,9 @@ class Knob:
             reference, noise = self.reference(name, scene)
             for text, seconds in list(TIMES.items())[:1 if self.quick else None]:
                 image, stats, wall = self.render(scene, f"{name}-{text}", "--time", text, "--png")
-                beyond = self.error(image, reference) ** 2 - noise ** 2
+                beyond, half = self.beyond(image, reference, noise), (noise or 0) / 2
                 # Less than half of the reference's own is not told from none.
-                measured = f"{math.sqrt(beyond):.2%}" if beyond > noise ** 2 / 4 else f"< {noise / 2:.1%}"
+                measured = f"{math.sqrt(beyond):.2%}" if beyond > half ** 2 else f"< {half:.1%}"
                 print(f"| {name} | {text} | {wall:.2f} s | {wall / seconds:.1%} | {stats['integrator']} | "
                       f"{measured} |", flush=True)
 
