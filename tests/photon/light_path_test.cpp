@@ -144,8 +144,8 @@ TEST(Maps, OfCausticChains_HoldTheirShareOfTheGlobalMap) {
     EXPECT_NEAR(total_power(*chains.find(MapKind::caustic)), expected, 1e-5 * expected);
     EXPECT_LT(chains.ledger.imbalance(), 1e-5);
     // Paths end early: of both, few hits more than one for each path and what mirrors and glass turned.
-    EXPECT_LT(alone.found.ledger.hits, chains.ledger.hits);
-    EXPECT_LT(chains.found.ledger.hits, ledger.hits / 2);
+    EXPECT_LT(alone.ledger.hits, chains.ledger.hits);
+    EXPECT_LT(chains.ledger.hits, found.ledger.hits / 2);
 }
 
 // Where light goes to and fro between mirrors fewer paths are traced, and all of the power is there.
@@ -165,13 +165,13 @@ TEST(Maps, BetweenMirrors_AreMadeOfFewerPaths_AndHoldTheSamePower) {
     const PhotonMaps all = build_photon_maps(scene, parameters, Workers{2}, unbound);
     EXPECT_TRUE(unbound.warnings.empty());
     EXPECT_EQ(all.ledger.paths, 40'000U);
-    const double bounces = static_cast<double>(all.found.ledger.hits) / 40'000;
+    const double bounces = static_cast<double>(all.ledger.hits) / 40'000;
     parameters.most_bounces = static_cast<int>(bounces / 4);
     RecordingMonitor monitor;
     const PhotonMaps bound = build_photon_maps(scene, parameters, Workers{2}, monitor);
     ASSERT_EQ(monitor.warnings.size(), 1U);
     EXPECT_NE(monitor.warnings.front().find("light paths"), std::string::npos);
-    EXPECT_LE(bound.found.ledger.hits, all.ledger.hits / 3);
+    EXPECT_LE(bound.ledger.hits, all.ledger.hits / 3);
     EXPECT_GE(bound.ledger.paths, 4096U);
     EXPECT_LT(bound.ledger.imbalance(), 1e-3);
     const double power = total_power(*all.find(MapKind::caustic));
@@ -220,7 +220,7 @@ TEST(LightPath, AlbedoOneInAClosedBox_Ends) {
     make.light(make_point_light(V3f(0.5F), Rgb(1.0F)));
     const PhotonMaps maps = build(make.build(), 200);
     EXPECT_LT(maps.ledger.imbalance(), 1e-5);
-    EXPECT_LT(maps.found.ledger.hits, 200U * 3000U);
+    EXPECT_LT(maps.ledger.hits, 200U * 3000U);
 }
 
 TEST(LightPath, MirrorBoxWithAPointLight_Ends) {
