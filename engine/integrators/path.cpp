@@ -55,11 +55,12 @@ class PathEstimator final : public Estimator {
 
   private:
     struct Visitor : EyeVisitor {
-        static constexpr bool kSplitsMedia = false;
+        static constexpr bool kSplitsMedia = false, kFindsPassedLamps = true;
         const PathEstimator& of;
         float* density_ratio;  // of the whole path so far; null: it is not wanted
 
         static float survival(const EyePath& path) { return path_survival(path); }
+        const LightChooser& lights() const { return of.lights_; }
 
         bool at_surface(EyePath& path, const Vertex& at, Sampler& sampler) const {
             // Sample the lights.
@@ -82,7 +83,7 @@ class PathEstimator final : public Estimator {
         bool at_medium(EyePath& path, const MediumVertex& at, const Rgb& /*sigma_s*/,
                        Sampler& sampler) const {
             const LightChoice choice = of.lights_.at(at.p);
-            next_event(of.scene_, at, sampler, choice, path);
+            next_event(of.scene_, at, sampler, choice, path.times(path.direct_share));
             const V3f wi = at.phase.sample(at.wo, sampler.next2());
             path.turn(at, wi, EmissionRule::mis(at.pdf_w(wi), choice));
             return path.survives(path_survival(path), sampler);

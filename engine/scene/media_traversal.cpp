@@ -78,12 +78,11 @@ V3f scattering_point(const MediumPiece& piece, double t, const std::optional<Hit
 
 MediaTraversal traverse_media(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                               std::int32_t medium, const Rgb& power, Sampler& sampler) {
-    MediaTraversal crossing{power, medium, {}, {}};
+    MediaTraversal crossing{power, medium, {}};
     const Ray way{ray.o, ray.d, hit ? hit->t : ray.t_max};
     crossing.medium = for_each_piece(scene, way, medium, [&](MediumPiece piece) {
         const Flight flight = fly(piece.along, crossing.power, sampler);
         crossing.power = flight.throughput;
-        crossing.emitted += flight.emitted;
         if (flight.scattered) {
             crossing.scattered = {scattering_point(piece, flight.t, hit), flight.g};
             return false;
@@ -312,6 +311,19 @@ std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughp
     place.flow = Rgb(V3f(flow * choice.share));
     place.sigma_s = Rgb(V3f(here.sigma_s));
     return place;
+}
+
+std::optional<InScattering> scattered_at(MediaAlong along, MediaAlong before, double t, const Rgb& throughput,
+                                         Sampler& sampler) {
+    do {
+        if (!along.next() || along.begin() > t) return std::nullopt;
+    } while (!(t < along.end()));
+    const Coefficients here = along.at(t);
+    const V3d flow(transmittance(std::move(before), sampler));
+    const V3d weight = flow * here.sigma_s * V3d(throughput);
+    if (!(largest(weight) > 0)) return std::nullopt;
+    const MediaAlong::Choice choice = along.choose(t, weight, static_cast<double>(sampler.next()));
+    return InScattering{t, choice.medium->g, Rgb(V3f(flow * choice.share)), Rgb(V3f(here.sigma_s))};
 }
 
 Rgb transmittance(MediaAlong along, Sampler& sampler) {

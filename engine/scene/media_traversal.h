@@ -55,6 +55,12 @@ struct InScattering {
 // a branch of it.
 std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughput, Sampler& sampler);
 
+// The same at a place that the caller has drawn, whose density it divides by: `flow` is the share that
+// reaches the beginning from t, which lies within `along`; `before` is the way up to there. None: nothing
+// scatters.
+std::optional<InScattering> scattered_at(MediaAlong along, MediaAlong before, double t, const Rgb& throughput,
+                                         Sampler& sampler);
+
 // Its mean is the transmittance from end to end: 0 over an infinite way through a medium. Exact, and without
 // random numbers, where nothing varies.
 Rgb transmittance(MediaAlong along, Sampler& sampler);
@@ -79,7 +85,8 @@ std::int32_t for_each_piece(const Scene& scene, const Ray& ray, std::int32_t med
         const double to_go = static_cast<double>(rest.t_max);
         const double end = hit ? static_cast<double>(hit->t) : to_go;
         MediaAlong along(scene.media(), medium, rest, end);
-        if (!along.empty() && !visit(MediumPiece{rest, to_go, medium, std::move(along)})) return medium;
+        const Ray piece{rest.o, rest.d, static_cast<float>(end)};
+        if (!along.empty() && !visit(MediumPiece{piece, to_go, medium, std::move(along)})) return medium;
         if (!hit) return medium;
         medium = medium_towards(hit->media, hit->at.n, rest.d, medium);
         rest = Ray{hit->at.towards(rest.d), rest.d, rest.t_max - hit->t};
@@ -111,7 +118,6 @@ struct MediaTraversal {
         float g;  // of the medium that scattered
     };
     std::optional<Scattered> scattered;
-    Rgb emitted{0.0F};  // by the media on the way, `power` at the beginning included, W/(m² sr)
 };
 
 // `hit` is what the ray meets, if anything. `power` is not black.

@@ -45,6 +45,8 @@ void EyePath::turn(const Vertex& at, const BsdfSample& sample, const EmissionRul
 
 void EyePath::turn(const MediumVertex& at, const V3f& wi, const EmissionRule& rule_there) {
     rule = rule_there;
+    rule.weight *= direct_share;
+    direct_share = 1;
     medium = at.medium;
     ray = Ray{at.p, wi};
     --left;

@@ -40,6 +40,10 @@ struct EyePath : PathAccount {
     // How many times more densely its directions were drawn than by BSDFs alone.
     float density_ratio = 1;
 
+    // Where a medium scatters the path: the share of direct light that is to be found there. The rest has
+    // been found beside a lamp (passed_lamp.h).
+    float direct_share = 1;
+
     // How the path begins. With `meters` the first surface is a white one, and what lies before it does not
     // count (Quantity::illuminance); the surface is `receiver` if that is set, on which the ray then ends,
     // and otherwise the first that the ray meets.
@@ -58,7 +62,8 @@ struct EyePath : PathAccount {
     // Turns the path at a surface by a sample of its BSDF, whose weight goes into the throughput. `rough`
     // says what emission along the new ray counts for, unless the sample is specular.
     void turn(const Vertex& at, const BsdfSample& sample, const EmissionRule& rough);
-    // Turns the path in a medium. The throughput stays, as the phase function is sampled exactly.
+    // Turns the path in a medium. The throughput stays, as the phase function is sampled exactly. Of emission
+    // along the new ray the rule counts `direct_share`.
     void turn(const MediumVertex& at, const V3f& wi, const EmissionRule& rule_there);
     // Goes straight on behind a surface that passes light unbent.
     void pass(const Hit& hit);

@@ -1,0 +1,45 @@
+#include "engine/transport/passed_lamp.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/transport/direct_light.h"
+
+namespace lucerna {
+
+PassedLamp::PassedLamp(const Ray& ray, double end, const LightBounds& lamp) {
+    const V3d way = V3d(lamp.box.center()) - V3d(ray.o), d(ray.d);
+    nearest_ = way.dot(d);
+    // Where the lamp is wider than far, its light does not grow any more.
+    constexpr double kLeast = 1e-6;  // of the way to it: a point on the ray
+    const double radius = 0.5 * double{lamp.box.size().length()};
+    aside_ = std::max({(way - nearest_ * d).length(), radius, kLeast * way.length(), 1e-30});
+    from_ = std::atan2(-nearest_, aside_);
+    angle_ = std::atan2(end - nearest_, aside_) - from_;
+}
+
+double PassedLamp::draw(float u) const {
+    return std::max(0.0, nearest_ + aside_ * std::tan(from_ + double{u} * angle_));
+}
+
+double PassedLamp::pdf(double t) const {
+    return aside_ / (angle_ * (aside_ * aside_ + (t - nearest_) * (t - nearest_)));
+}
+
+float PassedLamp::share(double t, const Rgb& sigma_s) const {
+    return power_heuristic(static_cast<float>(pdf(t)), max_component(sigma_s));
+}
+
+std::optional<PassedLamp> passed_lamp(const Scene& scene, const LightChooser& lights, const Ray& ray,
+                                      double end, Sampler& sampler) {
+    const float along = sampler.next(), u_light = sampler.next();
+    const V2f u_place = sampler.next2();
+    const V3f place = ray.at(along * static_cast<float>(std::min(end, double{diagonal(scene)})));
+    const auto drawn = lights.at(place).draw(scene, place, u_light, u_place);
+    if (!drawn) return std::nullopt;
+    const auto bounds = scene.lights()[drawn->light]->bounds();
+    if (!bounds) return std::nullopt;
+    return PassedLamp(ray, end, *bounds);
+}
+
+}  // namespace lucerna
