@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/cdf.h"
 #include "engine/base/sampler.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"

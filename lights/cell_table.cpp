@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

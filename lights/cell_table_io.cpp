@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
+#include "engine/system/files.h"
+#include "engine/system/hash.h"
 #include "lights/cell_table.h"
 
 namespace lucerna {

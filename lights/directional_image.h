@@ -12,8 +12,8 @@
 #include <memory>
 #include <optional>
 
-#include "engine/base/image.h"
 #include "engine/base/vec.h"
+#include "engine/image/image.h"
 #include "lights/texel_cdf.h"
 
 namespace lucerna {

@@ -15,7 +15,7 @@
 
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
-#include "engine/base/working_space.h"
+#include "engine/colour/working_space.h"
 #include "lights/light_field.h"
 
 namespace lucerna {

@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
+#include "engine/system/files.h"
+#include "engine/text/plain_text.h"
 #include "lights/ies_words.h"
 
 namespace lucerna {

@@ -9,7 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
+#include "engine/text/plain_text.h"
 #include "lights/photometric_files.h"
 
 namespace lucerna {

@@ -6,7 +6,8 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
+#include "engine/system/files.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

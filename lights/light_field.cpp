@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
+#include "engine/system/hash.h"
 
 namespace lucerna {
 

@@ -33,9 +33,10 @@
 #include <new>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/memory.h"
-#include "engine/base/pictures.h"
+#include "engine/image/pictures.h"
+#include "engine/system/files.h"
+#include "engine/system/memory.h"
+#include "engine/text/plain_text.h"
 #include "lights/light_field.h"
 #include "lights/lumigraph.h"
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/base/cdf.h"
 #include "engine/base/error.h"
 
 namespace lucerna {

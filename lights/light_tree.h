@@ -19,6 +19,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/cdf.h"
 #include "engine/base/sampler.h"
 #include "lights/light.h"
 #include "lights/light_bounds.h"

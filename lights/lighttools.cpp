@@ -3,7 +3,7 @@
 // The header states no number of rays: they reach to the end mark, which must be where the file ends.
 #include <array>
 
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
 #include "lights/ray_reader.h"
 
 namespace lucerna {

@@ -10,7 +10,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
-#include "engine/base/working_space.h"
+#include "engine/colour/working_space.h"
 #include "lights/cell_emission.h"
 #include "lights/cell_table.h"
 #include "lights/light.h"

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
+#include "engine/system/memory.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {

@@ -7,11 +7,11 @@
 #include <optional>
 #include <string_view>
 
-#include "engine/base/content.h"
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/memory.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
+#include "engine/system/content.h"
+#include "engine/system/files.h"
+#include "engine/system/memory.h"
 #include "lights/photometric_files.h"
 #include "lights/ray_set.h"
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
-#include "engine/base/spectrum.h"
 #include "engine/base/vec.h"
+#include "engine/colour/spectrum.h"
 #include "lights/flux_unit.h"
 
 namespace lucerna {

@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
+#include "engine/system/files.h"
 
 namespace lucerna {
 namespace {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/base/cdf.h"
 #include "engine/base/sampler.h"
 #include "engine/base/vec.h"
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "engine/base/error.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
 #include "lights/ray_reader.h"
 
 namespace lucerna {

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <utility>
 
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
 #include "lights/photometric_files.h"
 #include "lights/ray_reader.h"
 

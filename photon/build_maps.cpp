@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
 #include "engine/base/monitor.h"
+#include "engine/system/memory.h"
 #include "photon/trace_light_paths.h"
 
 namespace lucerna {

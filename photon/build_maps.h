@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "engine/base/deadline.h"
-#include "engine/base/facts.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/text/facts.h"
 #include "photon/deposit.h"
 #include "photon/photon_map.h"
 

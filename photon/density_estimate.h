@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
+#include "engine/scene/path_limits.h"
 #include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
 #include "photon/deposit.h"

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/path_limits.h"
-#include "engine/base/ranks.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
+#include "engine/ranks/ranks.h"
+#include "engine/scene/path_limits.h"
 #include "kdtree/box_tree.h"
 #include "photon/deposit.h"
 

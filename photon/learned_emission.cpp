@@ -5,6 +5,9 @@
 #include <bit>
 #include <cassert>
 
+#include "engine/base/cdf.h"
+#include "engine/system/hash.h"
+
 namespace lucerna {
 namespace {
 

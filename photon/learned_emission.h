@@ -31,7 +31,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/files.h"
+#include "engine/base/cdf.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
 #include "lights/light.h"

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/media_traversal.h"
 #include "engine/scene/medium.h"
+#include "engine/scene/path_limits.h"
 #include "engine/scene/scene.h"
 #include "photon/bounce.h"
 #include "photon/emission.h"
@@ -210,7 +210,7 @@ struct LightPathLimits {
 };
 
 // Does nothing with what light paths meet. A visitor of light paths derives from it and hides what it
-// changes; it is used by one thread. Its fields() (engine/base/packing.h) are what the other ranks of a
+// changes; it is used by one thread. Its fields() (engine/ranks/packing.h) are what the other ranks of a
 // parallel job need of it; without them each rank traces all paths.
 struct LightPathVisitor {
     Ledger ledger;  // of its paths, in W times their number

@@ -14,7 +14,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/base/working_space.h"
+#include "engine/colour/working_space.h"
 #include "engine/scene/scene.h"
 #include "lights/lumigraph.h"
 #include "lights/ray_set.h"

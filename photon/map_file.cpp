@@ -16,9 +16,10 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/memory.h"
 #include "engine/base/monitor.h"
+#include "engine/system/files.h"
+#include "engine/system/hash.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

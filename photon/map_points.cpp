@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/files.h"
-#include "engine/base/memory.h"
+#include "engine/system/files.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

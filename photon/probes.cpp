@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "engine/base/path_limits.h"
 #include "engine/base/vec.h"
+#include "engine/scene/path_limits.h"
 #include "photon/deposit.h"
 
 namespace lucerna {

@@ -15,7 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/base/ranks.h"
+#include "engine/ranks/ranks.h"
 #include "photon/light_path_group.h"
 
 namespace lucerna {

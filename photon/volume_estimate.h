@@ -21,9 +21,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/medium.h"
+#include "engine/scene/path_limits.h"
 #include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
 #include "photon/photon_map.h"

@@ -32,9 +32,9 @@
 #include <vector>
 
 #include "bench/figures/figure_main.h"
-#include "engine/base/units.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
+#include "engine/text/units.h"
 
 namespace {
 

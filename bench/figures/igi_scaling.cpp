@@ -19,8 +19,8 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/stats.h"
-#include "engine/base/units.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/text/units.h"
 #include "engine/vpl/igi_vpls.h"
 #include "engine/vpl/vpl_shading.h"
 

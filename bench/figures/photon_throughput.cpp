@@ -23,8 +23,8 @@
 
 #include "bench/figures/figure_main.h"
 #include "engine/base/monitor.h"
-#include "engine/base/units.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/text/units.h"
 #include "photon/build_maps.h"
 
 namespace {

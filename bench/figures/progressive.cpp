@@ -22,10 +22,10 @@
 
 #include "bench/figures/figure_main.h"
 #include "engine/base/monitor.h"
-#include "engine/base/units.h"
 #include "engine/evaluation/compare.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
+#include "engine/text/units.h"
 
 namespace {
 

@@ -25,7 +25,7 @@
 
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "lights/measurement/acquire.h"
 #include "lights/measurement/ray_projection.h"
 

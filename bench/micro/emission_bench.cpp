@@ -13,6 +13,7 @@
 #include "engine/base/sampler.h"
 #include "lights/emission_net.h"
 #include "lights/field_pyramid.h"
+#include "lights/huge_pages.h"
 #include "lights/measured.h"
 
 namespace {

@@ -14,10 +14,10 @@
 #include <fstream>
 #include <iterator>
 
-#include "engine/base/files.h"
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/scene/mesh.h"
+#include "engine/system/files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {

@@ -44,8 +44,8 @@ class Ordered {
 
 class Ranks;
 
-// How many threads may work, and the ranks of a parallel job (engine/base/ranks.h) that share the work; null:
-// this process alone. A value that is passed down, never a global setting.
+// How many threads may work, and the ranks of a parallel job (engine/ranks/ranks.h) that share the work;
+// null: this process alone. A value that is passed down, never a global setting.
 struct Workers {
     int threads = std::max(1, omp_get_num_procs());
     Ranks* ranks = nullptr;

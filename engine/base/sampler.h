@@ -186,31 +186,4 @@ class ImageSamplers {
     SamplerFamily family_;
 };
 
-// A discrete distribution over n items: build O(n), draw O(log n).
-class Cdf {
-  public:
-    Cdf() = default;
-
-    // Weights are finite and not negative. A sum of 0 leaves every item impossible: total() tells.
-    explicit Cdf(std::span<const double> weights);
-
-    struct Draw {
-        std::size_t item;
-        double probability;  // > 0
-        float remainder;     // what is left of u, uniform in [0,1) again
-    };
-
-    // u in [0,1). Requires total() > 0. An item of weight 0 is never drawn.
-    Draw draw(float u) const;
-
-    double probability(std::size_t item) const { return (upto_[item + 1] - upto_[item]) / upto_.back(); }
-    double total() const { return upto_.empty() ? 0.0 : upto_.back(); }
-    std::size_t size() const { return upto_.empty() ? 0 : upto_.size() - 1; }
-
-  private:
-    std::vector<double>::const_iterator first_beyond(double x) const;
-
-    std::vector<double> upto_;  // upto_[i] = sum of the first i weights
-};
-
 }  // namespace lucerna

@@ -5,8 +5,8 @@
 #include <span>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/pictures.h"
+#include "engine/image/pictures.h"
+#include "engine/system/files.h"
 
 namespace lucerna {
 

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/base/files.h"
 #include "engine/cli/commands.h"
+#include "engine/system/files.h"
 
 namespace lucerna {
 

@@ -13,12 +13,13 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/image.h"
 #include "engine/base/parallel.h"
-#include "engine/base/tone.h"
-#include "engine/base/units.h"
 #include "engine/cli/run.h"
+#include "engine/colour/tone.h"
+#include "engine/image/displayed.h"
+#include "engine/image/image.h"
+#include "engine/text/plain_text.h"
+#include "engine/text/units.h"
 #include "lights/flux_unit.h"
 
 namespace lucerna {

@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "engine/base/files.h"
-#include "engine/base/plain_text.h"
-#include "engine/base/units.h"
+#include "engine/text/plain_text.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {

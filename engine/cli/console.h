@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
-#include "engine/base/plain_text.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 

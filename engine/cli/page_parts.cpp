@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "engine/base/files.h"
 #include "engine/evaluation/error_pictures.h"
 #include "engine/figures/colour_maps.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/evaluation/comparison.h"
 #include "engine/figures/markup.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

@@ -8,8 +8,9 @@
 #include <thread>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
 #include "engine/cli/run.h"
+#include "engine/system/files.h"
+#include "engine/system/hash.h"
 
 namespace lucerna {
 namespace {

@@ -1,4 +1,4 @@
-// A command on the ranks of a parallel job (engine/base/ranks.h): rank 0 reads, says and writes what one
+// A command on the ranks of a parallel job (engine/ranks/ranks.h): rank 0 reads, says and writes what one
 // process would; the others read the scene, too, and share the work.
 #pragma once
 
@@ -8,11 +8,11 @@
 #include <span>
 #include <string_view>
 
-#include "engine/base/facts.h"
 #include "engine/base/monitor.h"
-#include "engine/base/ranks.h"
 #include "engine/cli/commands.h"
 #include "engine/integrators/settings.h"
+#include "engine/ranks/ranks.h"
+#include "engine/text/facts.h"
 
 namespace lucerna {
 

@@ -3,8 +3,8 @@
 #include <fmt/ostream.h>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
 #include "engine/cli/commands.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

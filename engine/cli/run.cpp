@@ -12,16 +12,16 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
 #include "engine/base/monitor.h"
-#include "engine/base/plain_text.h"
-#include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
 #include "engine/cli/manual.h"
 #include "engine/cli/parallel_job.h"
 #include "engine/scene/arithmetic.h"
+#include "engine/text/plain_text.h"
+#include "engine/text/spelling.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/colour_space.h"
 #include "engine/base/error.h"
 #include "engine/base/stats.h"
+#include "engine/colour/colour_space.h"
 #include "engine/denoise/nonlocal_means.h"
 
 namespace lucerna {

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/base/parallel.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

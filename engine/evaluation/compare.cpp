@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 namespace {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/base/vec.h"
 #include "engine/evaluation/z_test.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

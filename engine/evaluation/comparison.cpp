@@ -6,10 +6,11 @@
 #include <cmath>
 #include <cstdint>
 
-#include "engine/base/files.h"
-#include "engine/base/tone.h"
+#include "engine/colour/tone.h"
 #include "engine/evaluation/compare.h"
 #include "engine/evaluation/error_pictures.h"
+#include "engine/image/displayed.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/evaluation/compare.h"
 #include "engine/evaluation/flip.h"
 #include "engine/evaluation/seeds.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

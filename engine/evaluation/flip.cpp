@@ -5,8 +5,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/base/colour_space.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/colour_space.h"
+#include "engine/colour/spectrum.h"
 
 namespace lucerna {
 namespace {

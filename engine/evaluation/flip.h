@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

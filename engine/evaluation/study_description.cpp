@@ -10,10 +10,10 @@
 #include <string_view>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/toml.h"
-#include "engine/base/units.h"
 #include "engine/integrators/settings.h"
+#include "engine/system/toml.h"
+#include "engine/text/plain_text.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {

@@ -10,11 +10,11 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/base/error.h"
-#include "engine/base/image.h"
-#include "engine/base/plain_text.h"
-#include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/evaluation/compare.h"
+#include "engine/image/image.h"
+#include "engine/text/plain_text.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "engine/base/colour_space.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/colour_space.h"
+#include "engine/colour/spectrum.h"
 
 namespace lucerna {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "engine/base/error.h"
 #include "engine/base/float_traps.h"
-#include "engine/base/pictures.h"
 #include "engine/figures/markup.h"
+#include "engine/image/pictures.h"
 
 namespace lucerna {
 namespace {

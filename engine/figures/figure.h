@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/figures/false_colour.h"
 #include "engine/figures/isolines.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

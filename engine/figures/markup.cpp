@@ -2,8 +2,7 @@
 
 #include <vector>
 
-#include "engine/base/files.h"
-#include "engine/base/plain_text.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

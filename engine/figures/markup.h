@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 

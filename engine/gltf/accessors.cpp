@@ -3,8 +3,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "engine/base/memory.h"
 #include "engine/gltf/reader.h"
+#include "engine/system/memory.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 

@@ -3,8 +3,10 @@
 #include <cctype>
 #include <cmath>
 
-#include "engine/base/memory.h"
 #include "engine/gltf/reader.h"
+#include "engine/system/files.h"
+#include "engine/system/memory.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/memory.h"
 #include "engine/gltf/reader.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 

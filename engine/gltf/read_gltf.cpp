@@ -5,8 +5,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "engine/base/memory.h"
 #include "engine/gltf/reader.h"
+#include "engine/system/files.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
 #include "engine/gltf/model.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 

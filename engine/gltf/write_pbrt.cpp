@@ -8,10 +8,10 @@
 #include <set>
 #include <span>
 
-#include "engine/base/colour_space.h"
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/image.h"
+#include "engine/colour/colour_space.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 
 namespace lucerna {
 namespace {

@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
 #include "engine/base/warp.h"
+#include "engine/system/memory.h"
 #include "photon/tangent_metric.h"
 #include "photon/trace_light_paths.h"
 

@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
+#include "engine/system/memory.h"
 #include "photon/emission.h"
 #include "photon/photon_map.h"
 #include "photon/tangent_metric.h"

@@ -4,7 +4,6 @@
 
 #include <bit>
 
-#include "engine/base/path_limits.h"
 #include "engine/guiding/guide.h"
 #include "engine/integrators/integrator.h"
 #include "engine/transport/follow.h"

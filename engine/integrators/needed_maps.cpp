@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "engine/base/path_limits.h"
+#include "engine/scene/path_limits.h"
 #include "engine/transport/light_choice.h"
 
 namespace lucerna {

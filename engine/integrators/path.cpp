@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "engine/base/image.h"
-#include "engine/base/path_limits.h"
 #include "engine/guiding/directional_guide.h"
 #include "engine/guiding/guide.h"
+#include "engine/image/image.h"
 #include "engine/integrators/integrator.h"
+
 #include "engine/transport/direct_light.h"
 #include "engine/transport/follow.h"
 #include "photon/density_estimate.h"

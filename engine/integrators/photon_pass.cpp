@@ -1,6 +1,6 @@
 #include "engine/integrators/photon_pass.h"
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "engine/base/monitor.h"
 #include "engine/integrators/photon_mapping.h"
 #include "engine/integrators/precomputed_irradiance.h"

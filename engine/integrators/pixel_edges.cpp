@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/base/ranks.h"
+#include "engine/ranks/ranks.h"
 #include "engine/scene/camera.h"
 
 namespace lucerna {

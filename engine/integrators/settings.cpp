@@ -7,8 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/base/units.h"
 #include "engine/guiding/guide.h"
+#include "engine/text/spelling.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 namespace {

@@ -23,8 +23,8 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
-#include "engine/base/ranks.h"
 #include "engine/base/sampler.h"
+#include "engine/ranks/ranks.h"
 #include "engine/scene/render_context.h"
 
 namespace lucerna {

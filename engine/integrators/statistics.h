@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
-#include "engine/base/ranks.h"
 #include "engine/guiding/importance_pre_pass.h"
+#include "engine/ranks/ranks.h"
 #include "photon/build_maps.h"
 #include "photon/deposit.h"
 #include "photon/ledger.h"

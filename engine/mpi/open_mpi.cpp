@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "engine/base/communicator.h"
+#include "engine/ranks/communicator.h"
 
 namespace lucerna {
 namespace {

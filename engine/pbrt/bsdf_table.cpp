@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 
 namespace lucerna {
 namespace {

@@ -5,10 +5,10 @@
 #include <optional>
 #include <tuple>
 
-#include "engine/base/memory.h"
 #include "engine/base/vec.h"
 #include "engine/pbrt/transforms.h"
 #include "engine/scene/quadric.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 
-#include "engine/base/memory.h"
 #include "engine/base/vec.h"
 #include "engine/pbrt/shapes.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "engine/base/units.h"
 #include "engine/pbrt/directives.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "engine/base/files.h"
-#include "engine/base/memory.h"
-#include "engine/base/units.h"
+#include "engine/system/files.h"
+#include "engine/system/memory.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

@@ -3,11 +3,12 @@
 
 #include <algorithm>
 
-#include "engine/base/path_limits.h"
-#include "engine/base/units.h"
 #include "engine/integrators/settings.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/pbrt/state.h"
+#include "engine/scene/path_limits.h"
+#include "engine/text/spelling.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/units.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "engine/base/units.h"
 #include "engine/pbrt/material_parts.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

@@ -1,8 +1,8 @@
 // Media that were measured and have names.
 #include <fmt/format.h>
 
-#include "engine/base/units.h"
 #include "engine/pbrt/state.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

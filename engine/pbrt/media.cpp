@@ -9,10 +9,10 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/base/units.h"
 #include "engine/base/vec.h"
 #include "engine/pbrt/state.h"
 #include "engine/scene/medium.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

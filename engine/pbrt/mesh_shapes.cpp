@@ -5,9 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
 #include "engine/scene/mesh.h"
+#include "engine/system/hash.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

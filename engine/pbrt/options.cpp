@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/units.h"
 #include "engine/pbrt/state.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

@@ -7,7 +7,8 @@
 #include <limits>
 #include <span>
 
-#include "engine/base/units.h"
+#include "engine/system/hash.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

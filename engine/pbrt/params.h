@@ -12,11 +12,11 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/base/colour_space.h"
-#include "engine/base/files.h"
 #include "engine/base/monitor.h"
 #include "engine/base/vec.h"
+#include "engine/colour/colour_space.h"
 #include "engine/pbrt/tokens.h"
+#include "engine/system/hash.h"
 
 namespace lucerna {
 

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
 #include "engine/scene/mesh.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

@@ -4,10 +4,10 @@
 
 #include <memory>
 
-#include "engine/base/files.h"
 #include "engine/pbrt/directives.h"
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/state.h"
+#include "engine/system/files.h"
 
 namespace lucerna {
 namespace {

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "engine/base/files.h"
 #include "engine/pbrt/state.h"
+#include "engine/system/files.h"
 
 namespace lucerna {
 namespace {

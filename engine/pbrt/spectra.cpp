@@ -13,9 +13,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/spectrum.h"
-#include "engine/base/units.h"
+#include "engine/colour/spectrum.h"
 #include "engine/pbrt/state.h"
+#include "engine/text/spelling.h"
 #include "lights/flux_unit.h"
 
 namespace lucerna {

@@ -10,9 +10,9 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "engine/base/units.h"
 #include "engine/pbrt/state.h"
 #include "engine/scene/texture_patterns.h"
+#include "engine/text/spelling.h"
 
 namespace lucerna {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "engine/base/float_traps.h"
-#include "engine/base/memory.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

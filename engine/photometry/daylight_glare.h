@@ -14,9 +14,9 @@
 #include <limits>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/image/image.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/observer.h"
 #include "engine/render/job.h"

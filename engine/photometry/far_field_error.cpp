@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/plain_text.h"
 #include "engine/photometry/illuminance_text.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/base/plain_text.h"
 #include "engine/base/sampler.h"
 #include "engine/base/stats.h"
 #include "engine/base/warp.h"
 #include "engine/scene/media_traversal.h"
 #include "engine/scene/quantity.h"
+#include "engine/text/plain_text.h"
 #include "engine/transport/direct_light.h"
 #include "engine/transport/lamp_set.h"
 #include "lights/luminous_opening.h"

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "engine/base/plain_text.h"
 #include "engine/photometry/illuminance_text.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

@@ -9,14 +9,13 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/base/path_limits.h"
-#include "engine/base/plain_text.h"
 #include "engine/base/sampler.h"
 #include "engine/base/warp.h"
 #include "engine/photometry/path_rounds.h"
 #include "engine/render/chance_light.h"
 #include "engine/scene/path_account.h"
 #include "engine/scene/quantity.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/measurement_uncertainty.h"
 

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/base/plain_text.h"
 #include "engine/base/stats.h"
 #include "engine/photometry/illuminance_text.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

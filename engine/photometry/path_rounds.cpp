@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/base/units.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {

@@ -1,5 +1,5 @@
-// Picture files through OpenImageIO. A shared library of its own, loaded by engine/base/pictures.cpp; it uses
-// nothing of the other modules but that header, and says nothing of what numbers are good for.
+// Picture files through OpenImageIO. A shared library of its own, loaded by engine/image/pictures.cpp; it
+// uses nothing of the other modules but that header, and says nothing of what numbers are good for.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagecache.h>
 #include <OpenImageIO/imageio.h>
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/pictures.h"
+#include "engine/image/pictures.h"
 #include "engine/pictures/svg.h"
 
 namespace lucerna {

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "engine/base/pictures.h"
+#include "engine/image/pictures.h"
 
 namespace lucerna {
 

@@ -7,11 +7,11 @@
 #include <utility>
 #include <variant>
 
-#include "engine/base/path_limits.h"
 #include "engine/base/stats.h"
-#include "engine/base/units.h"
 #include "engine/guiding/importance_pre_pass.h"
+#include "engine/scene/path_limits.h"
 #include "engine/scene/quantity.h"
+#include "engine/text/units.h"
 #include "kdtree/box_tree.h"
 #include "photon/density_estimate.h"
 #include "photon/trace_light_paths.h"

@@ -12,7 +12,8 @@
 #include <type_traits>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
+#include "engine/system/files.h"
+#include "engine/system/hash.h"
 
 namespace lucerna {
 namespace {

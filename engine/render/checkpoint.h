@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/facts.h"
+#include "engine/text/facts.h"
 
 namespace lucerna {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/ranks.h"
 #include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
+#include "engine/ranks/ranks.h"
 #include "engine/render/film.h"
 #include "engine/render/tiles.h"
 

@@ -4,9 +4,9 @@
 
 #include <cstdint>
 
-#include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/image/image.h"
 #include "engine/render/job.h"
 
 namespace lucerna {

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/cdf.h"
 #include "engine/base/error.h"
-#include "engine/base/image.h"
 #include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
+#include "engine/image/image.h"
 
 namespace lucerna {
 namespace {

@@ -7,9 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/image.h"
+#include "engine/base/cdf.h"
 #include "engine/base/sampler.h"
 #include "engine/base/vec.h"
+#include "engine/image/image.h"
 #include "engine/render/job.h"
 
 namespace lucerna {

@@ -6,9 +6,10 @@
 #include <set>
 #include <span>
 
-#include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/scene/arithmetic.h"
+#include "engine/system/files.h"
+#include "engine/system/hash.h"
 #include "photon/build_maps.h"
 
 namespace lucerna {

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/facts.h"
-#include "engine/base/files.h"
-#include "engine/base/working_space.h"
+#include "engine/colour/working_space.h"
 #include "engine/integrators/settings.h"
 #include "engine/scene/calculation_surface.h"
 #include "engine/scene/camera.h"
 #include "engine/scene/render_context.h"
 #include "engine/scene/scene.h"
+#include "engine/system/hash.h"
+#include "engine/text/facts.h"
 
 namespace lucerna {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "engine/render/film.h"
 #include "engine/scene/path_account.h"
 

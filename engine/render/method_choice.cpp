@@ -9,10 +9,10 @@
 #include <numeric>
 
 #include "engine/base/error.h"
-#include "engine/base/image.h"
 #include "engine/base/monitor.h"
-#include "engine/base/ranks.h"
 #include "engine/base/vec.h"
+#include "engine/image/image.h"
+#include "engine/ranks/ranks.h"
 #include "engine/render/trial.h"
 #include "engine/vpl/igi_caustics.h"
 

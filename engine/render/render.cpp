@@ -6,9 +6,7 @@
 #include <numeric>
 #include <optional>
 
-#include "engine/base/memory.h"
 #include "engine/base/monitor.h"
-#include "engine/base/units.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/features.h"
 #include "engine/render/film.h"
@@ -18,6 +16,8 @@
 #include "engine/render/render_checks.h"
 #include "engine/render/tile_exchange.h"
 #include "engine/render/tiles.h"
+#include "engine/system/memory.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {

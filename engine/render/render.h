@@ -5,10 +5,10 @@
 #include <functional>
 #include <optional>
 
-#include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/denoise/denoise.h"
+#include "engine/image/image.h"
 #include "engine/integrators/statistics.h"
 #include "engine/render/checkpoint.h"
 #include "engine/render/job.h"

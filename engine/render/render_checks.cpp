@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
-#include "engine/base/memory.h"
-#include "engine/base/ranks.h"
 #include "engine/integrators/integrator.h"
+#include "engine/ranks/ranks.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
 #include "engine/render/layer_films.h"
 #include "engine/render/render.h"
 #include "engine/render/render_checks.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/cdf.h"
 #include "engine/scene/media_traversal.h"
 
 namespace lucerna {

@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/cdf.h"
 #include "engine/base/sampler.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"

@@ -1,5 +1,5 @@
 // Tiles on the ranks of a parallel job: every tile's sums are on one rank, the one that renders its next
-// samples. Rank 0 knows where each is, and hands them out anew in every round (engine/base/ranks.h): a rank
+// samples. Rank 0 knows where each is, and hands them out anew in every round (engine/ranks/ranks.h): a rank
 // keeps its tiles, and one that has nothing left to do takes over those of another, with their sums. For a
 // whole image they are brought together at rank 0.
 #pragma once
@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/ranks.h"
+#include "engine/ranks/ranks.h"
 #include "engine/render/allocation.h"
 #include "engine/render/film.h"
 #include "engine/render/layer_films.h"

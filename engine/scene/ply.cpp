@@ -10,9 +10,9 @@
 #include <string>
 #include <string_view>
 
-#include "engine/base/files.h"
-#include "engine/base/memory.h"
 #include "engine/scene/ply_cursor.h"
+#include "engine/system/files.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

@@ -9,11 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/colour_space.h"
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/memory.h"
-#include "engine/base/pictures.h"
+#include "engine/colour/colour_space.h"
+#include "engine/image/pictures.h"
+#include "engine/system/files.h"
+#include "engine/system/memory.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

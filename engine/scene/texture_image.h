@@ -16,9 +16,9 @@
 #include <optional>
 #include <string>
 
-#include "engine/base/image.h"
-#include "engine/base/picture_colours.h"
-#include "engine/base/working_space.h"
+#include "engine/colour/working_space.h"
+#include "engine/image/image.h"
+#include "engine/image/picture_colours.h"
 #include "engine/scene/texture.h"
 
 namespace lucerna {

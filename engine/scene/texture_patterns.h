@@ -5,7 +5,7 @@
 #include <span>
 
 #include "engine/base/vec.h"
-#include "engine/base/working_space.h"
+#include "engine/colour/working_space.h"
 #include "engine/scene/texture.h"
 
 namespace lucerna {

@@ -93,22 +93,12 @@ void next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler
 
 namespace {
 
-struct LitAlone : MediumVertex {
-    static float pdf_w(const V3f& /*w*/) { return 0; }
-};
 struct GuidedVertex : Vertex {
     const DirectionDensity& drawn_by;
     float pdf_w(const V3f& w) const { return drawn_by.pdf_w(w); }
 };
 
 }  // namespace
-
-void next_event_alone(const Scene& scene, const MediumVertex& vertex, Sampler& sampler,
-                      const LightChoice& choice, const PathAccount& path) {
-    PathAccount here = path;
-    here.scatter_in_medium();
-    ask_light(scene, LitAlone{vertex}, sampler, choice, here);
-}
 
 void next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
                 const DirectionDensity& drawn_by, const PathAccount& path) {

@@ -29,10 +29,6 @@ void next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, cons
 void next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
                 const PathAccount& path);
 
-// The same where directions of the phase function are not drawn: next events bring all direct light.
-void next_event_alone(const Scene& scene, const MediumVertex& vertex, Sampler& sampler,
-                      const LightChoice& choice, const PathAccount& path);
-
 // By which density directions are drawn at a vertex, where it is not the BSDF's alone.
 class DirectionDensity {
   public:

@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <optional>
 
-#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/media_traversal.h"
 #include "engine/scene/path_account.h"
+#include "engine/scene/path_limits.h"
 #include "engine/scene/quantity.h"
 #include "engine/scene/scene.h"
 #include "engine/transport/emission_rule.h"

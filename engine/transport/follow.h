@@ -13,9 +13,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/media_traversal.h"
+#include "engine/scene/path_limits.h"
 #include "engine/scene/scene.h"
 #include "engine/transport/direct_light.h"
 #include "engine/transport/eye_path.h"
@@ -62,10 +62,10 @@ inline constexpr std::uint32_t kGlassBranch = 0x61a, kPassBranch = 0x9a;
 inline constexpr std::uint32_t kPassedLampBranch = 0xb000;  // and one more for each piece of a way
 
 // Bounces of a path after which lamps that it passes are not looked at any more: it carries little then, and
-// each look costs a shadow ray. In Cornell's box with fog the squared error times the time is that without
-// any looks; in a room with a lamp in fog (tests/photometry) the variance of the illuminance falls to a
+// each look costs two rays. In Cornell's box with fog a sample takes 1.4 times as long and the squared error
+// times the time falls to 0.82; in a room with a small lamp in fog the variance of the illuminance falls to a
 // tenth.
-inline constexpr int kBouncesBesideLamps = 3;
+inline constexpr int kBouncesBesideLamps = 6;
 
 // Below this share what lies behind media is looked at only sometimes.
 inline constexpr float kFaintTransmittance = 0.1F;
@@ -136,8 +136,7 @@ std::optional<PassedLamp> look_beside_lamp(const Scene& scene, const EyePath& pa
                             static_cast<float>(lamp->pdf(t));  // > 0
         PathAccount there = path;
         there.throughput = arriving * place->flow * place->sigma_s * share;
-        if (!is_black(there.throughput))
-            next_event_alone(scene, vertex, own, visit.lights().at(vertex.p), there);
+        if (!is_black(there.throughput)) direct_light(scene, vertex, own, visit.lights().at(vertex.p), there);
         return lamp;
     } else {
         return std::nullopt;

@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
 #include "engine/base/monitor.h"
-#include "engine/base/packing.h"
-#include "engine/base/ranks.h"
-#include "engine/base/spectrum.h"
-#include "engine/base/units.h"
+#include "engine/colour/spectrum.h"
+#include "engine/ranks/packing.h"
+#include "engine/ranks/ranks.h"
+#include "engine/system/memory.h"
+#include "engine/text/units.h"
 #include "lights/gauss.h"
 #include "lights/measurement/point_integral.h"
 

@@ -15,10 +15,10 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
+#include "engine/image/image.h"
 #include "lights/light_field.h"
 #include "lights/measurement/opacity.h"
 

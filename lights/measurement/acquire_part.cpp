@@ -4,7 +4,8 @@
 #include <unistd.h>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
+#include "engine/system/files.h"
+#include "engine/system/hash.h"
 
 namespace lucerna {
 namespace {

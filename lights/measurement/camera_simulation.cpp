@@ -7,9 +7,9 @@
 #include <span>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
 #include "engine/base/monitor.h"
-#include "engine/base/photograph.h"
+#include "engine/image/photograph.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/base/chromaticity.h"
+#include "engine/colour/chromaticity.h"
 
 namespace lucerna {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {

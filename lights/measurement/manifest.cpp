@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/files.h"
-#include "engine/base/photograph.h"
-#include "engine/base/units.h"
+#include "engine/image/photograph.h"
+#include "engine/text/plain_text.h"
+#include "engine/text/spelling.h"
+#include "engine/text/units.h"
 #include "lights/measurement/rig_file.h"
 
 namespace lucerna {

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/toml.h"
+#include "engine/system/toml.h"
 #include "lights/light_field.h"
 #include "lights/measurement/opacity.h"
 #include "lights/measurement/rectification.h"

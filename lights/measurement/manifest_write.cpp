@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "lights/measurement/manifest.h"
 
 namespace lucerna {

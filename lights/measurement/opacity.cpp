@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
+#include "engine/system/memory.h"
 #include "lights/bell.h"
 #include "lights/gauss.h"
 

@@ -59,7 +59,7 @@ struct FilterImages {
     // the memory holds.
     void allocate(bool several_colours);
 
-    // What a camera sees (engine/base/packing.h): all but `info`.
+    // What a camera sees (engine/ranks/packing.h): all but `info`.
     template <typename Archive>
     void fields(Archive& archive) {
         archive(rig, flux, positive, negative, x.positive, x.negative, z.positive, z.negative);

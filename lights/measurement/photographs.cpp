@@ -7,11 +7,11 @@
 #include <iterator>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/memory.h"
 #include "engine/base/monitor.h"
-#include "engine/base/ranks.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
+#include "engine/ranks/ranks.h"
+#include "engine/system/memory.h"
+#include "engine/text/plain_text.h"
 #include "lights/measurement/exposure.h"
 
 namespace lucerna {

@@ -16,7 +16,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/base/photograph.h"
+#include "engine/image/photograph.h"
 #include "lights/measurement/manifest.h"
 #include "lights/measurement/opacity.h"
 

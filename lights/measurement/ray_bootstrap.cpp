@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
 #include "engine/base/sampler.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/memory.h"
+#include "engine/system/memory.h"
 #include "lights/measurement/ray_passage.h"
 
 namespace lucerna {

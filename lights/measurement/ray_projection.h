@@ -12,8 +12,8 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/base/ranks.h"
 #include "engine/base/vec.h"
+#include "engine/ranks/ranks.h"
 #include "lights/light_field.h"
 #include "lights/measurement/opacity.h"
 #include "lights/ray_set.h"

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "engine/base/units.h"
+#include "engine/system/hash.h"
+#include "engine/text/units.h"
 #include "lights/gauss.h"
 
 namespace lucerna {

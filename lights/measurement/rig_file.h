@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/base/files.h"
-#include "engine/base/toml.h"
 #include "engine/base/vec.h"
+#include "engine/system/hash.h"
+#include "engine/system/toml.h"
 #include "lights/light_field.h"
 #include "lights/measurement/acquire.h"
 

@@ -8,11 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/colour_space.h"
-#include "engine/base/image.h"
-#include "engine/base/tone.h"
-#include "engine/base/working_space.h"
+#include "engine/colour/colour_space.h"
+#include "engine/colour/tone.h"
+#include "engine/colour/working_space.h"
 #include "engine/evaluation/comparison.h"
+#include "engine/image/displayed.h"
+#include "engine/image/image.h"
 #include "python/bindings/arrays.h"
 #include "python/bindings/bindings.h"
 #include "python/bindings/python_monitor.h"

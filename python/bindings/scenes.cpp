@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/cli/render_request.h"
-#include "engine/cli/run_report.h"
-#include "engine/cli/surface_options.h"
+#include "engine/cli/photometry/surface_options.h"
+#include "engine/cli/render/render_request.h"
+#include "engine/cli/render/run_report.h"
 #include "engine/denoise/denoise.h"
 #include "engine/integrators/settings.h"
 #include "engine/pbrt/read_scene.h"

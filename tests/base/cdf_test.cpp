@@ -1,4 +1,4 @@
-#include "engine/base/sampler.h"
+#include "engine/base/cdf.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/net.h"
+#include "engine/base/sampler.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {

@@ -11,7 +11,7 @@
 #include <csignal>
 #include <cstring>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "tests/bombs/bomb.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"

@@ -1,6 +1,6 @@
 // Luminaires on the measuring bench: the same field as the formula's, the right way round, and the same bytes
 // whether or not the work was stopped.
-#include "engine/cli/acquire_scene.h"
+#include "engine/cli/light/acquire_scene.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <cstddef>
 #include <fstream>
 
-#include "engine/base/files.h"
-#include "engine/base/spectrum.h"
-#include "engine/cli/sums_file.h"
+#include "engine/cli/light/sums_file.h"
+#include "engine/colour/spectrum.h"
+#include "engine/system/files.h"
 #include "lights/measurement/acquire.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "tests/support/error_of.h"

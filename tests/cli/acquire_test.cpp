@@ -2,7 +2,7 @@
 #include <atomic>
 #include <csignal>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "lights/light_field.h"
 #include "lights/measurement/acquire.h"
 #include "tests/cli/run_support.h"

@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "engine/render/checkpoint.h"
 #include "engine/scene/arithmetic.h"
+#include "engine/system/files.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

@@ -10,10 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
 #include "engine/base/version.h"
 #include "engine/cli/run.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "lights/light_field.h"
 #include "tests/cli/run_support.h"
 #include "tests/support/shared_data.h"

@@ -2,12 +2,12 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
-#include "engine/base/photograph.h"
 #include "engine/cli/page_parts.h"
 #include "engine/evaluation/error_pictures.h"
 #include "engine/figures/colour_maps.h"
+#include "engine/image/image.h"
+#include "engine/image/photograph.h"
+#include "engine/system/files.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

@@ -1,6 +1,6 @@
 // lucerna falsecolour: what it writes, says and refuses.
-#include "engine/base/colour_space.h"
-#include "engine/base/image.h"
+#include "engine/colour/colour_space.h"
+#include "engine/image/image.h"
 #include "tests/cli/run_support.h"
 #include "tests/support/cannot_run.h"
 

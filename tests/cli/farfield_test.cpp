@@ -1,11 +1,11 @@
 // lucerna light farfield, and what the other commands say of photometric files.
 #include <fstream>
 
-#include "engine/base/chromaticity.h"
-#include "engine/base/image.h"
 #include "engine/base/sampler.h"
-#include "engine/base/spectrum.h"
 #include "engine/base/warp.h"
+#include "engine/colour/chromaticity.h"
+#include "engine/colour/spectrum.h"
+#include "engine/image/image.h"
 #include "lights/light_field.h"
 #include "lights/photometric_files.h"
 #include "lights/ray_set.h"

@@ -7,15 +7,15 @@
 #include <csignal>
 #include <functional>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
-#include "engine/base/photograph.h"
-#include "engine/base/tone.h"
 #include "engine/cli/command_files.h"
-#include "engine/cli/sums_file.h"
+#include "engine/cli/light/sums_file.h"
+#include "engine/colour/tone.h"
 #include "engine/gltf/model.h"
 #include "engine/gltf/write_pbrt.h"
+#include "engine/image/image.h"
+#include "engine/image/photograph.h"
 #include "engine/render/checkpoint.h"
+#include "engine/system/files.h"
 #include "lights/cell_table.h"
 #include "lights/measurement/manifest.h"
 #include "lights/photometric_files.h"

@@ -6,10 +6,10 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
 #include "engine/gltf/model.h"
+#include "engine/image/image.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/system/files.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

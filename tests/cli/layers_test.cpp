@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "engine/base/image.h"
 #include "engine/denoise/denoise.h"
+#include "engine/image/image.h"
 #include "tests/cli/run_support.h"
 #include "tests/support/cannot_run.h"
 

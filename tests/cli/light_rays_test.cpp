@@ -1,5 +1,5 @@
 // lucerna light import and emit: rays in, rays out.
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "lights/light_field.h"
 #include "lights/ray_set.h"
 #include "tests/cli/run_support.h"

@@ -1,5 +1,5 @@
 // lucerna light project, view, info: what they write and what they refuse.
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "lights/light_field.h"
 #include "tests/cli/run_support.h"
 

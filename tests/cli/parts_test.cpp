@@ -1,7 +1,7 @@
 // A picture in parts that are rendered one by one and merged: the bits of one render; and what is refused.
 #include <fmt/format.h>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "engine/render/image_part.h"
 #include "tests/cli/run_support.h"
 

@@ -3,8 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "engine/base/image.h"
 #include "engine/base/vec.h"
+#include "engine/image/image.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

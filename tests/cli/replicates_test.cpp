@@ -7,10 +7,10 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
-#include "engine/base/files.h"
 #include "engine/base/sampler.h"
 #include "engine/base/warp.h"
-#include "engine/cli/lux_replicates.h"
+#include "engine/cli/photometry/lux_replicates.h"
+#include "engine/system/files.h"
 #include "lights/light_field.h"
 #include "lights/measurement/ray_bootstrap.h"
 #include "lights/measurement/ray_projection.h"

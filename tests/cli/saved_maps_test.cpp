@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "photon/build_maps.h"
 #include "tests/cli/run_support.h"
 

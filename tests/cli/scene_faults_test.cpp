@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

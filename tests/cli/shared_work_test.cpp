@@ -8,10 +8,10 @@
 #include <mutex>
 #include <numeric>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
-#include "engine/cli/acquire_scene.h"
-#include "engine/cli/study_runs.h"
+#include "engine/cli/light/acquire_scene.h"
+#include "engine/cli/study/study_runs.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "lights/measurement/acquire.h"
 #include "lights/measurement/camera_simulation.h"
 #include "tests/cli/run_support.h"

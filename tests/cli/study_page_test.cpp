@@ -1,6 +1,6 @@
 // What a study's page holds, and how much it may hold. tests/pages/study_page_test.py looks at it in a
 // browser.
-#include "engine/cli/study_page.h"
+#include "engine/cli/study/study_page.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
 #include "engine/cli/command_files.h"
 #include "engine/evaluation/study.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

@@ -1,8 +1,8 @@
 // Names that would speak to the terminal, in every place from which they are printed.
 #include <gmock/gmock.h>
 
-#include "engine/base/image.h"
 #include "engine/cli/console.h"
+#include "engine/image/image.h"
 #include "lights/light_field.h"
 #include "tests/cli/run_support.h"
 #include "tests/lights/field_fixtures.h"

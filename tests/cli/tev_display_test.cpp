@@ -1,5 +1,5 @@
 // The image in a viewer: against a server that takes packets apart as tev does.
-#include "engine/cli/tev_display.h"
+#include "engine/render/display/tev_display.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 #include <thread>
 
 #include "engine/base/error.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "tests/cli/run_support.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"

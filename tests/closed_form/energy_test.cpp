@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/sampler.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
 #include "engine/render/render.h"
 #include "lights/field_colour.h"
 #include "lights/measured.h"

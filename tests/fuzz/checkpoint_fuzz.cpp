@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/files.h"
 #include "engine/render/checkpoint.h"
+#include "engine/system/hash.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::bytes_of_input;

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::file_of_input;

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <vector>
 
-#include "engine/base/files.h"
+#include "engine/system/hash.h"
 #include "photon/build_maps.h"
 #include "tests/fuzz/input.h"
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "engine/base/photograph.h"
+#include "engine/image/photograph.h"
 #include "engine/scene/texture_image.h"
 #include "tests/fuzz/input.h"
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::file_of_input;

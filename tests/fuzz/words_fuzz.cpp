@@ -7,9 +7,9 @@
 #include <sstream>
 #include <string>
 
-#include "engine/base/connection.h"
-#include "engine/base/units.h"
 #include "engine/integrators/settings.h"
+#include "engine/render/display/connection.h"
+#include "engine/text/units.h"
 #include "tests/fuzz/input.h"
 
 using namespace lucerna;

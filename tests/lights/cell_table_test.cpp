@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/statistics.h"
 #include "tests/support/temporary_folder.h"

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/spectrum.h"
 #include "engine/base/stats.h"
 #include "engine/base/warp.h"
+#include "engine/colour/spectrum.h"
 #include "lights/field_colour.h"
 #include "lights/measured.h"
 #include "tests/lights/field_fixtures.h"

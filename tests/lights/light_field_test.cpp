@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "engine/base/image.h"
 #include "engine/base/stats.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/temporary_folder.h"
 

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <span>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "lights/cell_table.h"
 #include "lights/lumigraph.h"
 #include "tests/lights/field_fixtures.h"

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/error.h"
-#include "engine/base/spectrum.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
+#include "engine/colour/spectrum.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
 #include "tests/support/statistics.h"

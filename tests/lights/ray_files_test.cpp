@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
 #include "lights/ray_set.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"

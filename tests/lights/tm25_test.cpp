@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "engine/base/error.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
 #include "lights/ray_set.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/shared_data.h"

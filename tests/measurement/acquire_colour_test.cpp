@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "engine/base/sampler.h"
-#include "engine/base/spectrum.h"
 #include "engine/base/warp.h"
+#include "engine/colour/spectrum.h"
 #include "lights/measurement/camera_simulation.h"
 #include "lights/measurement/photographs.h"
 #include "lights/measurement/ray_projection.h"

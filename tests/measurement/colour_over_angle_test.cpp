@@ -6,10 +6,10 @@
 
 #include <cmath>
 
-#include "engine/base/chromaticity.h"
 #include "engine/base/sampler.h"
-#include "engine/base/spectrum.h"
 #include "engine/base/warp.h"
+#include "engine/colour/chromaticity.h"
+#include "engine/colour/spectrum.h"
 #include "lights/measurement/acquire.h"
 
 namespace lucerna {

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <iostream>
 
-#include "engine/base/photograph.h"
+#include "engine/image/photograph.h"
 #include "lights/measurement/camera_simulation.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "engine/base/error.h"
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "lights/measured.h"
 #include "lights/measurement/emit_rays.h"
 #include "lights/measurement/ray_projection.h"

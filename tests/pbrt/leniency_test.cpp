@@ -13,9 +13,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "engine/base/files.h"
 #include "engine/pbrt/material_parts.h"
 #include "engine/render/render.h"
+#include "engine/system/files.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_text.h"
 #include "tests/support/temporary_folder.h"

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "engine/pbrt/transforms.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_text.h"

@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_text.h"
 #include "tests/support/temporary_folder.h"

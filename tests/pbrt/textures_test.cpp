@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_text.h"
 #include "tests/support/temporary_folder.h"

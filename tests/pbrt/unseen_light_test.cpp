@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "engine/render/render.h"
 #include "tests/support/scene_text.h"
 

@@ -1,6 +1,6 @@
 // Renders in wider spaces than sRGB: light keeps its luminance, and colours that sRGB does not hold stay what
 // they are.
-#include "engine/base/working_space.h"
+#include "engine/colour/working_space.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/chromaticity.h"
 #include "engine/base/error.h"
-#include "engine/base/image.h"
 #include "engine/base/sampler.h"
+#include "engine/colour/chromaticity.h"
+#include "engine/image/image.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
 #include "engine/scene/texture_image.h"

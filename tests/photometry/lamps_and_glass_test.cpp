@@ -13,13 +13,13 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/path_limits.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/photometry/glare.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/observer.h"
 #include "engine/render/chance_light.h"
 #include "engine/render/render.h"
+#include "engine/scene/path_limits.h"
 #include "photon/light_path.h"
 #include "photon/trace_light_paths.h"
 #include "tests/lights/field_fixtures.h"

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/path_limits.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/path_rounds.h"
 #include "engine/render/chance_light.h"
+#include "engine/scene/path_limits.h"
 
 namespace lucerna {
 namespace missing_light_test {

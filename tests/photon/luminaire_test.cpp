@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/spectrum.h"
 #include "tests/support/error_of.h"
 #include "tests/support/media.h"
 #include "tests/support/scenes.h"

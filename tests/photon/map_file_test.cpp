@@ -10,7 +10,7 @@
 #include <sstream>
 #include <string>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "photon/map_points.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scenes.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "tests/process/command.h"
 
 namespace lucerna::testing {

@@ -10,10 +10,10 @@
 #include <fstream>
 #include <thread>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
 #include "engine/base/sampler.h"
+#include "engine/image/image.h"
 #include "engine/render/checkpoint.h"
+#include "engine/system/files.h"
 #include "tests/process/kill_at.h"
 #include "tests/support/temporary_folder.h"
 

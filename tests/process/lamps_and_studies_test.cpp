@@ -10,8 +10,8 @@
 #include <optional>
 #include <sstream>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "tests/process/command.h"
 #include "tests/process/good_files.h"
 #include "tests/process/kill_at.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/files.h"
+#include "engine/system/files.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "tests/process/command.h"
 #include "tests/process/good_files.h"
 #include "tests/support/temporary_folder.h"

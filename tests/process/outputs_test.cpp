@@ -12,8 +12,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "tests/cli/run_support.h"
 #include "tests/process/command.h"
 #include "tests/process/good_files.h"

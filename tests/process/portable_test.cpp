@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 #include "engine/scene/arithmetic.h"
+#include "engine/system/hash.h"
 #include "tests/support/cannot_run.h"
 #include "tests/support/temporary_folder.h"
 

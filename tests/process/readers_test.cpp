@@ -12,9 +12,8 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
-#include "engine/base/tone.h"
+#include "engine/colour/tone.h"
+#include "engine/image/image.h"
 #include "tests/process/command.h"
 #include "tests/process/good_files.h"
 #include "tests/support/sanitized.h"

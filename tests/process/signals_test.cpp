@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <fstream>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
+#include "engine/image/image.h"
+#include "engine/system/files.h"
 #include "tests/process/command.h"
 #include "tests/support/temporary_folder.h"
 

@@ -9,10 +9,10 @@
 #include <map>
 #include <set>
 
-#include "engine/base/files.h"
-#include "engine/base/image.h"
-#include "engine/base/photograph.h"
-#include "engine/base/tone.h"
+#include "engine/colour/tone.h"
+#include "engine/image/image.h"
+#include "engine/image/photograph.h"
+#include "engine/system/files.h"
 #include "tests/process/command.h"
 #include "tests/process/good_files.h"
 #include "tests/support/temporary_folder.h"

@@ -5,9 +5,9 @@
 #include <iostream>
 #include <vector>
 
-#include "engine/base/chromaticity.h"
 #include "engine/base/sampler.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/chromaticity.h"
+#include "engine/colour/spectrum.h"
 #include "lights/measurement/emit_rays.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/measurement/ray_projection.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/base/stats.h"
+#include "engine/image/image.h"
 #include "engine/render/film.h"
 #include "engine/render/render.h"
 #include "tests/support/scenes.h"

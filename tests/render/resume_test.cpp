@@ -5,11 +5,11 @@
 #include <atomic>
 #include <fstream>
 
-#include "engine/base/files.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/checkpoint.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
+#include "engine/system/files.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scenes.h"
 #include "tests/support/temporary_folder.h"

@@ -15,12 +15,12 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/base/colour_space.h"
 #include "engine/base/error.h"
-#include "engine/base/image.h"
-#include "engine/base/photograph.h"
 #include "engine/base/sampler.h"
-#include "engine/base/spectrum.h"
+#include "engine/colour/colour_space.h"
+#include "engine/colour/spectrum.h"
+#include "engine/image/image.h"
+#include "engine/image/photograph.h"
 #include "engine/scene/texture_image.h"
 #include "tests/support/error_of.h"
 #include "tests/support/shared_data.h"

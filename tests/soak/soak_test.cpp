@@ -9,9 +9,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "engine/base/image.h"
-#include "engine/base/memory.h"
-#include "engine/base/units.h"
+#include "engine/image/image.h"
+#include "engine/system/memory.h"
+#include "engine/text/units.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/base/warp.h"
+#include "engine/image/image.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
 #include "lights/light_field.h"

@@ -1,7 +1,7 @@
 // Whether two images show the same, bit for bit.
 #pragma once
 
-#include "engine/base/image.h"
+#include "engine/image/image.h"
 
 namespace lucerna::testing {
 

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/base/ranks.h"
+#include "engine/ranks/ranks.h"
 
 namespace lucerna {
 namespace testing {

@@ -1,7 +1,7 @@
 // The page of `lucerna study`: studyPage(study) builds it from the numbers and pictures that stand in it.
 //
 // study: { title, seeds, methods, scenes: [{ name, width, height, stops, reference, points }], code, signed, flip }, as
-// engine/cli/study_page.cpp writes it. The page keeps no state but what is shown, and asks nothing of a network.
+// engine/cli/study/study_page.cpp writes it. The page keeps no state but what is shown, and asks nothing of a network.
 (function (parts) {
     'use strict';
 

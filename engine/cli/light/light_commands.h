@@ -1,0 +1,91 @@
+// What the subcommands of lucerna light share; most of them have a file of their own, light_NAME.cpp.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/monitor.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
+#include "engine/cli/console.h"
+#include "engine/system/files.h"
+#include "lights/light_field.h"
+#include "lights/lumigraph.h"
+#include "lights/ray_set.h"
+
+namespace lucerna {
+
+// Options of every subcommand that makes a light field.
+struct LampOutput {
+    std::string file;
+    Workers workers;
+    bool quiet = false;
+};
+
+void add_lamp_output(CLI::App& app, LampOutput& output);
+// The light field and the table beside it.
+void declare_lamp(const std::filesystem::path& file, std::string_view by, CommandFiles& files);
+ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context);
+
+// The three options that say how the planes are laid: --views, --pixels, --distance.
+void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance);
+
+// Writes the field, or the slabs, and, as it belongs to the lamp, the table from which its particles are
+// drawn. Returned and tabulated is the field as a reader of the file will find it, rounded to halves.
+Lumigraph write_lamp(const Lumigraph& made, const std::filesystem::path& file, const Workers& workers,
+                     Monitor& monitor);
+// The same, and prints what was written, unless the output is quiet.
+Lumigraph finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
+                      const CommandContext& context);
+
+// Runs `work`; errors about what is in the file, but not about its format, do not know its name: they get it.
+template <typename Work>
+auto naming(const std::string& file, Work&& work) {
+    try {
+        return work();
+    } catch (const Stopped&) {
+        throw;
+    } catch (const InputError& error) {
+        if (std::string_view(error.what()).find(file) != std::string_view::npos) throw;
+        throw InputError({file}, error.what());
+    }
+}
+
+// "5mm,20mm": each part as parse(part) has it.
+template <typename Parse>
+auto parse_list(std::string_view word, Parse parse) {
+    std::vector<std::invoke_result_t<Parse, std::string_view>> all;
+    for (;;) {
+        const std::size_t comma = word.find(',');
+        all.push_back(parse(word.substr(0, comma)));
+        if (comma == std::string_view::npos) return all;
+        word.remove_prefix(comma + 1);
+    }
+}
+
+// Each adds itself to `lucerna light`.
+void add_light_import(CLI::App& light, const CommandContext& context);
+void add_light_acquire(CLI::App& light, const CommandContext& context);
+void add_light_emit(CLI::App& light, const CommandContext& context);
+void add_light_assemble(CLI::App& light, const CommandContext& context);
+void add_light_info(CLI::App& light, const CommandContext& context);
+void add_light_project(CLI::App& light, const CommandContext& context);
+void add_light_view(CLI::App& light, const CommandContext& context);
+void add_light_farfield(CLI::App& light, const CommandContext& context);
+
+// A lamp's file, whatever it holds: told by its name's end.
+
+using LampFile = std::variant<Lumigraph, RaySet>;
+
+// .exr is a light field, or several of one lamp; else rays. Throws InputError naming file and cause.
+inline LampFile read_lamp_file(const std::filesystem::path& file, Monitor& monitor) {
+    if (suffix_of(file) == ".exr") return read_lumigraph(file);
+    return read_rays(file, monitor);
+}
+
+}  // namespace lucerna

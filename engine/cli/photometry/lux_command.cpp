@@ -1,0 +1,358 @@
+// lucerna lux: illuminance on calculation surfaces.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "engine/base/error.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
+#include "engine/cli/console.h"
+#include "engine/cli/light/light_commands.h"
+#include "engine/cli/photometry/lux_page.h"
+#include "engine/cli/photometry/lux_replicates.h"
+#include "engine/cli/photometry/photometry_options.h"
+#include "engine/cli/photometry/plan_files.h"
+#include "engine/cli/photometry/surface_options.h"
+#include "engine/cli/render/checkpointing.h"
+#include "engine/colour/tone.h"
+#include "engine/image/displayed.h"
+#include "engine/image/image.h"
+#include "engine/photometry/far_field_error.h"
+#include "engine/photometry/illuminance.h"
+#include "engine/photometry/illuminance_text.h"
+#include "engine/photometry/measurement_uncertainty.h"
+#include "engine/text/plain_text.h"
+#include "lights/measurement/plane_irradiance.h"
+#include "lights/measurement/ray_bootstrap.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char* kLuxFooter =
+    R"(Computes illuminance at points on calculation surfaces: parallelograms in space that light passes through. The scene
+defines them,
+
+    CalculationSurface "work plane" "point3 P" [0 0.75 0  0 0.75 5  4 0.75 0]
+
+by a corner and the other ends of the two sides from it; the surface receives light on the side from which the turn from
+the first to the second side is counterclockwise. They can also be given on the command line:
+--surface "work plane=0,0.75,0:0,0.75,5:4,0.75,0", --height 0.75 for a horizontal plane across the whole model, 0.75 m
+above its lowest point, or --floors 0.75 for one above each floor, which is found as a level surface with 2 m of clear height
+above it. Lengths are metres, or have a unit: 75cm. Without --spacing the points are placed
+according to EN 12464-1.
+
+Results for each surface: mean, minimum and maximum illuminance, the uniformity U_0 = minimum / mean, and the share of direct
+light. Each number has a 95 % confidence interval; with --precision 2% (the default) the computation continues until no
+point's interval is wider than ± 2 % of its illuminance, or of the surface's mean if that is more. --time stops it earlier;
+without it the computation ends with a warning where that precision would take more than an hour.
+Everything is computed by path tracing, unbiased. Light passes panes (thindielectric) in a straight line and is sampled
+through them. Light that comes over mirrors, lenses or solid glass from lamps that paths seldom meet is estimated by light
+paths from the lamps, blurred over half of the distance between the points, or 5 % of how far a point sees; the intervals
+include what the blur changes. A warning names that light where no path met it at all.
+
+Kinds: planar (as read by a photometer on the surface), cylindrical, semicylindrical, hemispherical and spherical (EN 12665;
+scalar illuminance is four times the spherical). --facing turns sensors to another direction: for example,
+--facing 1,0,0 gives the vertical illuminance at eye height. Cylindrical and spherical sensors face no direction.
+
+--far-field-error shows how accurate a photometric file would be in this scene: it computes everything again with each
+measured lamp as a point source with its far-field intensities, and reports the relative error of the illuminance; with
+--plan and --html also as a map. It prints the floor of the method, too: by how much the table of intensities, in steps of
+1 by 5 degrees, differs from the lamp's own.
+
+--replicates computes how uncertain the numbers are because the lamps were measured with a finite number of rays: it computes
+everything again with each of the lamps' bootstrap replicates, which lucerna light import --replicates 20 writes beside a lamp,
+and reports the expanded uncertainty (k = 2) of mean, minimum, U_0 and points, beside the Monte Carlo interval and combined
+with it. It takes about as many times as long as there are replicates. If the scatter of the replicates is not
+distinguishable from Monte Carlo noise, an upper bound is given; a smaller --precision lowers it. Included is what the choice
+of resolution and smoothing adds, which differs from one ray file to the next; not included are the mean bias by them and
+systematic errors of the measurement. Beside it stands the error of each lamp's light field by held-out rays, which includes
+that bias. With --plan and --html also as a map. --time is for all runs together.
+
+-o writes a line for each point, with direct and indirect light, and the contribution of each light group of the scene, so
+that groups can be dimmed there without another run. --image writes a pixel for each point.
+
+Examples:
+  lucerna lux room.pbrt -o lux.csv --plan lux.svg
+  lucerna lux room.pbrt --height 0.75 --html report.html --picture room.exr
+  lucerna lux room.pbrt --height 0.75 --margin 0.5 --spacing 0.25
+  lucerna lux room.pbrt --height 0.75 --replicates --precision 0.5%
+  lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
+  lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
+
+struct LuxCommand {
+    PhotometryOptions common;
+    std::string image, html, plan, picture;
+    SurfaceOptions surfaces;
+    IlluminanceOptions options;
+    bool far_field_error = false, replicates = false;
+};
+
+std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
+    std::vector<CalculationSurface> surfaces = command.surfaces.all(job);
+    if (surfaces.empty()) {
+        if (const std::string& option = command.surfaces.shaped_by; !option.empty() && !job.surfaces.empty())
+            throw InputError(
+                {option},
+                "applies to --height, --floors and --surface only, and not to the scene's surfaces");
+        surfaces = job.surfaces;
+    }
+    if (surfaces.empty()) {
+        throw InputError({command.common.scene},
+                         "has no CalculationSurface; use --height 0.75, --floors 0.75 or --surface "
+                         "NAME=X,Y,Z:X,Y,Z:X,Y,Z");
+    }
+    return surfaces;
+}
+
+constexpr std::string_view kErrorMap = "error", kUncertaintyMap = "uncertainty";
+
+std::string end_text(const IlluminanceReport& report) {
+    const std::string reached =
+        std::isfinite(report.precision)
+            ? fmt::format("± {} at the least accurate point", percent_text(report.precision))
+            : "light is missing at points where none was found";
+    return fmt::format("{}; {} samples for each point, {}", reached,
+                       static_cast<std::int64_t>(report.heads) * report.samples,
+                       duration_text(report.seconds));
+}
+
+// Measures the same points with the lamps' far fields. `floor` receives the largest error of their grids.
+IlluminanceReport by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
+                               double seconds, double& floor, Monitor& monitor) {
+    PhotometryOptions common = command.common;
+    const Workers& workers = command.options.workers;
+    std::size_t lamps = 0;
+    common.overrides.far_field = [&](const std::filesystem::path& file) {
+        ++lamps;
+        const auto web = [&](const auto& lamp) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(lamp)>, Lumigraph>) {
+                FarFieldGrid grid;
+                grid.as_rendered = true;
+                return far_field(lamp, grid, workers, monitor);
+            } else {
+                return far_field(lamp, FarFieldGrid());
+            }
+        };
+        PhotometricWeb made = std::visit(web, read_lamp_file(file, monitor));
+        floor = std::max(floor, made.info().grid_error);
+        return made;
+    };
+    CommandFiles same;  // as those of the first reading
+    Job job = common.read(workers, same, monitor);
+    if (lamps == 0) {
+        throw InputError({command.common.scene},
+                         "has no measured lamp; --far-field-error compares the near field of a light field "
+                         "or ray file with its far field");
+    }
+    IlluminanceOptions options = command.options;
+    options.seed ^= 0x9e3779b97f4a7c15U;  // independent of the first
+    options.seconds = seconds;
+    return illuminance_on(surfaces, std::move(job), options, monitor);
+}
+
+PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
+    plan.title = "error of the far field: " + plan.title;
+    plan.unit = "%";
+    plan.scale = {};
+    plan.scale.map = ColourMap::diverging;
+    plan.isolines.shown = false;
+    const int columns = plan.values.columns, rows = plan.values.rows;
+    for (int row = 0; row < rows; ++row) {
+        for (int x = 0; x < columns; ++x) {
+            const auto to = static_cast<std::size_t>(row * columns + x);
+            plan.values.values[to] =
+                100 * error.points[static_cast<std::size_t>((rows - 1 - row) * columns + x)].value;
+        }
+    }
+    return plan;
+}
+
+// None, with a warning, of too few.
+MeasurementUncertainty uncertainty_of(const IlluminanceReport& report,
+                                      const std::vector<IlluminanceReport>& by_replicate, int asked,
+                                      Monitor& monitor) {
+    const int done = static_cast<int>(by_replicate.size());
+    if (done < kLeastReplicates) {
+        monitor.warn(fmt::format("{} of {} replicates were computed; an uncertainty needs at least {}", done,
+                                 asked, kLeastReplicates));
+        return {};
+    }
+    if (done < asked) monitor.warn(fmt::format("{} of {} replicates were computed", done, asked));
+    return measurement_uncertainty(report, by_replicate);
+}
+
+PlanFigure uncertainty_plan(const IlluminanceReport& report, const MeasurementUncertainty& uncertainty,
+                            std::size_t surface) {
+    std::vector<double> values;
+    for (const LampUncertainty& point : uncertainty.surfaces[surface].points)
+        values.push_back(point.expanded);
+    PlanFigure plan = plan_of(report.surfaces[surface].surface, values, report.unit, report.lamps);
+    plan.title = "uncertainty by the lamps' measurement (k = 2): " + plan.title;
+    plan.isolines.shown = false;
+    return plan;
+}
+
+// An image that holds itself denoised, too, is shown so.
+void show_denoised(Image& image) {
+    for (const std::string name : {"R", "G", "B"}) {
+        const auto measured = find_channel(image, name), denoised = find_channel(image, "denoised." + name);
+        if (!measured || !denoised) return;
+        for (std::size_t at = 0; at < image.data.size(); at += image.channels.size())
+            image.data[at + *measured] = image.data[at + *denoised];
+    }
+}
+
+void act(const LuxCommand& command, const CommandContext& context) {
+    const Stopwatch clock;
+    CommandFiles files;
+    command.common.declare(files);
+    if (!command.html.empty()) files.writes(command.html, ".html", "--html");
+    std::optional<Image> picture;
+    if (!command.picture.empty()) {
+        if (command.html.empty()) throw InputError({"--picture"}, "applies only together with --html");
+        files.reads(command.picture);
+        Image image = read_exr(command.picture);
+        show_denoised(image);
+        const PictureLook look = PictureOptions().look(image);
+        picture = displayed(image, look);
+    }
+    ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
+    std::set<std::filesystem::path> lamps;
+    PhotometryOptions common = command.common;
+    common.overrides.lamp_file = [&lamps](const std::filesystem::path& file) {
+        lamps.insert(file);
+        return file;
+    };
+    Job job = common.read(command.options.workers, files, monitor);
+    const std::vector<CalculationSurface> surfaces = surfaces_of(command, job);
+    const int replicates =
+        command.replicates ? replicates_of(lamps, command.common.scene, files, monitor) : 0;
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (!command.image.empty()) files.writes(of_surface(command.image, i), ".exr", "--image");
+        if (!command.plan.empty()) declare_plan(of_surface(command.plan, i), files);
+        if (!command.plan.empty() && command.far_field_error)
+            declare_plan(of_map(of_surface(command.plan, i), kErrorMap), files);
+        if (!command.plan.empty() && command.replicates)
+            declare_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), files);
+    }
+    for (const CalculationSurface& surface : surfaces) {
+        std::vector<V3d> points;
+        for (int y = 0; y < surface.points.y; ++y) {
+            for (int x = 0; x < surface.points.x; ++x) points.push_back(surface.position(x, y));
+        }
+        warn_outside(job.scene, "surface \"" + plain_text(surface.name) + "\"", points, monitor);
+    }
+    LuxPage page{command.common.scene, {}, std::move(picture), command.options.seed};
+    if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);
+
+    IlluminanceOptions options = command.options;
+    RunTimes times(clock, command.options.seconds, command.far_field_error, replicates);
+    options.seconds = times.by_lamps();
+    const Listening listening(context.around);
+    const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
+    std::vector<FarFieldError> errors;
+    double far_field_floor = 0;
+    if (command.far_field_error) {
+        errors = far_field_errors(
+            report, by_far_field(command, surfaces, times.by_lamps(), far_field_floor, monitor));
+    }
+    if (replicates > 0 && report.ended_by != "user") {
+        page.uncertainty = uncertainty_of(
+            report,
+            by_replicates(command.common, surfaces, report, command.options, replicates, times, monitor),
+            replicates, monitor);
+        if (page.uncertainty.replicates > 0) {
+            for (const std::filesystem::path& lamp : lamps)
+                page.uncertainty.fields.push_back(
+                    field_error(lamp.string(), fields_of(read_lumigraph(lamp))));
+        }
+    }
+    const MeasurementUncertainty& uncertainty = page.uncertainty;
+    if (!command.common.csv.empty()) write_text(command.common.csv, illuminance_csv(report, uncertainty));
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (!command.image.empty())
+            write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
+        if (!command.plan.empty())
+            write_plan(of_surface(command.plan, i), plan_of(report.surfaces[i], report));
+    }
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+        const PlanFigure plan = error_plan(plan_of(report.surfaces[i], report), errors[i]);
+        page.more_plans.push_back(plan);
+        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kErrorMap), plan);
+    }
+    for (std::size_t i = 0; i < uncertainty.surfaces.size(); ++i) {
+        const PlanFigure plan = uncertainty_plan(report, uncertainty, i);
+        page.more_plans.push_back(plan);
+        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), plan);
+    }
+    if (!command.html.empty()) write_text(command.html, lux_page(report, page));
+    if (command.common.prints_json()) {
+        context.out << illuminance_json(report, uncertainty);
+    } else {
+        if (!command.common.json.empty())
+            write_text(command.common.json, illuminance_json(report, uncertainty));
+        context.out << illuminance_text(report) << end_text(report) << '\n';
+        if (!errors.empty()) context.out << far_field_text(errors, far_field_floor);
+        if (uncertainty.replicates > 0) context.out << uncertainty_text(report, uncertainty);
+    }
+    if (report.ended_by == "user")
+        throw Stopped("interrupted: the confidence intervals are wider than --precision");
+    if (uncertainty.replicates < replicates && monitor.stopped()) {
+        throw Stopped(fmt::format("interrupted: {} of {} replicates are in the uncertainty",
+                                  uncertainty.replicates, replicates));
+    }
+}
+
+}  // namespace
+
+void add_lux_command(CLI::App& program, const CommandContext& context) {
+    const auto command = std::make_shared<LuxCommand>();
+    CLI::App& app = *program.add_subcommand("lux", "Compute illuminance on calculation surfaces");
+    app.footer(kLuxFooter);
+    add_photometry_files(app, command->common, "point", "all results");
+    app.add_option(
+           "--image", command->image,
+           "write an OpenEXR image with a pixel for each point; further surfaces go to FILE-2.exr and so on")
+        ->type_name("FILE.exr");
+    app.add_option(
+           "--plan", command->plan,
+           "draw a plan in false colour with isolux lines; further surfaces go to FILE-2.svg and so on")
+        ->type_name("FILE.svg|.png");
+    app.add_option("--html", command->html,
+                   "write a report as one self-contained page: results, plans, luminaires, settings and "
+                   "hashes of the scene's files")
+        ->type_name("FILE.html");
+    app.add_option("--picture", command->picture, "rendered image of the scene to show in the report")
+        ->type_name("FILE.exr");
+    add_surface_options(app, command->surfaces);
+    app.add_flag("--far-field-error", command->far_field_error,
+                 "also compute everything with each measured lamp as a point source with its far-field "
+                 "intensities, and report the error");
+    app.add_flag(
+        "--replicates", command->replicates,
+        "also compute everything with each bootstrap replicate of the measured lamps, and report the "
+        "uncertainty of their measurement");
+    add_word(app, "--precision", "SHARE",
+             "stop when each point's confidence interval is no wider than ± this share of its illuminance, "
+             "or of the surface's mean if that is more (default 2%)",
+             [command](const std::string& word) {
+                 command->options.precision = parse_share({"--precision"}, word);
+             });
+    add_word(
+        app, "--time", "TIME", "stop after this time at the latest, for example 30s, 5min, 2h",
+        [command](const std::string& word) { command->options.seconds = parse_duration({"--time"}, word); });
+    add_word(app, "--samples", "N", "samples per sensor; replaces --precision and makes results reproducible",
+             [command](const std::string& word) {
+                 command->options.most_samples =
+                     static_cast<int>(parse_whole({"--samples"}, word, 1, 1 << 24));
+             });
+    add_photometry_options(app, command->common, command->options.seed, command->options.workers);
+    app.callback([command, &context] { act(*command, context); });
+}
+
+}  // namespace lucerna

@@ -1,0 +1,88 @@
+// lucerna import: a model of another format into a scene.
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "engine/base/error.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
+#include "engine/cli/console.h"
+#include "engine/gltf/write_pbrt.h"
+#include "engine/system/files.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char* kImportFooter =
+    R"(The scene is a text file to edit further: it names a camera, materials, lights and shapes; the meshes (.ply) and embedded
+pictures are in a folder beside it, room-parts for room.pbrt. A model without a camera gets one that shows all of it,
+a model without lights gets a sky and a sun.
+
+Conversion: metals become conductors of the base colour; everything else becomes coated diffuse, or glass if it
+transmits: a thin pane, unless KHR_materials_volume gives it a thickness. Emissive surfaces become area lights;
+KHR_lights_punctual become point, spot and distant lights, EXT_lights_ies lights of photometric files. Animations, skins,
+points and lines are left out, with a warning, and so is what extensions say that are not read.
+
+Examples:
+  lucerna import model.glb -o model.pbrt
+  lucerna import room.gltf -o scenes/mine/room.pbrt
+  lucerna render model.pbrt --spp 16 --png)";
+
+struct ImportCommand {
+    std::string model, output;
+    bool overwrite = false;
+    bool quiet = false;
+};
+
+// What is there stays, unless the user says otherwise: a scene is text that people edit.
+void check(const ImportCommand& command, CommandFiles& files) {
+    require_readable(command.model);
+    const std::string suffix = suffix_of(command.model);
+    if (suffix != ".gltf" && suffix != ".glb") {
+        input_error({command.model}, "\"{}\" is not accepted; expected .gltf or .glb", suffix);
+    }
+    files.reads(command.model);
+    files.writes(command.output, ".pbrt", "-o");
+    files.writes_into(parts_folder(command.output), "-o", is_part_name);
+    if (command.overwrite) return;
+    for (const std::filesystem::path& there :
+         {std::filesystem::path(command.output), parts_folder(command.output)}) {
+        if (std::filesystem::exists(there)) {
+            input_error({there.string()}, "already exists; use --overwrite to replace it");
+        }
+    }
+}
+
+void act(const ImportCommand& command, const CommandContext& context) {
+    CommandFiles files;
+    check(command, files);
+    ConsoleMonitor monitor(context.out, context.err,
+                           {context.around.terminal, command.quiet, context.around.stop, {}});
+    const GltfModel model = read_gltf(command.model, monitor);
+    files.reads(model.files);
+    const WrittenScene made =
+        write_pbrt(model, command.output, std::filesystem::path(command.model).filename().string(), monitor);
+    if (command.quiet) return;
+    for (const std::string& note : made.notes) fmt::print(context.out, "note     {}\n", note);
+    fmt::print(context.out, "scene    {} ({} shapes, {} triangles, {} materials, {} lights)\n",
+               command.output, made.shapes, made.triangles, made.materials, made.lights);
+    fmt::print(context.out, "parts    {} ({} files)\n", parts_folder(command.output).string(),
+               made.files - 1);
+}
+
+}  // namespace
+
+void add_import_command(CLI::App& program, const CommandContext& context) {
+    const auto command = std::make_shared<ImportCommand>();
+    CLI::App& app = *program.add_subcommand("import", "Convert a glTF 2.0 model (.gltf, .glb) into a scene");
+    app.footer(kImportFooter);
+    app.add_option("MODEL", command->model, "glTF 2.0 model, .gltf or .glb")->required()->type_name("FILE");
+    app.add_option("-o,--output", command->output, "the scene")->type_name("SCENE.pbrt")->required();
+    app.add_flag("--overwrite", command->overwrite, "replace an existing scene and its parts folder");
+    app.add_flag("--quiet", command->quiet, "print warnings and errors only");
+    app.callback([command, &context] { act(*command, context); });
+}
+
+}  // namespace lucerna

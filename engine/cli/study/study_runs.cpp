@@ -1,0 +1,280 @@
+#include "engine/cli/study/study_runs.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/base/monitor.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
+#include "engine/cli/parallel_job.h"
+#include "engine/cli/render/checkpointing.h"
+#include "engine/cli/render/render_request.h"
+#include "engine/cli/render/run_report.h"
+#include "engine/render/render.h"
+#include "engine/system/files.h"
+#include "engine/system/hash.h"
+
+namespace lucerna {
+namespace {
+
+// Whether the image is kept with the light of lamps that are seen, which tells their pixels.
+bool keeps_lamps(const StudyWork& work) {
+    return work.is_reference && work.scene->mask_lamps;
+}
+
+std::string name_of(const Job& job, const StudyWork& work) {
+    WordHash hash;
+    for (const auto& [name, value] : picture_facts(job, work.seed)) {
+        hash.add(std::string_view(name));
+        hash.add(std::string_view(value));
+    }
+    hash.add(job.spp);
+    if (work.point->seconds > 0) hash.add(work.point->seconds);
+    return fmt::format("{:016x}", hash.value());
+}
+
+// Whether a file's name is one that name_of() gives to a render or to its notes.
+bool is_run(const std::string& file) {
+    const std::filesystem::path name(file);
+    const std::string hash = name.stem().string();
+    return (name.extension() == ".exr" || name.extension() == ".json") && hash.size() == 16 &&
+           hash.find_first_not_of("0123456789abcdef") == hash.npos;
+}
+
+// The notes are written last: where they are, so is the image.
+std::optional<StudyRun> noted(const std::filesystem::path& notes, const std::filesystem::path& image) {
+    std::error_code status;
+    if (!std::filesystem::exists(notes, status) || !std::filesystem::exists(image, status)) return {};
+    std::ifstream in = open_to_read(notes);
+    try {
+        const nlohmann::json json = nlohmann::json::parse(in);
+        return StudyRun{image,
+                        json.at("seconds").at("total").get<double>(),
+                        true,
+                        json.value("machine", ""),
+                        json.value("date", ""),
+                        json.at("threads").get<int>(),
+                        json.value("host", "")};
+    } catch (const nlohmann::json::exception&) {
+        throw InputError({notes.string()}, "was not written by a study; remove it to have it rendered again");
+    }
+}
+
+// What the render says of itself, and where and when it was made.
+std::string notes_text(const std::string& statistics, const Ranks* ranks) {
+    auto json = nlohmann::ordered_json::parse(statistics);
+    json["machine"] = machine_text();
+    if (ranks) json["host"] = ranks->host(ranks->rank());
+    json["date"] = today_text();
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+// On another rank than 0, whose user it asks; what is to be said is said there.
+class DistantMonitor final : public Monitor {
+  public:
+    explicit DistantMonitor(Ranks& ranks) : ranks_(ranks) {}
+    void warn(std::string_view line) override { warnings_.emplace_back(line); }
+    bool stopped() const override { return ranks_.asked_to_stop(); }
+    std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
+
+  private:
+    Ranks& ranks_;
+    std::vector<std::string> warnings_;
+};
+
+// Threads of ranks on one host that have fewer processors wait for each other, and that is in the times.
+void warn_of_crowded_hosts(Ranks& ranks, Monitor& monitor) {
+    Packer packer;
+    packer(static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));
+    const auto all = ranks.gather("processors", packer.take());
+    std::map<std::string, int> threads, processors;
+    for (std::size_t r = 0; r < all.size(); ++r) {
+        const int rank = static_cast<int>(r);
+        Unpacker unpacker(all[r]);
+        unpacker(processors[ranks.host(rank)]);
+        threads[ranks.host(rank)] += ranks.threads(rank);
+    }
+    for (const auto& [host, count] : threads) {
+        if (count <= processors[host]) continue;
+        monitor.warn(
+            fmt::format("the ranks on {} have {} threads in total for {} processors, so their times will be "
+                        "too long; use fewer --threads or ranks",
+                        host, count, processors[host]));
+    }
+}
+
+}  // namespace
+
+void StudyRuns::check(std::span<const StudyWork> all, Monitor& monitor) {
+    for (const StudyWork& work : all) {
+        if (!work.is_reference) continue;
+        try {
+            read(work, monitor);
+        } catch (const InputError& error) {
+            throw InputError(work.scene->place, fmt::format("\"file\": {}", error.what()));
+        }
+    }
+}
+
+StudyRuns::StudyRuns(std::filesystem::path folder, const Command& command)
+    : folder_(std::move(folder)), command_(command) {
+    if (command_.ranks && !command_.ranks->leads()) return;
+    std::error_code status;
+    std::filesystem::create_directories(folder_, status);
+    if (status) throw InputError({folder_.string()}, "cannot be created: " + status.message());
+    command_.files.writes_into(folder_, "study", is_run);
+}
+
+Job StudyRuns::read(const StudyWork& work, Monitor& monitor) {
+    SceneOverrides overrides = work.point->overrides;
+    overrides.resolution = work.scene->resolution;
+    overrides.strict = command_.strict;
+    overrides.unit = command_.unit;
+    Job job = read_scene(work.scene->file, overrides, command_.workers, monitor);
+    if (scenes_.insert(work.scene->file).second) {
+        command_.files.reads(job.files);
+        command_.files.reads(job.caches);
+    }
+    return job;
+}
+
+std::optional<StudyRuns::Made> StudyRuns::make(const StudyWork& work, Monitor& monitor,
+                                               std::optional<Listening>& listening) {
+    RunFacts facts{work.scene->file, work.seed, command_.workers.threads, 0, 0, 0};
+    const Stopwatch reading;
+    Job job = read(work, monitor);
+    facts.read_seconds = reading.seconds();
+    Made made;
+    RenderOptions options{work.seed, command_.workers};
+    if (work.point->seconds > 0) {
+        // The time of reading is part of it, as it is of the time that is measured.
+        options.limits.seconds = work.point->seconds - facts.read_seconds;
+        apply({}, options.limits, job);
+    }
+    if (keeps_lamps(work)) job.film.parts = true;
+    made.name = name_of(job, work);
+    const std::filesystem::path image = image_of(made.name);
+    if (command_.ranks ? kept_.contains(made.name) : noted(notes_of(made.name), image).has_value())
+        return made;
+
+    if (!listening) listening.emplace(command_.around);
+    const Stopwatch rendering;
+    RenderResult result = render(job, options, monitor);
+    facts.render_seconds = rendering.seconds();
+    if (!result.report.complete || monitor.stopped()) return {};
+    result.image.attributes.merge(header_attributes(facts, job, result.report));
+    if (keeps_lamps(work)) {
+        add_channels(result.image,
+                     with_channels(result.parts.value(),
+                                   [](const std::string& name) {
+                                       return std::ranges::find(kLampChannels, name) !=
+                                              std::ranges::end(kLampChannels);
+                                   }),
+                     "");
+    }
+    made.image = exr_bytes(result.image);
+    made.notes = notes_text(statistics_json(facts, job, result.report, image), command_.ranks);
+    return made;
+}
+
+StudyRun StudyRuns::keep(const Made& made) const {
+    const std::filesystem::path image = image_of(made.name), notes = notes_of(made.name);
+    const bool found = made.image.empty();
+    if (!found) {
+        const std::span<const std::byte> whole(made.image);
+        replace_file(image, std::span(&whole, 1));
+        write_text(notes, made.notes);
+    }
+    std::optional<StudyRun> run = noted(notes, image);
+    if (!run) throw InputError({image.string()}, "was removed after it was written");
+    run->found = found;
+    return *run;
+}
+
+std::optional<StudyRun> StudyRuns::run(const StudyWork& work, Monitor& monitor) {
+    std::optional<Listening> listening;
+    const std::optional<Made> made = make(work, monitor, listening);
+    if (!made) return {};
+    return keep(*made);
+}
+
+void StudyRuns::find_kept() {
+    std::vector<std::string> names;
+    if (command_.ranks->leads()) {
+        for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+            const std::string name = entry.path().stem().string();
+            if (entry.path().extension() == ".json" && is_run(entry.path().filename().string()) &&
+                noted(entry.path(), image_of(name)))
+                names.push_back(name);
+        }
+    }
+    Packer packer;
+    packer(names);
+    const std::vector<std::byte> bytes = command_.ranks->broadcast("renders found", packer.take());
+    Unpacker unpacker(bytes);
+    unpacker(names);
+    kept_ = {names.begin(), names.end()};
+}
+
+std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const StudyWork> all, Monitor& monitor,
+                                                             const WhenMade& when_made) {
+    Ranks& ranks = *command_.ranks;
+    warn_of_crowded_hosts(ranks, monitor);
+    DistantMonitor distant(ranks);
+    Monitor& own = ranks.leads() ? monitor : distant;
+    std::set<const StudyScene*> seen;
+    for (const StudyWork& work : all) {
+        if (!seen.insert(work.scene).second) continue;
+        require_same_facts(ranks, "render a different picture", picture_facts(read(work, own), work.seed));
+    }
+    find_kept();
+    std::optional<Listening> listening(std::in_place, command_.around);  // rank 0 says when it ends
+    ranks.listen_to([&monitor] { return monitor.stopped(); });
+
+    std::mutex mutex;
+    std::vector<std::optional<StudyRun>> runs(ranks.leads() ? all.size() : 0);
+    const auto come_in = [&](std::int64_t item, int rank, const Made& made) {
+        const std::lock_guard lock(mutex);
+        for (const std::string& line : made.warnings) monitor.warn(line);
+        const auto i = static_cast<std::size_t>(item);
+        runs[i] = keep(made);
+        when_made(all[i], *runs[i], rank);
+    };
+    Made last;  // of this rank
+    Ranks::Loop loop;
+    for (std::size_t i = 0; ranks.leads() && i < all.size(); ++i)
+        loop.items.push_back(static_cast<std::int64_t>(i));
+    loop.one_by_one = true;
+    loop.ends = [&ranks] { return ranks.asked_to_stop(); };
+    loop.made = [&last](std::int64_t) {
+        Packer packer;
+        packer(last);
+        return packer.take();
+    };
+    loop.arrived = [&come_in](std::int64_t item, int rank, std::span<const std::byte> bytes) {
+        Made made;
+        Unpacker unpacker(bytes);
+        unpacker(made);
+        come_in(item, rank, made);
+    };
+    // A render at a time, which takes the threads.
+    ranks.work({1}, std::move(loop), [&](std::int64_t item) {
+        std::optional<Made> made = make(all[static_cast<std::size_t>(item)], own, listening);
+        if (!made) return false;
+        made->warnings = distant.take_warnings();
+        last = std::move(*made);
+        if (ranks.leads()) come_in(item, 0, last);
+        return true;
+    });
+    return runs;
+}
+
+}  // namespace lucerna

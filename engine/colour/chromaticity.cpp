@@ -1,0 +1,79 @@
+#include "engine/colour/chromaticity.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/colour/spectrum.h"
+
+namespace lucerna {
+namespace {
+
+struct Uv {  // CIE 1960
+    double u, v;
+};
+
+Uv uv_of(const V3d& xyz) {
+    const Chromaticity c = chromaticity(xyz);
+    return {c.u, c.v * 2 / 3};
+}
+
+// Of the black body of `mired` reciprocal megakelvins, in whose steps the locus is evenly long.
+Uv locus(double mired) {
+    return uv_of(spectrum_to_xyz(blackbody_spectrum(1e6 / mired)));
+}
+
+// The mired between `low` and `high` of the least value, which has no other minimum there; by golden section.
+template <typename F>
+double least(double low, double high, double accuracy, F&& value) {
+    constexpr double kGolden = 0.6180339887498949;
+    double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+    double at_a = value(a), at_b = value(b);
+    while (high - low > accuracy) {
+        if (at_a < at_b) {
+            high = b;
+            b = a, at_b = at_a;
+            a = high - kGolden * (high - low), at_a = value(a);
+        } else {
+            low = a;
+            a = b, at_a = at_b;
+            b = low + kGolden * (high - low), at_b = value(b);
+        }
+    }
+    return 0.5 * (low + high);
+}
+
+}  // namespace
+
+Chromaticity chromaticity(const V3d& xyz) {
+    const double sum = xyz.x + xyz.y + xyz.z, prime = xyz.x + 15 * xyz.y + 3 * xyz.z;
+    return {xyz.x / sum, xyz.y / sum, 4 * xyz.x / prime, 9 * xyz.y / prime};
+}
+
+std::optional<ColourTemperature> colour_temperature(const V3d& xyz) {
+    const double sum = xyz.x + xyz.y + xyz.z;
+    if (!(sum > 0) || !std::isfinite(sum)) return std::nullopt;
+    const Uv at = uv_of(xyz);
+    const auto distance = [&at](double mired) {
+        const Uv body = locus(mired);
+        return std::hypot(at.u - body.u, at.v - body.v);
+    };
+    // Coarse steps first: the locus bends, and a colour on its hollow side may have two nearest points.
+    constexpr double kLow = 1e6 / kMostKelvin, kHigh = 1e6 / kLeastKelvin;
+    constexpr int kSteps = 100;
+    const auto mired_at = [](int step) { return kLow + (kHigh - kLow) * step / kSteps; };
+    int nearest = 0;
+    double nearest_distance = distance(mired_at(0));
+    for (int step = 1; step <= kSteps; ++step) {
+        const double here = distance(mired_at(step));
+        if (here < nearest_distance) nearest = step, nearest_distance = here;
+    }
+    const double low = mired_at(std::max(0, nearest - 1)), high = mired_at(std::min(kSteps, nearest + 1));
+    constexpr double kAccuracy = 1e-4;  // mired; near its least value a distance tells no finer
+    const double mired = least(low, high, kAccuracy, distance);
+    if (mired - kLow < 2 * kAccuracy || kHigh - mired < 2 * kAccuracy) return std::nullopt;
+    const double away = distance(mired);
+    if (away > kMostDuv) return std::nullopt;
+    return ColourTemperature{1e6 / mired, at.v < locus(mired).v ? -away : away};
+}
+
+}  // namespace lucerna

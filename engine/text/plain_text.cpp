@@ -1,0 +1,102 @@
+#include "engine/text/plain_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace lucerna {
+namespace {
+
+unsigned byte_at(std::string_view text, std::size_t at) {
+    return static_cast<unsigned char>(text[at]);
+}
+
+// How long the character is that begins with this byte; 0: none does.
+std::size_t length_by(unsigned first) {
+    if (first < 0x80) return 1;
+    if (first >= 0xc2 && first < 0xe0) return 2;
+    if (first >= 0xe0 && first < 0xf0) return 3;
+    return first >= 0xf0 && first < 0xf5 ? 4 : 0;
+}
+
+// Of the character at the beginning; 0: what is there is none.
+std::size_t length_of(std::string_view text) {
+    const std::size_t length = length_by(byte_at(text, 0));
+    if (length > text.size()) return 0;
+    for (std::size_t i = 1; i < length; ++i) {
+        if ((byte_at(text, i) & 0xc0U) != 0x80) return 0;
+    }
+    // Spelt longer than need be, surrogates, and beyond the last: a decoder may make anything of these.
+    const unsigned second = length > 2 ? byte_at(text, 1) : 0;
+    switch (length > 2 ? byte_at(text, 0) : 0) {
+        case 0xe0:
+            return second >= 0xa0 ? length : 0;
+        case 0xed:
+            return second < 0xa0 ? length : 0;
+        case 0xf0:
+            return second >= 0x90 ? length : 0;
+        case 0xf4:
+            return second < 0x90 ? length : 0;
+        default:
+            return length;
+    }
+}
+
+bool is_obeyed(std::string_view character) {
+    const unsigned first = byte_at(character, 0);
+    if (character.size() == 1) return (first < 0x20 && first != '\n' && first != '\t') || first == 0x7f;
+    return first == 0xc2 && byte_at(character, 1) < 0xa0;
+}
+
+}  // namespace
+
+std::string plain_text(std::string_view text) {
+    std::string plain;
+    plain.reserve(text.size());
+    while (!text.empty()) {
+        const std::size_t length = length_of(text);
+        const std::string_view character = text.substr(0, std::max<std::size_t>(length, 1));
+        if (length == 0 || is_obeyed(character)) {
+            for (std::size_t i = 0; i < character.size(); ++i)
+                plain += fmt::format("\\x{:02x}", byte_at(character, i));
+        } else {
+            plain += character;
+        }
+        text.remove_prefix(character.size());
+    }
+    return plain;
+}
+
+std::size_t unfinished_bytes(std::string_view text) {
+    for (std::size_t back = 1; back <= std::min<std::size_t>(3, text.size()); ++back) {
+        const unsigned byte = byte_at(text, text.size() - back);
+        if ((byte & 0xc0U) == 0x80) continue;
+        return length_by(byte) > back ? back : 0;
+    }
+    return 0;
+}
+
+std::string csv_field(const std::string& text) {
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"') quoted += c;
+        quoted += c;
+    }
+    return quoted + '"';
+}
+
+std::string one_line(std::string_view text) {
+    std::string folded;
+    for (const char c : text) {
+        if (c == '\n' || c == '\r') {
+            if (!folded.empty() && folded.back() != ' ') folded += ' ';
+        } else {
+            folded += c;
+        }
+    }
+    while (!folded.empty() && folded.back() == ' ') folded.pop_back();
+    return folded;
+}
+
+}  // namespace lucerna

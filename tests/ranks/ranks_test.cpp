@@ -1,0 +1,214 @@
+// Work that ranks share out: every item once, wherever; what they agree on; states that move.
+#include "engine/ranks/ranks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "tests/support/thread_communicator.h"
+
+namespace lucerna {
+namespace ranks_test {
+
+using ::testing::Each;
+using testing::on_ranks;
+
+std::vector<std::int64_t> items_to(std::int64_t count) {
+    std::vector<std::int64_t> items(static_cast<std::size_t>(count));
+    std::iota(items.begin(), items.end(), 0);
+    return items;
+}
+
+struct Record {
+    std::int32_t number = 0;
+    std::string text;
+    std::vector<std::uint8_t> bytes;
+    std::array<std::vector<double>, 2> pair;
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(number, text, bytes, pair);
+    }
+    bool operator==(const Record&) const = default;
+};
+
+TEST(Packing, Unpacked_IsWhatWasPacked) {
+    const Record one{7, "seven", {1, 2, 3}, {{{0.5}, {}}}}, other{-1, "", {}, {{{}, {2.5, 3.5}}}};
+    Packer packer;
+    const std::vector<Record> both{one, other};
+    packer(both, 3.25F);
+    const std::vector<std::byte> bytes = packer.take();
+    Unpacker unpacker(bytes);
+    std::vector<Record> back;
+    float last = 0;
+    unpacker(back, last);
+    EXPECT_EQ(back, both);
+    EXPECT_EQ(last, 3.25F);
+    EXPECT_TRUE(unpacker.empty());
+}
+
+TEST(Ranks, Chunks_AreEverywhereWhateverTheRanksAndThreads) {
+    constexpr std::int64_t kChunks = 57;
+    for (const int size : {1, 2, 3, 8}) {
+        for (const std::vector<int>& threads : {std::vector{1}, std::vector{2, 1, 3}}) {
+            std::atomic<int> calls{0}, told{0};
+            on_ranks(size, threads, [&](Ranks& ranks) {
+                const Workers workers{ranks.threads(ranks.rank()), &ranks};
+                std::vector<std::vector<int>> made(kChunks);
+                const bool whole = shared_chunks(
+                    workers, "squares", kChunks, ResultsOf::everywhere,
+                    [&](std::int64_t chunk) {
+                        ++calls;
+                        made[static_cast<std::size_t>(chunk)] = {static_cast<int>(chunk * chunk), 1};
+                    },
+                    [&](std::int64_t chunk, auto& archive) {
+                        archive(made[static_cast<std::size_t>(chunk)]);
+                    },
+                    [&](std::int64_t more) { told += static_cast<int>(more); });
+                EXPECT_TRUE(whole);
+                for (int chunk = 0; chunk < kChunks; ++chunk)
+                    EXPECT_EQ(made[static_cast<std::size_t>(chunk)], (std::vector<int>{chunk * chunk, 1}));
+            });
+            EXPECT_EQ(calls, kChunks);
+            EXPECT_EQ(told, kChunks);
+        }
+    }
+}
+
+TEST(Ranks, ASlowRank_GetsLessAndHoldsNobodyUp) {
+    std::array<std::atomic<int>, 3> done{};
+    on_ranks(3, {1}, [&](Ranks& ranks) {
+        Ranks::Loop loop;
+        if (ranks.leads()) loop.items = items_to(120);
+        ranks.work({1, &ranks}, loop, [&](std::int64_t) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(ranks.rank() == 1 ? 40 : 2));
+            ++done[static_cast<std::size_t>(ranks.rank())];
+            return true;
+        });
+        ranks.agree_to_stop();
+    });
+    EXPECT_EQ(done[0] + done[1] + done[2], 120);
+    // A third each would have taken it 1.6 s, in which the others do 800 items.
+    EXPECT_LT(done[1], 12);
+    EXPECT_GT(done[1], 0);
+}
+
+// Every item counts up, from wherever it was counted before.
+TEST(Ranks, StatesOfItems_AreWhereTheItemsAreDone) {
+    constexpr std::int64_t kItems = 40;
+    constexpr int kRounds = 6;
+    std::atomic<int> moved{0};
+    on_ranks(3, {2, 1, 2}, [&](Ranks& ranks) {
+        std::vector<std::vector<int>> states(kItems);
+        std::vector<int> holders(kItems, Ranks::kNobody);
+        for (int round = 0; round < kRounds; ++round) {
+            Ranks::Loop loop;
+            if (ranks.leads()) {
+                loop.items = items_to(kItems);
+                loop.holders = holders;
+            }
+            loop.moved = [&](std::int64_t item, int rank) { holders[static_cast<std::size_t>(item)] = rank; };
+            loop.give = [&](std::int64_t item) {
+                Packer packer;
+                packer(std::exchange(states[static_cast<std::size_t>(item)], {}));
+                ++moved;
+                return packer.take();
+            };
+            loop.take = [&](std::int64_t item, std::vector<std::byte> state) {
+                if (state.empty()) return;
+                Unpacker unpacker(state);
+                unpacker(states[static_cast<std::size_t>(item)]);
+            };
+            ranks.work({ranks.threads(ranks.rank()), &ranks}, loop, [&](std::int64_t item) {
+                // Which rank is slow changes: items must move.
+                std::this_thread::sleep_for(std::chrono::milliseconds(ranks.rank() == round % 3 ? 5 : 1));
+                states[static_cast<std::size_t>(item)].push_back(round);
+                return true;
+            });
+            ranks.agree_to_stop();
+        }
+        Packer own;
+        own(states);
+        const auto all = ranks.gather("states", own.take());
+        if (!ranks.leads()) return;
+        std::vector<int> rounds{0, 1, 2, 3, 4, 5};
+        for (std::size_t item = 0; item < kItems; ++item) {
+            std::vector<std::vector<int>> of_holder;
+            Unpacker unpacker(all[static_cast<std::size_t>(holders[item])]);
+            unpacker(of_holder);
+            EXPECT_EQ(of_holder[item], rounds) << item;
+        }
+    });
+    EXPECT_GT(moved, 0);
+}
+
+TEST(Ranks, AskedToStop_AllKnowAndLeaveTheRest) {
+    std::atomic<int> done{0};
+    on_ranks(3, {2}, [&](Ranks& ranks) {
+        std::vector<int> made(20'000);
+        if (ranks.leads()) ranks.listen_to([&done] { return done >= 20; });
+        EXPECT_FALSE(ranks.stopped());
+        const bool whole = shared_chunks(
+            {2, &ranks}, "slow", 20'000, ResultsOf::everywhere,
+            [&](std::int64_t) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                ++done;
+            },
+            [&](std::int64_t chunk, auto& archive) { archive(made[static_cast<std::size_t>(chunk)]); });
+        EXPECT_FALSE(whole);
+        EXPECT_TRUE(ranks.stopped());
+    });
+    EXPECT_LT(done, 2'000);  // what six threads do in some tenths of a second
+}
+
+TEST(Ranks, WhenTimeIsUp_WhatWasHandedOutIsNotBegun) {
+    std::atomic<int> done{0};
+    on_ranks(2, {1}, [&](Ranks& ranks) {
+        Ranks::Loop loop;
+        if (ranks.leads()) {
+            loop.items = items_to(10'000);
+            loop.seconds = 0.05;
+            const Stopwatch clock;
+            loop.ends = [clock] { return clock.seconds() > 0.05; };
+        }
+        ranks.work({1, &ranks}, loop, [&](std::int64_t) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            ++done;
+            return true;
+        });
+        ranks.agree_to_stop();
+    });
+    EXPECT_LT(done, 200);
+    EXPECT_GT(done, 0);
+}
+
+TEST(Ranks, AnErrorOfOneRank_EndsThemAll) {
+    EXPECT_THROW(on_ranks(3, {2},
+                          [](Ranks& ranks) {
+                              shared_chunks(
+                                  {2, &ranks}, "bad", 50, ResultsOf::everywhere,
+                                  [&](std::int64_t chunk) {
+                                      if (chunk == 17) throw InputError("seventeen");
+                                  },
+                                  [](std::int64_t, auto&) {});
+                          }),
+                 std::exception);
+}
+
+TEST(Ranks, AgreedValues_AreRank0s) {
+    on_ranks(3, {1}, [](Ranks& ranks) {
+        EXPECT_EQ(ranks.agree(10 + ranks.rank()), 10);
+        EXPECT_EQ(agreed({1, &ranks}, 2.5 + ranks.rank()), 2.5);
+        std::vector<std::byte> bytes(ranks.leads() ? 3 : 100, std::byte(ranks.rank()));
+        bytes = ranks.broadcast("bytes", std::move(bytes));
+        EXPECT_EQ(bytes.size(), 3U);
+        EXPECT_THAT(bytes, Each(std::byte(0)));
+        EXPECT_EQ(ranks.on_this_host(), 3);
+        EXPECT_EQ(ranks.all_threads(), 3);
+    });
+    EXPECT_EQ(agreed({1}, 4), 4);
+}
+
+}  // namespace ranks_test
+}  // namespace lucerna
