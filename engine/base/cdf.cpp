@@ -16,7 +16,7 @@ Cdf::Cdf(std::span<const double> weights) {
 }
 
 std::vector<double>::const_iterator Cdf::first_beyond(double x) const {
-    // Of a few items by steps without a branch: which one is drawn cannot be foreseen.
+    // Steps without a branch find one of a few items, because which one is drawn cannot be foreseen.
     constexpr std::size_t kFew = 64;
     const auto items = upto_.begin() + 1;
     if (size() > kFew) return std::upper_bound(items, upto_.end(), x);

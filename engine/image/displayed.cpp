@@ -77,7 +77,8 @@ float auto_exposure(const Image& image) {
     const double black = kBlack * double{without_largest(all, kBright).back()};
     std::erase_if(all, [black](float value) { return double{value} < black; });
     const double factor = factor_to_mean(without_largest(all, kGlaring), kMiddleGrey);
-    // Of images that are nearly black or nearly infinite, too, a number that a float can hold and divide by.
+    // The result is a number that a float can hold and divide by, also for images that are nearly black or
+    // nearly infinite.
     return static_cast<float>(std::clamp(factor, 0x1p-126, 0x1p126));
 }
 

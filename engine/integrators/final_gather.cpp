@@ -48,8 +48,8 @@ struct SplitBsdf {
     }
 };
 
-// What is not diffuse at a surface. After a gather ray (the rule is none) direct light and caustics are
-// counted already where it began: gloss that counts as specular must not sample lights again, or caustics
+// Splits what is not diffuse at a surface. After a gather ray (the rule is none) direct light and caustics
+// are counted already where it began: gloss that counts as specular must not sample lights again, or caustics
 // would count twice.
 struct GlossySplit {
     std::optional<Bsdf> light_sampled, as_specular;
@@ -80,7 +80,11 @@ SplitNumbers fixed_numbers(const PhotonMapSettings& settings) {
 class FinalGather::Visitor : public EyeVisitor {
   public:
     Visitor(const FinalGather& of, Stage stage, const Splits& splits, const EyePath& path)
-        : of_(of), stage_(stage), splits_(splits), carried_(max_component(path.throughput)) {}
+        : of_(of),
+          stage_(stage),
+          splits_(splits),
+          carried_(max_component(path.throughput)),
+          began_(path.bounces) {}
 
     bool arrives(const EyePath& path, const Hit& hit) {
         if (path.bounces == began_) length_ = path.rule.passed + hit.t;
@@ -91,8 +95,6 @@ class FinalGather::Visitor : public EyeVisitor {
         of_.in_scattered(path, at, sigma_s, stage_, splits_, sampler);
         return false;
     }
-    // The bounces at which the ray that a visitor follows begins.
-    void begin_at(int bounces) { began_ = bounces; }
 
   private:
     // The lobes of a surface by which a path may go on.
@@ -105,17 +107,16 @@ class FinalGather::Visitor : public EyeVisitor {
     };
     float rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo, Sampler& sampler) const;
     bool turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const;
-    // Of the throughput, what the path still carries of what it began with.
+    // Returns the share of the throughput with which the path began that it still carries.
     float carries(const EyePath& path) const { return max_component(path.throughput) / carried_; }
 
     const FinalGather& of_;
     Stage stage_;
     const Splits& splits_;
     float carried_;     // the throughput with which the path began; 0: it brings nothing
+    int began_;         // bounces of the path where its last ray left: the camera, or a surface shaded here
     int surfaces_ = 0;  // that the visitor has shaded
-    int began_ = 0;
-    // Of the ray that left the last of them, to the first surface that it does not pass straight, scene
-    // units.
+    // The length of that ray up to the first surface that it does not pass straight, scene units.
     float length_ = INFINITY;
 };
 
@@ -184,7 +185,7 @@ bool FinalGather::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lo
 }
 
 // -----------------------------------------------------------------------------------------------------
-// What the eye sees
+// These shade what the eye sees.
 // -----------------------------------------------------------------------------------------------------
 
 FinalGather::FinalGather(const Scene& scene, const PhotonMapSettings& settings, PhotonMapPass parts,
@@ -208,7 +209,8 @@ void FinalGather::follow(const EyePath& path, Sampler& sampler) const {
     Splits splits{splitting_.at(path.film)};
     // Across an edge estimates differ as samples do.
     if (samples_ > 1 && !(edges_ && edges_->at(path.film))) {
-        // Of 2^k samples in a row, beginning at a multiple of that, exactly one: numbers are stratified.
+        // Exactly one of 2^k samples in a row does so if the row begins at a multiple of 2^k, because the
+        // numbers are stratified.
         const auto samples = static_cast<float>(samples_);
         splits.estimates = sampler.split_alike(kEstimateBranch).next() < 1 / samples ? samples : 0.0F;
     }
@@ -230,6 +232,7 @@ void FinalGather::split_by(const Splitting& learned) {
     splitting_ = learned;
     if (settings_.guide_gather != GatherGuiding::on && !splitting_.any_guided()) directions_.reset();
 }
+
 namespace {
 
 template <typename Take>
@@ -239,7 +242,7 @@ void look_at_two(std::uint32_t branch, SplitMoments& pilot, const EyePath& path,
     for (std::uint32_t i = 0; i < 2; ++i) {
         SampleAccount found = path.scratch();
         EyePath one = path;
-        static_cast<PathAccount&>(one) = path.into(found);
+        one.book_in(found);
         Sampler own = sampler.split_alike(branch + kBranches * i);
         ratio[i] = double{take(one, own)};
         value[i] = double{luminance(found.radiance())};
@@ -320,7 +323,6 @@ float FinalGather::gather_ray(EyePath path, const Vertex& vertex, bool guided, S
     path.turn(vertex, drawn->sample, EmissionRule::none());
     const Splits one_of_each;
     Visitor visit(*this, Stage::gather, one_of_each, path);
-    visit.begin_at(path.bounces);
     lucerna::follow(scene_, path, sampler, visit);
     return drawn->ratio;
 }
@@ -338,7 +340,9 @@ bool FinalGather::shade_gather(const EyePath& path, const Vertex& vertex, float 
     const DensityEstimateSettings how = within(path.left, estimates_.gather);
     // It is booked once it is known that it counts.
     SampleAccount found = path.scratch();
-    const auto indirect = indirect_at_gather_hit(path.into(found), vertex, how, sampler);
+    PathAccount of_indirect = path;
+    of_indirect.book_in(found);
+    const auto indirect = indirect_at_gather_hit(of_indirect, vertex, how, sampler);
     if (!indirect || indirect->radius > length) {
         sample_direct(path, vertex, sampler);
         estimate(MapKind::caustic, path, vertex, how, sampler);

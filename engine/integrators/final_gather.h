@@ -38,8 +38,8 @@ class FinalGather final : public Estimator {
     struct Splits {
         SplitPlan plan;
         SplitPilot* pilot = nullptr;
-        // What density estimates count where the camera looks. 0: they are left to others of the pixel's
-        // samples.
+        // The factor of density estimates where the camera looks. 0 leaves them to other samples of the
+        // pixel.
         float estimates = 1;
     };
     // Follows a path from the eye, or a gather ray, up to the first surface that is diffuse and nothing else.

@@ -109,9 +109,8 @@ class IgiEstimator final : public Estimator {
     // from there on.
     EyePath gather_path(const EyePath& path) const {
         EyePath gather = path;
-        gather.eta_scale = max_component(path.throughput);
         gather.throughput *= 1 / static_cast<float>(settings_.gather_samples);
-        gather.eta_scale /= static_cast<float>(settings_.gather_samples);
+        gather.eta_scale = max_component(gather.throughput);
         gather.bounces = 0;
         return gather;
     }
@@ -195,10 +194,12 @@ class IgiEstimator::Compensation : public EyeVisitor {
   private:
     std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const EyePath& path, Sampler& sampler) const;
 
-    // What counts of lamps that a ray meets: after specular surfaces what no map has brought before.
+    // Returns the share of lamps that counts where a ray meets them: after specular surfaces the share that
+    // no map has brought before.
     Rgb lamps() const { return specular_ ? caustic_ : Rgb(1.0F); }
 
-    // What is left of a path's throughput after VPLs at y have brought theirs to where its ray began.
+    // Returns the part of a path's throughput that is left after VPLs at y have lit the place where its ray
+    // began.
     Rgb residual(const EyePath& path, const SurfacePoint& y, float cosine) const {
         if (is_black(by_vpls_)) return path.throughput;
         const float d2 = (y.p - from_.p).length2();
@@ -214,12 +215,11 @@ class IgiEstimator::Compensation : public EyeVisitor {
     SurfacePoint from_{};
     float cosine_ = 1;
     Rgb by_vpls_{1.0F};
-    // Of light that comes over L(S+D)*S+ to where the path last left a place that is not specular: the share
-    // that no Caustic map has brought to a place before. And whether the path has come over specular surfaces
-    // since.
+    // Light may come over L(S+D)*S+ to where the path last left a place that is not specular: this is the
+    // share of it that no Caustic map has brought to a place before.
     Rgb caustic_{1.0F};
-    bool specular_ = false;
-    Rgb residual_{0.0F};  // of the throughput, at the surface that was met last
+    bool specular_ = false;  // whether the path has come over specular surfaces since
+    Rgb residual_{0.0F};     // of the throughput, at the surface that was met last
 };
 
 // Goes on by chance over one of the two parts of a surface: that for which VPLs stand, whose share of the
@@ -255,7 +255,7 @@ bool IgiEstimator::Compensation::at_surface(EyePath& path, const Vertex& met, Sa
         const PathAccount scaled = path.times(of_.settings_.indirect_scale);
         next_event(of_.scene_, at, sampler, choice, scaled.times(of_lamps));
         if (!on->specular) {
-            // What came over nothing specular no map has brought before.
+            // No map has brought before what came over nothing specular.
             if (!is_black(caustic))
                 of_.caustics_.add_radiance(at, set_.half, path.left, scaled.times(caustic));
             of_.indirect(path, at, set_, sampler);

@@ -46,7 +46,7 @@ class PathEstimator final : public Estimator {
     void follow(const EyePath& path, Sampler& sampler) const override {
         lucerna::follow(scene_, path, sampler, Visitor{{}, *this, nullptr});
     }
-    // The same, with how many times more densely the path's directions were drawn than without guides.
+    // Follows a path, and returns how many times more densely its directions were drawn than without guides.
     float follow_weighed(const EyePath& path, Sampler& sampler) const {
         float density_ratio = 1;
         lucerna::follow(scene_, path, sampler, Visitor{{}, *this, &density_ratio});

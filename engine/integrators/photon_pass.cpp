@@ -1,9 +1,9 @@
 #include "engine/integrators/photon_pass.h"
 
-#include "engine/system/files.h"
 #include "engine/base/monitor.h"
 #include "engine/integrators/photon_mapping.h"
 #include "engine/integrators/precomputed_irradiance.h"
+#include "engine/system/files.h"
 #include "photon/map_points.h"
 
 namespace lucerna {
@@ -20,7 +20,7 @@ std::array<bool, kMapKinds> wanted_maps(const PhotonMapSettings& settings, const
     return maps;
 }
 
-// Of the time of preparations, where irradiance is precomputed, too.
+// The share of photons in the time of preparations, where irradiance is precomputed, too.
 constexpr double kPhotonsShare = 0.4;
 
 PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context, const MapFiles& files) {

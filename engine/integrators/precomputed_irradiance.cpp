@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-// Of an irradiance point's sampler; its probes have a sampler of their own.
+// These are branches of an irradiance point's sampler; its probes have a sampler of their own.
 constexpr std::uint32_t kLightSamplesBranch = 1, kSunsBranch = 2;
 
 // Direct light at a point, sampled in both ways as direct_light() does it for a white surface there, whose
@@ -77,7 +77,7 @@ std::size_t stride_in_time(const PassContext& context, const PhotonMap& global,
         const Stopwatch clock;
         const IrradiancePoints points(bounce_on(context.scene, global, bounce, context.workers), sources,
                                       context.workers, context.monitor);
-        // Of a point for each photon; and the first of those few take the longest.
+        // This is the time for a point at each photon; the first of those few take the longest.
         const double seconds = clock.seconds() * static_cast<double>(bounce.stride);
         const double left = std::max(context.prepared.left(), 1e-3);
         const auto stride =

@@ -106,7 +106,8 @@ class BallTree {
             }
             return keys;
         }
-        // Of the ball around each box; lower by what the difference of squares above may lose by rounding.
+        // These bound the keys by the ball around each box; they are lower by what the difference of squares
+        // above may lose by rounding.
         Node8Keys bounds(const BoxNode8& node) const {
             constexpr float kRounding = 1e-3F;
             Node8Keys keys;

@@ -50,7 +50,7 @@ class CameraSampler {
     }
     // Of a half, its sample `index`.
     Sample sample(const V2i& at, std::optional<int> half, int index) const;
-    // What an estimator sees there, which is booked on an empty account.
+    // Books what an estimator sees there on an empty account.
     Film::Sample radiance(const Estimator& estimator, Sample sample, SampleAccount& account) const;
 
     // Of a film of two halves: the sample's; else none.

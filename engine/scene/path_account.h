@@ -50,7 +50,7 @@ struct LightGroups {
     }
 };
 
-// What one sample of a pixel or a sensor brings, in the image's unit.
+// Holds what one sample of a pixel or a sensor brings, in the image's unit.
 struct SampleAccount {
     std::array<Rgb, kLayers> layers;
     std::vector<Rgb> groups;  // one for each of the scene's light groups
@@ -106,12 +106,8 @@ class PathAccount {
         return scaled;
     }
     PathAccount times(float share) const { return times(Rgb(share)); }
-    // The same path, whose light is booked in another account.
-    PathAccount into(SampleAccount& account) const {
-        PathAccount other = *this;
-        other.to_ = &account;
-        return other;
-    }
+    // Books all further light in another account.
+    void book_in(SampleAccount& account) { to_ = &account; }
     // An empty account with the same groups, for light of which it is not yet known whether it counts.
     SampleAccount scratch() const { return SampleAccount(to_->of); }
     // Books what a scratch account of this path has found, as it is.
@@ -145,8 +141,8 @@ class PathAccount {
     // other way than over mirrors and clear glass alone.
     void direct(const Rgb& radiance, std::uint32_t light) const { found(Layer::direct, radiance, light); }
     void indirect(const Rgb& radiance, std::uint32_t light) const { found(Layer::indirect, radiance, light); }
-    // The same in two steps, for light of many lights: what is found is `at_first` if the path has arrived at
-    // its first place.
+    // These two book such light of many lights in two steps. It belongs to `at_first` if the path has arrived
+    // at its first place.
     void book_in_layer(Layer at_first, const Rgb& radiance) const {
         to_->layers[static_cast<std::size_t>(layer_here(at_first))] += throughput * radiance;
     }

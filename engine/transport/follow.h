@@ -29,8 +29,9 @@ struct EyeVisitor {
     // itself. That is for methods that know the radiance at any place; they do not look for what media emit.
     // Otherwise one of the two is chosen, as a path tracer does, for which both are a path to be followed.
     static constexpr bool kSplitsMedia = true;
-    // Whether direct light in media is found beside lamps, too (passed_lamp.h). A visitor that says so has
-    // lights(), a LightChooser, and finds `path.direct_share` of direct light in at_medium().
+    // Whether direct light in media is found beside lamps, too (passed_lamp.h), where a ray is not split. A
+    // visitor that says so has lights(), a LightChooser, and finds `path.direct_share` of direct light in
+    // at_medium().
     static constexpr bool kFindsPassedLamps = false;
     // Whether mirrors and smooth glass are given to at_surface(), too.
     static constexpr bool kTakesMirrors = false;
@@ -116,56 +117,21 @@ bool begin_at_meter(const Scene& scene, EyePath& path, Sampler& sampler, Visitor
     return visit.at_surface(path, Vertex{hit, white, -path.ray.d, path.medium}, sampler);
 }
 
-// A lamp that a piece of the path's way passes: books the share of direct light which a place drawn beside
-// the lamp estimates. None: there is no such lamp. `arriving`: the path's throughput where the piece begins.
-template <typename Visitor>
-std::optional<PassedLamp> look_beside_lamp(const Scene& scene, const EyePath& path, const Rgb& arriving,
-                                           const MediumPiece& piece, const std::optional<Hit>& hit,
-                                           Sampler own, Visitor& visit) {
-    if constexpr (Visitor::kFindsPassedLamps) {
-        if (!piece.along.scatters() || path.bounces >= kBouncesBesideLamps) return std::nullopt;
-        const auto lamp = passed_lamp(scene, visit.lights(), piece.ray, double{piece.ray.t_max}, own);
-        if (!lamp) return std::nullopt;
-        const double t = lamp->draw(own.next());
-        const auto place = scattered_at(piece.along, MediaAlong(scene.media(), piece.medium, piece.ray, t), t,
-                                        arriving, own);
-        if (!place) return lamp;
-        const MediumVertex vertex{scattering_point(piece, t, hit), HenyeyGreenstein(place->g), -path.ray.d,
-                                  piece.medium};
-        const float share = lamp->share(t, scattering_at(scene.media(), piece.medium, vertex.p)) /
-                            static_cast<float>(lamp->pdf(t));  // > 0
-        PathAccount there = path;
-        there.throughput = arriving * place->flow * place->sigma_s * share;
-        if (!is_black(there.throughput)) direct_light(scene, vertex, own, visit.lights().at(vertex.p), there);
-        return lamp;
-    } else {
-        return std::nullopt;
-    }
-}
-inline float share_left(const Scene& scene, const std::optional<PassedLamp>& lamp, double t,
-                        const MediumVertex& at) {
-    return lamp ? 1 - lamp->share(t, scattering_at(scene.media(), at.medium, at.p)) : 1.0F;
-}
-
 // Crosses the media before `hit` as a split ray. False: the path ends there.
 template <typename Visitor>
 bool cross_media_split(const Scene& scene, EyePath& path, const std::optional<Hit>& hit, Sampler& sampler,
                        Visitor& visit) {
     Rgb passed(1);
-    std::uint32_t pieces = 0;
     const Ray way{path.ray.o, path.ray.d, hit ? hit->t : path.ray.t_max};
     const std::int32_t end = for_each_piece(scene, way, path.medium, [&](const MediumPiece& piece) {
         const Rgb arriving = path.throughput * passed;
         if (is_black(arriving)) return false;
-        const auto lamp = look_beside_lamp(scene, path, arriving, piece, hit,
-                                           sampler.split_alike(kPassedLampBranch + pieces++), visit);
         if (const auto place = scatter_within(piece.along, arriving, sampler)) {
             const MediumVertex vertex{scattering_point(piece, place->t, hit), HenyeyGreenstein(place->g),
                                       -path.ray.d, piece.medium};
             EyePath there = path;
             there.throughput *= passed * place->flow;
             there.scatter_in_medium();
-            there.direct_share = share_left(scene, lamp, place->t, vertex);
             visit.at_medium(there, vertex, place->sigma_s, sampler);
         }
         Sampler more = sampler.split(kPassBranch);
@@ -193,15 +159,19 @@ Arrival cross_media_by_choice(const Scene& scene, EyePath& path, const std::opti
     std::uint32_t pieces = 0;
     const Ray way{path.ray.o, path.ray.d, hit ? hit->t : path.ray.t_max};
     path.medium = for_each_piece(scene, way, path.medium, [&](const MediumPiece& piece) {
-        const auto lamp = look_beside_lamp(scene, path, path.throughput, piece, hit,
-                                           sampler.split_alike(kPassedLampBranch + pieces++), visit);
+        std::optional<PassedLamp> lamp;
+        if constexpr (Visitor::kFindsPassedLamps) {
+            Sampler own = sampler.split_alike(kPassedLampBranch + pieces++);
+            if (path.bounces < kBouncesBesideLamps)
+                lamp = add_light_beside_lamp(scene, visit.lights(), path, piece, hit, own);
+        }
         const Flight flight = fly(piece.along, path.throughput, sampler);
         path.glow(flight.emitted);
         path.throughput = flight.throughput;
         if (flight.scattered) {
             scattered.emplace(MediumVertex{scattering_point(piece, flight.t, hit), HenyeyGreenstein(flight.g),
                                            -path.ray.d, piece.medium});
-            path.direct_share = share_left(scene, lamp, flight.t, *scattered);
+            if (lamp) path.direct_share = lamp->share_left(flight.t, scene, *scattered);
         }
         return !scattered && !is_black(path.throughput);
     });

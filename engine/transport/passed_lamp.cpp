@@ -42,4 +42,23 @@ std::optional<PassedLamp> passed_lamp(const Scene& scene, const LightChooser& li
     return PassedLamp(ray, end, *bounds);
 }
 
+std::optional<PassedLamp> add_light_beside_lamp(const Scene& scene, const LightChooser& lights,
+                                                const PathAccount& path, const MediumPiece& piece,
+                                                const std::optional<Hit>& hit, Sampler& sampler) {
+    if (!piece.along.scatters()) return std::nullopt;
+    const auto lamp = passed_lamp(scene, lights, piece.ray, double{piece.ray.t_max}, sampler);
+    if (!lamp) return std::nullopt;
+    const double t = lamp->draw(sampler.next());
+    const MediaAlong before(scene.media(), piece.medium, piece.ray, t);
+    const auto place = scattered_at(piece.along, before, t, path.throughput, sampler);
+    if (!place) return lamp;
+    const MediumVertex vertex{scattering_point(piece, t, hit), HenyeyGreenstein(place->g), -piece.ray.d,
+                              piece.medium};
+    const float share = lamp->share(t, scattering_at(scene.media(), piece.medium, vertex.p)) /
+                        static_cast<float>(lamp->pdf(t));  // > 0
+    const PathAccount there = path.times(place->flow).times(place->sigma_s).times(share);
+    if (!is_black(there.throughput)) direct_light(scene, vertex, sampler, lights.at(vertex.p), there);
+    return lamp;
+}
+
 }  // namespace lucerna

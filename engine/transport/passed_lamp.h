@@ -13,7 +13,9 @@
 #include <optional>
 
 #include "engine/base/sampler.h"
+#include "engine/scene/media_traversal.h"
 #include "engine/scene/scene.h"
+#include "engine/transport/eye_path.h"
 #include "engine/transport/light_choice.h"
 #include "lights/light_bounds.h"
 
@@ -30,6 +32,10 @@ class PassedLamp {
     double pdf(double t) const;
     // The share of direct light at t that the drawn place estimates, where media scatter `sigma_s` there.
     float share(double t, const Rgb& sigma_s) const;
+    // The rest, which is to be found where a path is scattered at t.
+    float share_left(double t, const Scene& scene, const MediumVertex& at) const {
+        return 1 - share(t, scattering_at(scene.media(), at.medium, at.p));
+    }
 
   private:
     double nearest_;       // along the ray, of the lamp's middle
@@ -41,5 +47,11 @@ class PassedLamp {
 // one that has no place. Takes three numbers from `sampler`.
 std::optional<PassedLamp> passed_lamp(const Scene& scene, const LightChooser& lights, const Ray& ray,
                                       double end, Sampler& sampler);
+
+// Draws a place beside the lamp that a piece of the path's way passes, and books the share of direct light
+// that it estimates. `hit` ends the whole way. None: there is no such lamp, and nothing is booked.
+std::optional<PassedLamp> add_light_beside_lamp(const Scene& scene, const LightChooser& lights,
+                                                const PathAccount& path, const MediumPiece& piece,
+                                                const std::optional<Hit>& hit, Sampler& sampler);
 
 }  // namespace lucerna
