@@ -46,9 +46,8 @@ struct CellEmission::Lanes {
     Column<float> x, y;                   // place within the interval
     Column<std::uint32_t> salt;           // of the rejection; of `exact` alone, as the next
     Column<bool> stays;                   // the first place that was drawn
-    Column<double> weight;                // flux unit
     std::array<Column<float>, 4> cx, cz;  // members of X and Z; of coloured fields alone
-    std::array<Column<float>, 3> colour;  // per unit of weight
+    std::array<Column<float>, 3> colour;  // per unit of flux
     std::array<Column<float>, 3> p, d;
     Column<float> error;
 
@@ -87,14 +86,11 @@ void CellEmission::emit_block(std::span<const LeSampleU> u, std::span<std::optio
     }
     table_.draw(lanes.cells, size);
 
-    // Choose places within them, and weights.
+    // Choose places within them.
     std::copy_n(lanes.cells.remainder[0].begin(), size, lanes.x.begin());
     std::copy_n(lanes.cells.remainder[1].begin(), size, lanes.y.begin());
-    std::fill_n(lanes.weight.begin(), size, settings_.flux);
-    if (settings_.mode != EmissionMode::constant || field_.coloured()) fetch_members(lanes, size);
+    if (settings_.mode == EmissionMode::exact || field_.coloured()) fetch_members(lanes, size);
     if (settings_.mode == EmissionMode::exact) place_exactly(lanes, u);
-    if (settings_.mode == EmissionMode::weighted) weigh(lanes, size);
-
     if (field_.coloured()) find_colours(lanes, size);
 
     // Put them into the scene.
@@ -102,14 +98,10 @@ void CellEmission::emit_block(std::span<const LeSampleU> u, std::span<std::optio
     const Rgb one = colour_.mean();
     const bool coloured = field_.coloured();
     for (std::size_t i = 0; i < size; ++i) {
-        if (!(lanes.weight[i] > 0)) {
-            out[i] = std::nullopt;
-            continue;
-        }
         out[i] =
             LeSample{{{lanes.p[0][i], lanes.p[1][i], lanes.p[2][i]}, normal_, lanes.error[i]},
                      {lanes.d[0][i], lanes.d[1][i], lanes.d[2][i]},
-                     static_cast<float>(lanes.weight[i]) *
+                     static_cast<float>(settings_.flux) *
                          (coloured ? Rgb(lanes.colour[0][i], lanes.colour[1][i], lanes.colour[2][i]) : one),
                      lanes.cells.id[i]};
     }
@@ -202,16 +194,6 @@ void CellEmission::place_exactly(Lanes& lanes, std::span<const LeSampleU> u) con
         const V2f at = lanes.members(i, basis).draw_again(lanes.salt[i]);
         lanes.x[i] = at.x;
         lanes.y[i] = at.y;
-    }
-}
-
-void CellEmission::weigh(Lanes& lanes, std::size_t size) const {
-    // h over the density of the draw: the cell's probability spread over its volume [Goesele 2003, 5.1].
-    const double factor = settings_.gain * field_.rig().cell_volume();
-    const FilterBasis basis = field_.rig().filter_basis;
-    for (std::size_t i = 0; i < size; ++i) {
-        const float h = std::max(0.0F, lanes.members(i, basis).value(lanes.x[i], lanes.y[i]));
-        lanes.weight[i] = factor * double{h} / lanes.cells.probability(i);  // > 0: the cell was drawn
     }
 }
 

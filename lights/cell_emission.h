@@ -49,21 +49,20 @@ inline V3f to_float(const V3d& v) {
 }
 
 // How a particle is placed within its cell [Goesele 2003, 5.1, appendix B].
-enum class EmissionMode : std::uint8_t { constant, exact, weighted };
+enum class EmissionMode : std::uint8_t { constant, exact };
 
 class CellEmission {
   public:
     struct Settings {
         EmissionMode mode;
         double flux;   // of all that leaves [the field's unit], > 0 if anything is to be emitted
-        double gain;   // the same over the clamped field's
         float extent;  // of S, scene units
     };
     // Keeps references to all four.
     CellEmission(const LightField& field, const FieldColour& colour, const CellTable& table,
                  const Placement& placement, const Settings& settings);
 
-    // The spans have the same size. Requires flux > 0. No sample: `weighted` met a place where h is clamped.
+    // The spans have the same size. Requires flux > 0.
     void sample_Le_many(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const;
 
   private:
@@ -74,7 +73,6 @@ class CellEmission {
     void find_colours_by(Lanes& lanes, std::size_t size) const;
     template <typename Basis>
     static void draw_positive_by(Lanes& lanes, std::size_t size);
-    void weigh(Lanes& lanes, std::size_t size) const;
     void find_colours(Lanes& lanes, std::size_t size) const;
     void place(Lanes& lanes, std::size_t size) const;
     void emit_block(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const;

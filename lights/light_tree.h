@@ -26,10 +26,6 @@
 
 namespace lucerna {
 
-// How one light of many is chosen to be asked: by its power alone, or by what it may send to the place that
-// asks.
-enum class LightSelection : std::uint8_t { power, tree };
-
 class LightTree {
   public:
     LightTree() = default;

@@ -59,8 +59,7 @@ class PlacedSlab {
           first_(first),
           reconstruction_(settings.reconstruction),
           // Each particle has the lamp's flux, whatever slab was chosen for it.
-          emission_(field_, colour_, table_, placement_,
-                    {settings.mode, flux.lamp, flux.share > 0 ? gain_ / flux.share : 0.0, extent_}) {
+          emission_(field_, colour_, table_, placement_, {settings.mode, flux.lamp, extent_}) {
         if (flux.share > 0) pyramid_.emplace(field_, table_, kPartsAcross, workers);
     }
     PlacedSlab(const PlacedSlab&) = delete;

@@ -6,6 +6,7 @@
 #include <cassert>
 
 #include "engine/base/cdf.h"
+#include "engine/base/defensive.h"
 #include "engine/system/hash.h"
 
 namespace lucerna {
@@ -60,10 +61,8 @@ constexpr float kBelowOne = 0x1.fffffep-1F;
 
 }  // namespace
 
-LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmissionBlocks> blocks,
-                                 float defensive_weight) {
+LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmissionBlocks> blocks) {
     assert(blocks.size() == scene.lights().size());
-    assert(defensive_weight > 0 && defensive_weight <= 1);
     std::vector<double> powers;
     powers.reserve(blocks.size());
     for (const auto& light : scene.lights()) powers.push_back(light->power());
@@ -75,7 +74,7 @@ LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmissionBlo
         learned += learned_mass(blocks[i], plain_masses(blocks[i], powers[i]));
     }
     const bool steers = learned > 0 && std::isfinite(plain / learned);
-    const double share = steers ? double{defensive_weight} : 1.0;
+    const double share = steers ? double{kDefensiveWeight} : 1.0;
     const double scale = steers ? plain / learned : 0.0;
 
     // Each light's tree, and the lights by what their trees hold.

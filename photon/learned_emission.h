@@ -56,9 +56,9 @@ struct EmissionBlocks {
 
 class LearnedEmission {
   public:
-    // `blocks`: one for each of the scene's lights. `defensive_weight` in (0, 1]: the least share of plain
-    // emission. If nothing is important this is plain emission.
-    LearnedEmission(const Scene& scene, std::span<const EmissionBlocks> blocks, float defensive_weight);
+    // Mixes the density of `blocks`, one for each of the scene's lights, with emission by power, whose share
+    // is kDefensiveWeight. If nothing is important, this is emission by power.
+    LearnedEmission(const Scene& scene, std::span<const EmissionBlocks> blocks);
 
     // None if no light has power. u in [0,1).
     std::optional<LightPicker::Pick> pick(float u) const { return LightPicker::pick(lights_, u); }

@@ -15,12 +15,9 @@ import matplotlib.pyplot as plt
 
 LABELS = {
     "mc": "mc",
-    "candidates": "mc, candidates",
-    "tree": "mc, light tree",
     "map": "map",
     "gated": "gated",
     "guided": "guided",
-    "both": "guided, light tree",
 }
 SEEDS = (1, 2)
 REFERENCES = (101, 102)

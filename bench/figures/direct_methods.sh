@@ -16,7 +16,7 @@ out=out/direct
 resolution=${RESOLUTION:-180x120}
 spp=${SPP:-1 4 16 64}
 reference=${REFERENCE:-1024}
-methods=${METHODS:-mc candidates map gated guided tree both}
+methods=${METHODS:-mc map gated guided}
 [ $# -gt 0 ] || set -- flashlight projector many-lights cornell
 mkdir -p "$out" docs/images
 
@@ -34,12 +34,8 @@ run() {
     local method=$1 n=$2 seed=$3 run=$out/$name-$1-$2-$3
     local set_=(quantity="$quantity" indirect=none)
     case $method in
-        # The plain choice with guided's several candidates for one shadow ray: what the guide itself adds to that.
-        candidates) set_+=(direct=guided guidedefensive=1 lights=power) ;;
-        tree) set_+=(direct=mc lights=tree) ;;
-        both) set_+=(direct=guided lights=tree) ;;
         map) set_+=(direct=map photons=$((62500 * n)) k=50) ;;
-        *) set_+=(direct="$method" lights=power) ;;
+        *) set_+=(direct="$method") ;;
     esac
     "$lucerna" render "${common[@]}" -o "$run.exr" --integrator photonmap --spp "$n" --seed "$seed" --stats "$run.json" \
         --set "${set_[@]}"
@@ -63,7 +59,7 @@ for name in "$@"; do
     for seed in 101 102; do
         image=$out/$name-reference-$seed.exr
         [ -f "$image" ] || "$lucerna" render "${common[@]}" -o "$image" --integrator photonmap --spp "$reference" --seed "$seed" \
-            --set quantity="$quantity" indirect=none direct=guided lights=tree
+            --set quantity="$quantity" indirect=none direct=guided
     done
     "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json" > /dev/null
     for method in $methods; do

@@ -32,7 +32,7 @@ done
 picture watch 1280x960 120s --colour-space acescg
 picture cloister 1280x854 60s
 picture zoom-flashlight 1280x854 60s --exposure 0
-picture shade 1000x1000 120s --integrator igi --set compensate=true nsets=256
+picture shade 1000x1000 120s --integrator igi --set gathersamples=1 nsets=256
 picture stadium 1280x800 120s
 picture projector 1280x840 120s
 picture office 1280x800 120s

@@ -12,7 +12,6 @@ RUNS = {
     "igi-one-ray": "igi, shadowrays=1",
     "igi-all-rays": "igi, shadowrays=0: one for every light",
     "igi-note": "igi, rrthreshold=0.0001: roulette by a threshold",
-    "igi-tree": "igi, choice=tree",
     "gather": "final gather, one ray per sample, 500,000 photons",
     "path": "path tracer",
 }

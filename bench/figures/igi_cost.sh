@@ -35,11 +35,10 @@ for round in $(seq "$rounds"); do
     shoot igi-one-ray "$round" "${igi[@]}" --set shadowrays=1
     shoot igi-all-rays "$round" "${igi[@]}" --set shadowrays=0
     shoot igi-note "$round" "${igi[@]}" --set rrthreshold=0.0767  # roulette by a threshold [cd/m²], as [Pharr 2004]
-    shoot igi-tree "$round" "${igi[@]}" --set choice=tree
     shoot gather "$round" --integrator photonmap --spp "$spp" --seed "$round" --set photons=500000 gatherrays=1
     shoot path "$round" --integrator path --spp "$spp" --seed "$round" --set maxdepth=0
 done
-for run in direct igi-few igi igi-one-ray igi-all-rays igi-note igi-tree gather path; do
+for run in direct igi-few igi igi-one-ray igi-all-rays igi-note gather path; do
     "$lucerna" compare "$out/$run-1.exr" "$reference" --json "$out/$run-error.json" >/dev/null
 done
 /usr/bin/python3 bench/figures/igi_cost.py "$out" "$rounds"

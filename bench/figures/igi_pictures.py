@@ -25,13 +25,13 @@ PICTURES = {
     "sets-1": {**IGI, "nsets": 1},
     "sets-16": {**IGI, "nsets": 16},
     "sets-256": {**IGI, "nsets": 256},
-    "no-mindist": {**IGI, "nsets": 16, "mindist": 0},
-    "compensated": {**IGI, "nsets": 16, "compensate": True},
+    "no-mindist": {**IGI, "nsets": 16, "mindist": 1e-6},
+    "compensated": {**IGI, "nsets": 16, "gathersamples": 1},
 }
 ROOM = {
     "room-igi": {},
     "room-path": {"integrator": "path", "maxdepth": 0, "spp": 32},
-    "room-compensated": {"integrator": "igi", "compensate": True},
+    "room-compensated": {"integrator": "igi", "gathersamples": 1},
 }
 
 

@@ -19,9 +19,9 @@ METHODS = {
     "direct": ["direct"],
     "photonmap": ["photonmap", "photons=20000"],
     "photonmap-maps": ["photonmap", "photons=20000", "direct=map", "indirect=map"],
-    "photonmap-guided": ["photonmap", "photons=20000", "direct=guided", "guidephotons=20000", "precompute=0"],
+    "photonmap-guided": ["photonmap", "photons=20000", "direct=guided", "precompute=0"],
     "igi": ["igi", "nlights=16", "nsets=4", "causticpaths=20000"],
-    "igi-tree": ["igi", "nlights=16", "nsets=4", "causticpaths=20000", "compensate=true", "choice=tree"],
+    "igi-compensated": ["igi", "nlights=16", "nsets=4", "causticpaths=20000", "gathersamples=1"],
     "progressive": ["progressive", "photons=5000"],
 }
 LINES_OF_BLOCK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}  # by OpenEXR's compression

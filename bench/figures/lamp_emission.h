@@ -22,10 +22,8 @@
 
 namespace lucerna {
 
-inline constexpr std::array<std::pair<EmissionMode, std::string_view>, 3> kEmissionModes{
-    {{EmissionMode::constant, "constant"},
-     {EmissionMode::exact, "exact"},
-     {EmissionMode::weighted, "weighted"}}};
+inline constexpr std::array<std::pair<EmissionMode, std::string_view>, 2> kEmissionModes{
+    {{EmissionMode::constant, "constant"}, {EmissionMode::exact, "exact"}}};
 
 // Of this process: others may be at work on the machine.
 inline double cpu_seconds() {

@@ -17,14 +17,14 @@ METHODS = {
     "path": ["--integrator", "path"],
     "photonmap": ["--integrator", "photonmap"],
     "progressive": ["--integrator", "progressive"],
-    "igi": ["--integrator", "igi", "--set", "compensate=true", "--set", "nsets=64"],
+    "igi": ["--integrator", "igi", "--set", "gathersamples=1", "--set", "nsets=64"],
     "chosen": [],
 }
 # By what references are made. Where nothing throws caustics, compensated virtual lights show all that path shows, with less noise.
 REFERENCES = {
     "path": METHODS["path"],
     "progressive": METHODS["progressive"],
-    "igi": ["--integrator", "igi", "--set", "compensate=true", "--set", "nsets=4096"],
+    "igi": ["--integrator", "igi", "--set", "gathersamples=1", "--set", "nsets=4096"],
 }
 # The file, its size, and by what its reference is made ("given": it is there).
 SCENES = {

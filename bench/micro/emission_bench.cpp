@@ -459,8 +459,6 @@ BENCHMARK_CAPTURE(emit_coloured, as, false, EmissionMode::exact)
     ->Name("emission/batch/exact/8x8x16x16/coloured");
 BENCHMARK_CAPTURE(emit_coloured, al, true, EmissionMode::exact)
     ->Name("emission/batch/exact/32x32x128x128/coloured");
-BENCHMARK_CAPTURE(emit_batches, wl, true, EmissionMode::weighted, false)
-    ->Name("emission/batch/weighted/32x32x128x128");
 BENCHMARK_CAPTURE(emit_singly, cs, false, EmissionMode::constant)->Name("emission/single/constant/8x8x16x16");
 BENCHMARK_CAPTURE(emit_singly, cl, true, EmissionMode::constant)
     ->Name("emission/single/constant/32x32x128x128");

@@ -10,7 +10,6 @@ namespace {
 
 std::string accepted(const Field& field) {
     if (!field.choices.empty()) return fmt::format("{}", fmt::join(field.choices, " | "));
-    if (std::holds_alternative<bool*>(field.target)) return "true | false";
     return fmt::format("{} >= {:g}", field.whole ? "whole" : "number", field.least);
 }
 
@@ -21,7 +20,7 @@ std::string_view purpose(std::string_view integrator) {
     if (integrator == "photonmap") return "photon maps with projected density estimation and final gather";
     if (integrator == "progressive") return "photon mapping in passes with a shrinking radius; consistent";
     return "instant global illumination with virtual point lights: smooth images; caustics from photons; "
-           "complete with compensate=true";
+           "complete with gathersamples=1";
 }
 
 }  // namespace
@@ -33,7 +32,10 @@ std::string integrators_text() {
     for (const std::string_view name : integrator_names()) {
         text += fmt::format("\n{}: {}\n", name, purpose(name));
         IntegratorSettings settings = make_settings(name, {});
+        bool in_studies = false;
         for (const Field& field : fields(settings)) {
+            if (field.in_studies && !in_studies) text += "  for studies:\n";
+            in_studies = field.in_studies;
             text += fmt::format("  {:<17} {:<12} {}  [{}]\n", field.name, field.text(), field.help,
                                 accepted(field));
         }
@@ -48,7 +50,10 @@ std::string integrators_markdown(std::string_view level) {
             "\n{} {}\n\n{}.\n\n| parameter | default | meaning | accepted |\n| --- | --- | --- | --- |\n",
             level, name, markdown(purpose(name)));
         IntegratorSettings settings = make_settings(name, {});
+        bool in_studies = false;
         for (const Field& field : fields(settings)) {
+            if (field.in_studies && !in_studies) text += "| **for studies** | | | |\n";
+            in_studies = field.in_studies;
             text += fmt::format("| `{}` | {} | {} | {} |\n", field.name, markdown(field.text()),
                                 markdown(field.help), markdown(accepted(field)));
         }

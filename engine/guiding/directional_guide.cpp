@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/defensive.h"
 #include "engine/base/error.h"
 #include "engine/base/warp.h"
 #include "engine/system/memory.h"
@@ -150,7 +151,7 @@ class HistogramSum {
         squares_ += weight * weight;
     }
     // None: nothing was added, or light comes about evenly.
-    std::optional<SquareHistogram> histogram(float defensive_weight) const {
+    std::optional<SquareHistogram> histogram() const {
         if (!(sum_ > 0) || !std::isfinite(squares_)) return std::nullopt;
         const float photons = sum_ * sum_ / squares_;  // that weigh alike and say as much
         constexpr auto kCells = static_cast<float>(SquareHistogram::kCells);
@@ -159,7 +160,7 @@ class HistogramSum {
         // Scattered by chance, photons have that much of it more; each fills about 9/4 cells.
         const float gain = second - kCells / (photons * 2.25F);
         if (gain < kLeastGain) return std::nullopt;
-        const float guided = (1 - defensive_weight) * photons / (photons + kEvenPhotons);
+        const float guided = (1 - kDefensiveWeight) * photons / (photons + kEvenPhotons);
         std::array<float, SquareHistogram::kCells> weights;
         for (std::size_t i = 0; i < weights.size(); ++i) {
             weights[i] = guided * cells_[i] / sum_ + (1 - guided) / kCells;
@@ -186,7 +187,7 @@ std::optional<SquareHistogram> histogram_at(const PhotonMap& map, const Directio
         const V3f from = frame.to_local(-photon.direction.unpack());
         if (from.z > 0) sum.add(disc_to_square({from.x, from.y}), luminance(photon.power));
     }
-    return sum.histogram(settings.defensive_weight);
+    return sum.histogram();
 }
 
 }  // namespace
@@ -231,7 +232,7 @@ DirectionGuideMap::DirectionGuideMap(const PhotonMap& map, const DirectionGuidin
     // Where it pays hardly anywhere, a look-up at each point costs more than it brings.
     const double paying = static_cast<double>(histograms_.size());
     if (paying < kLeastPaying * static_cast<double>(places_.size())) histograms_.clear();
-    if (!histograms_.empty()) index_ = make_photon_index(IndexKind::tree, places_, normals_, workers);
+    if (!histograms_.empty()) index_ = make_photon_index(settings.index, places_, normals_, workers);
 }
 
 DirectionGuide DirectionGuideMap::at(const V3f& x, const Bsdf& bsdf, const V3f& wo) const {
@@ -306,7 +307,7 @@ DirectionGuideMap build_direction_guides(const Scene& scene, const DirectionGuid
     paths.count = parameters.paths;
     paths.seed = parameters.seed;
     paths.phase = "guide";
-    const LightChooser lights(scene, parameters.lights);
+    const LightChooser lights(scene);
     std::vector<UnsampledHits> chunks;
     trace_light_paths(
         {scene, workers, monitor}, paths, chunks,
@@ -320,7 +321,7 @@ DirectionGuideMap build_direction_guides(const Scene& scene, const DirectionGuid
         require_memory_for_photons);
     Photons all;
     for (const UnsampledHits& chunk : chunks) all.append(chunk.photons);
-    return {PhotonMap(all, IndexKind::tree, workers), parameters.settings, workers};
+    return {PhotonMap(all, parameters.settings.index, workers), parameters.settings, workers};
 }
 
 namespace {

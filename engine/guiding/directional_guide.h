@@ -80,9 +80,8 @@ struct DirectionGuiding {
     // Photons of a histogram, in [1, kMostPhotons].
     static constexpr int kMostPhotons = 1024;
     int k = 256;
-    float radius = 1;  // the largest distance at which they, and stations, are looked for, scene units, > 0
-    // Defensive mixture weight: the least share of the cosine's own density, in (0, 1].
-    float defensive_weight = 0.25F;
+    float radius = 1;  // largest distance at which photons and cache records are searched, scene units, > 0
+    IndexKind index = IndexKind::tree;  // search structure of the photons and of the cache records
 };
 
 // Stations and their histograms. Constant, safe to share between threads.
@@ -113,7 +112,6 @@ class DirectionGuideMap {
 struct DirectionGuideParameters {
     std::int64_t paths = 0;
     std::uint64_t seed = 0;
-    LightSelection lights = LightSelection::tree;
     DirectionGuiding settings;
 };
 DirectionGuideMap build_direction_guides(const Scene& scene, const DirectionGuideParameters& parameters,

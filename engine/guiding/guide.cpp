@@ -214,7 +214,7 @@ void GuideMap::cache_distributions(std::span<const std::unique_ptr<Light>> light
         }
         choices_.insert(choices_.end(), chunk.choices.begin(), chunk.choices.end());
     }
-    index_ = make_photon_index(IndexKind::tree, places_, normals_, workers);
+    index_ = make_photon_index(settings_.index, places_, normals_, workers);
 }
 
 Guide GuideMap::at(const V3f& x, const V3f& n) const {
@@ -270,7 +270,7 @@ void require_memory_for_guides(const std::vector<FirstHits>& chunks, std::int64_
         expected_of(chunks, paths, all, [](const FirstHits& chunk) { return chunk.photons.size(); });
     require_memory(static_cast<std::uint64_t>(photons * (3 * kBytesOfHit + kTree)),
                    fmt::format("guides of about {:.2g} photons from {} light paths", photons, all),
-                   "use fewer light paths (guidephotons)");
+                   "use fewer light paths (guidelights, prepass or photons)");
 }
 
 }  // namespace
@@ -295,8 +295,8 @@ GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, con
         require_memory_for_guides);
     Photons all;
     for (const FirstHits& chunk : chunks) all.append(chunk.photons);
-    const LightTree* const tree = parameters.lights == LightSelection::tree ? &scene.light_tree() : nullptr;
-    return {PhotonMap(all), scene.lights(), tree, parameters.settings, workers};
+    return {PhotonMap(all, parameters.settings.index), scene.lights(), &scene.light_tree(),
+            parameters.settings, workers};
 }
 
 }  // namespace lucerna

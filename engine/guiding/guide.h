@@ -25,21 +25,13 @@
 
 namespace lucerna {
 
-// How shadow rays are guided, for direct light `gated` and `guided`.
-struct DirectGuiding {
-    std::int64_t photons = 200'000;  // light paths whose first hits are the guide, in [1, 2^32]
-    int k = 64;  // photons of each cached distribution, in [1, GuideSettings::kMostPhotons]
-    // Defensive mixture weight: the least share of the plain choice, in (0, 1]; keeps `guided` unbiased.
-    float defensive_weight = 0.25F;
-    int candidates = 0;  // places of lights weighed for one shadow ray; 0: 16 where a light has parts, else 4
-};
-
 struct GuideSettings {
     static constexpr int kMostPhotons = 255;
 
     // Photons of a cached distribution, in [1, kMostPhotons]; 0: none is cached, any_near() alone.
     int k = 64;
-    float radius = 1;  // the largest distance at which they are looked for, scene units, > 0
+    float radius = 1;                   // the largest distance at which they are looked for, scene units, > 0
+    IndexKind index = IndexKind::tree;  // search structure of the photons and of the distributions
 };
 
 // One photon as a sample of the distribution over (light, part).
@@ -97,7 +89,6 @@ struct GuideParameters {
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
     GuideSettings settings;
-    LightSelection lights = LightSelection::tree;  // the plain choice
 };
 GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
                       Monitor& monitor);
@@ -118,8 +109,6 @@ GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, con
 // work.
 
 struct GuidedLightSettings {
-    float defensive_weight =
-        0.25F;  // defensive mixture weight: the least share of the plain choice, in (0, 1]
     static constexpr int kMostCandidates = 1024;
     int candidates = 16;  // places of lights weighed before one is asked for, in [1, kMostCandidates]
 };

@@ -1,3 +1,4 @@
+#include "engine/base/defensive.h"
 #include "engine/guiding/guide.h"
 
 #include <algorithm>
@@ -136,10 +137,8 @@ std::optional<BsdfSample> gated_light(const Scene& scene, const GuideMap& guides
 std::optional<BsdfSample> GuidedLight::operator()(const Vertex& vertex, Sampler& sampler,
                                                   const LightChoice& plain, const PathAccount& path) const {
     const SurfacePoint& x = vertex.hit.at;
-    const bool guided = settings_.defensive_weight < 1;
-    const Guide guide = guided ? guides_.at(x.p, vertex.normal()) : Guide();
-    const LightChoice choice =
-        plain.guided(guide, std::max(settings_.defensive_weight, guide.defensive_weight()));
+    const Guide guide = guides_.at(x.p, vertex.normal());
+    const LightChoice choice = plain.guided(guide, std::max(kDefensiveWeight, guide.defensive_weight()));
 
     // Sample the lights.
     const Candidates all = draw_candidates(scene_, vertex, choice, settings_.candidates, sampler);

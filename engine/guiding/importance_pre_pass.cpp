@@ -52,7 +52,7 @@ std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene
                                                               const ImportancePrePassSettings& settings,
                                                               const Workers& workers, Monitor& monitor) {
     LightPaths paths;
-    paths.count = settings.guiding.paths;
+    paths.count = settings.paths;
     paths.seed = settings.seed;
     paths.pass = kEmissionPrePass;
     paths.specular_below = settings.specular_below;
@@ -62,7 +62,7 @@ std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene
     std::vector<PrePassPhotons> chunks;
     trace_light_paths({scene, workers, monitor}, paths, chunks, [&](std::int64_t /*count*/) {
         PrePassPhotons chunk;
-        chunk.share = 1.0F / static_cast<float>(settings.guiding.paths);
+        chunk.share = 1.0F / static_cast<float>(settings.paths);
         return chunk;
     });
     std::array<std::optional<PhotonMap>, kMapKinds> maps;
@@ -70,7 +70,7 @@ std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene
         const auto k = static_cast<std::size_t>(kind);
         Photons all;
         for (const PrePassPhotons& chunk : chunks) all.append(chunk.photons[k]);
-        if (all.size() > 0) maps[k].emplace(all, IndexKind::tree, workers);
+        if (all.size() > 0) maps[k].emplace(all, settings.index, workers);
     }
     return maps;
 }
@@ -97,7 +97,7 @@ class Scorer {
     // By path.
     std::vector<float> scores() const {
         const std::vector<float> shown = radiances();
-        std::vector<float> scores(static_cast<std::size_t>(settings_.guiding.paths));
+        std::vector<float> scores(static_cast<std::size_t>(settings_.paths));
         for (const auto& chunk : parts_) {
             for (const Part& part : chunk) {
                 if (!part.read) continue;
@@ -178,12 +178,11 @@ std::vector<std::vector<EmissionTrial>> trials(const Scene& scene, std::uint64_t
 
 }  // namespace
 
-LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const float> scores,
-                              float defensive_weight) {
+LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const float> scores) {
     auto by_light = trials(scene, seed, scores);
     std::vector<double> powers;
     for (const auto& light : scene.lights()) powers.push_back(light->power());
-    return LearnedEmission(scene, learn_blocks(by_light, powers, {}), defensive_weight);
+    return LearnedEmission(scene, learn_blocks(by_light, powers, {}));
 }
 
 std::string describe_pre_pass(std::int64_t paths) {
@@ -191,8 +190,8 @@ std::string describe_pre_pass(std::int64_t paths) {
                        paths);
 }
 
-std::string_view why_emission_is_plain(const EmissionGuiding& guiding, const RenderContext& context) {
-    if (guiding.paths == 0) return "plain: prepass = 0";
+std::string_view why_emission_is_plain(std::int64_t paths, const RenderContext& context) {
+    if (paths == 0) return "plain: prepass = 0";
     if (!context.view) return "plain: there is no camera";
     if (scatters(context.scene.media())) return "plain: a medium scatters";
     if (!(context.scene.picker().total_power() > 0)) return "plain: no light shines";
@@ -207,7 +206,7 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
 
     // Where the picture looks.
     ImportonParameters looks;
-    looks.rays = std::clamp<std::int64_t>(settings.guiding.paths / kPathsPerRay, 64, looks.rays);
+    looks.rays = std::clamp<std::int64_t>(settings.paths / kPathsPerRay, 64, looks.rays);
     looks.gather = settings.gather;
     looks.meter = settings.meter;
     looks.seed = settings.seed;
@@ -220,11 +219,10 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
     const std::vector<float> scores = Scorer(maps, settings, importons, workers).scores();
 
     // Which ones to emit.
-    ImportancePrePass pre_pass{
-        learn_density(scene, settings.seed, scores, settings.guiding.defensive_weight)};
+    ImportancePrePass pre_pass{learn_density(scene, settings.seed, scores)};
     pre_pass.importons = importons.size();
     for (const float score : scores) pre_pass.useful += score > 0 ? 1 : 0;
-    pre_pass.useful /= static_cast<double>(settings.guiding.paths);
+    pre_pass.useful /= static_cast<double>(settings.paths);
     pre_pass.seconds = watch.seconds();
     return pre_pass;
 }

@@ -87,24 +87,16 @@ std::vector<Importon> trace_importons(const Scene& scene, const View& view,
 // A pre-pass's place among the passes: none of them ever has that number, nor has the pre-pass for radii.
 inline constexpr std::uint32_t kEmissionPrePass = 0xfffffffeU;
 
-// How light paths are guided towards what the camera sees: by a pre-pass that learns which lights, and which
-// of their particles, matter there.
-struct EmissionGuiding {
-    std::int64_t paths = 0;  // light paths of the pre-pass, in [0, 2^24]; 0: none, emission by power alone
-    // Defensive mixture weight: the least share of emission by power, in (0, 1]. It keeps the mixture
-    // unbiased and its weights below 1 / defensive_weight.
-    float defensive_weight = 0.25F;
-};
-
 struct ImportancePrePassSettings {
-    EmissionGuiding guiding;  // paths > 0
+    std::int64_t paths = 0;  // light paths of the pre-pass, in [1, 2^24]
     std::uint64_t seed = 0;
     // Which maps the image reads where the camera looks, and where gather rays land (if it gathers).
     std::array<bool, kMapKinds> seen{}, at_gather{};
     bool gather = false;
-    bool meter = false;                // the image shows illuminance
-    DensityEstimateSettings estimate;  // k: photons of the pre-pass in an estimate
-    float specular_below = 0;          // MapParameters'
+    bool meter = false;                 // the image shows illuminance
+    DensityEstimateSettings estimate;   // k: photons of the pre-pass in an estimate
+    float specular_below = 0;           // MapParameters'
+    IndexKind index = IndexKind::tree;  // MapParameters'
 };
 
 struct ImportancePrePass {
@@ -115,15 +107,15 @@ struct ImportancePrePass {
 };
 
 // The density learned from pre-pass paths 0, 1 …, each by its second moment. They must have started plainly:
-// from Emission(scene, seed, Purpose::emission, kEmissionPrePass). `defensive_weight` in (0, 1].
-LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const float> scores,
-                              float defensive_weight);
+// from Emission(scene, seed, Purpose::emission, kEmissionPrePass).
+LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const float> scores);
 
 // A pre-pass of so many light paths, in words.
 std::string describe_pre_pass(std::int64_t paths);
 
-// Why emission is by power alone, whatever the settings of a pre-pass say; empty: there may be one.
-std::string_view why_emission_is_plain(const EmissionGuiding& guiding, const RenderContext& context);
+// Returns why light paths are emitted by power alone, or an empty text if a pre-pass of `paths` light paths
+// may guide them.
+std::string_view why_emission_is_plain(std::int64_t paths, const RenderContext& context);
 
 // None where there is nothing to learn: no light, nothing seen, a medium that scatters; or if the monitor
 // stopped it. The same for any number of threads.

@@ -9,8 +9,7 @@ namespace {
 
 class DirectEstimator final : public Estimator {
   public:
-    DirectEstimator(const Scene& scene, const DirectSettings& settings)
-        : scene_(scene), lights_(scene, settings.lights) {}
+    explicit DirectEstimator(const Scene& scene) : scene_(scene), lights_(scene) {}
 
     void follow(const EyePath& path, Sampler& sampler) const override {
         lucerna::follow(scene_, path, sampler, Visitor{{}, *this});
@@ -36,22 +35,17 @@ class DirectEstimator final : public Estimator {
 
 class DirectIntegrator final : public Integrator {
   public:
-    explicit DirectIntegrator(const DirectSettings& settings) : settings_(settings) {}
     std::unique_ptr<const Session> begin(const RenderContext& context,
                                          OnceStatistics& /*statistics*/) const override {
-        return session_without_state([&scene = context.scene, settings = settings_] {
-            return std::make_unique<DirectEstimator>(scene, settings);
-        });
+        return session_without_state(
+            [&scene = context.scene] { return std::make_unique<DirectEstimator>(scene); });
     }
-
-  private:
-    DirectSettings settings_;
 };
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_direct(const DirectSettings& settings) {
-    return std::make_unique<DirectIntegrator>(settings);
+std::unique_ptr<Integrator> make_direct() {
+    return std::make_unique<DirectIntegrator>();
 }
 
 }  // namespace lucerna

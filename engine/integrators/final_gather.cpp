@@ -201,9 +201,8 @@ FinalGather::FinalGather(const Scene& scene, const PhotonMapSettings& settings, 
       caustic_radii_(std::move(state.caustic_radii)),
       samples_(parts.samples),
       edges_(parts.edges),
-      guided_{settings.guide.defensive_weight,
-              settings.guide.candidates > 0 ? settings.guide.candidates : candidates_that_pay(scene)},
-      lights_(scene, settings.lights) {}
+      guided_{candidates_that_pay(scene)},
+      lights_(scene) {}
 
 void FinalGather::follow(const EyePath& path, Sampler& sampler) const {
     Splits splits{splitting_.at(path.film)};
@@ -230,7 +229,7 @@ void FinalGather::split(const PassContext& context) {
 }
 void FinalGather::split_by(const Splitting& learned) {
     splitting_ = learned;
-    if (settings_.guide_gather != GatherGuiding::on && !splitting_.any_guided()) directions_.reset();
+    if (!splitting_.any_guided()) directions_.reset();
 }
 
 namespace {
@@ -306,7 +305,7 @@ void FinalGather::shade_eye(const EyePath& path, const Vertex& vertex, const Spl
                 });
     }
     if (path.left == 1) return;  // a gather ray would meet what emits, and that is direct light
-    const bool guided = pilot || numbers.guided || settings_.guide_gather == GatherGuiding::on;
+    const bool guided = pilot || numbers.guided;
     some_of(numbers.gather_rays, kGatherBranch, pilot ? &pilot->gather : nullptr, path, sampler,
             [&](const EyePath& one, Sampler& own) { return gather_ray(one, vertex, guided, own); });
 }

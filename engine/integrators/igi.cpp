@@ -4,6 +4,7 @@
 
 #include <bit>
 
+#include "engine/base/defensive.h"
 #include "engine/guiding/guide.h"
 #include "engine/integrators/integrator.h"
 #include "engine/transport/follow.h"
@@ -45,8 +46,8 @@ class IgiEstimator final : public Estimator {
           lights_(std::move(lights)),
           caustics_(std::move(caustics)),
           guides_(guides),
-          chooser_(scene, settings.lights),
-          guided_{settings.pre_pass.defensive_weight, candidates_that_pay(scene)},
+          chooser_(scene),
+          guided_{candidates_that_pay(scene)},
           shading_(scene, settings, lights_.paths()),
           only_diffuse_(!throws_caustics(scene)) {}
 
@@ -88,7 +89,7 @@ class IgiEstimator final : public Estimator {
     // The lobes of a surface that VPLs light. With compensation gloss is none of them: through its peak
     // single VPLs are seen as sparks, and rays find all of what it shows.
     Bsdf lit_by_vpls(const Bsdf& bsdf) const {
-        return settings_.compensate ? bsdf.blurred_part(caustics_.specular_below()) : bsdf;
+        return settings_.compensates() ? bsdf.blurred_part(caustics_.specular_below()) : bsdf;
     }
 
     // How a surface chooses the light that it asks.
@@ -97,7 +98,7 @@ class IgiEstimator final : public Estimator {
         const LightChoice plain = chooser_.at(x, vertex.bsdf, vertex.wo);
         if (!guides_) return plain;
         const Guide guide = guides_->at(x.p, vertex.normal());
-        return plain.guided(guide, std::max(settings_.pre_pass.defensive_weight, guide.defensive_weight()));
+        return plain.guided(guide, std::max(kDefensiveWeight, guide.defensive_weight()));
     }
     std::optional<BsdfSample> direct(const PathAccount& path, const Vertex& vertex, Sampler& sampler) const {
         if (!guides_) return direct_light(scene_, vertex, sampler, choice_at(vertex), path);
@@ -176,7 +177,7 @@ class IgiEstimator::Compensation : public EyeVisitor {
         from_ = at.from();
         cosine_ = 1;
         by_vpls_ = Rgb(1);
-        caustic_ = of_.caustics_.left_to_rays();
+        caustic_ = Rgb(1);
         specular_ = false;
         path.rule.weight = lamps();
     }
@@ -296,7 +297,7 @@ std::optional<BsdfSample> IgiEstimator::shade(const EyePath& path, const Vertex&
                                               Sampler& sampler) const {
     LightChoice choice;
     std::optional<BsdfSample> specular;
-    if (settings_.compensate) {
+    if (settings_.compensates()) {
         choice = choice_at(at);
         next_event(scene_, at, sampler, choice, path);
     } else {
@@ -306,7 +307,7 @@ std::optional<BsdfSample> IgiEstimator::shade(const EyePath& path, const Vertex&
     const Bsdf lit = lit_by_vpls(at.bsdf);
     indirect(path, Vertex{at.hit, lit, at.wo, at.medium}, set, sampler);
     caustics_.add_radiance(at, set.half, path.left, path.times(settings_.indirect_scale));
-    if (!settings_.compensate) return specular;
+    if (!settings_.compensates()) return specular;
 
     for (int i = 0; i < settings_.gather_samples; ++i) {
         const BsdfU u{sampler.next(), sampler.next2()};
@@ -327,7 +328,7 @@ std::optional<BsdfSample> IgiEstimator::shade(const EyePath& path, const Vertex&
 void IgiEstimator::shade(const EyePath& path, const MediumVertex& at, const LightSet& set,
                          Sampler& sampler) const {
     const LightChoice choice = chooser_.at(at.p);
-    if (!settings_.compensate) {
+    if (!settings_.compensates()) {
         direct_light(scene_, at, sampler, choice, path);
         return indirect(path, at, set, sampler);
     }
@@ -368,10 +369,6 @@ std::uint32_t sets_of(const IgiSettings& settings) {
 std::uint32_t paths_of(const IgiSettings& settings) {
     return std::bit_ceil(static_cast<std::uint32_t>(settings.nlights));
 }
-// Whether more VPLs are made than are kept. A defensive weight of 1 leaves all as it is.
-bool thins(const IgiSettings& settings) {
-    return settings.pre_pass.paths > 0 && settings.pre_pass.defensive_weight < 1;
-}
 
 class IgiSession final : public Session {
   public:
@@ -392,7 +389,7 @@ class IgiSession final : public Session {
         parameters.longest =
             most_bounces(settings_.max_depth) - 2;  // its own, and the place's that it lights
         if (pre_pass_) parameters.emission = &pre_pass_->importance.emission;
-        const std::uint32_t factor = pre_pass_ && thins(settings_) ? thinning(parameters) : 1;
+        const std::uint32_t factor = pre_pass_ ? thinning(parameters) : 1;
         parameters.paths *= factor;
         VplSets vpls = build_vpls(scene, parameters, context.workers, monitor);
         if (monitor.stopped()) return nullptr;
@@ -408,8 +405,7 @@ class IgiSession final : public Session {
         IgiVpls ordered(vpls, parameters.paths, settings_, context.workers);
         phase.advance(1);
         if (context.two_halves && ordered.sets() < 2)
-            warn_of_shared("one set of virtual lights (\"integer nsets\" 1, \"string choice\" \"tree\") is",
-                           monitor);
+            warn_of_shared("one set of virtual lights (\"integer nsets\" 1) is", monitor);
         made.total = vpls.lights.size();
         made.sets = parameters.sets;
         made.bytes = ordered.bytes();
@@ -444,13 +440,13 @@ class IgiIntegrator final : public Integrator {
 
     std::vector<std::string> describe(const Scene& scene) const override {
         std::vector<std::string> lines;
-        if (settings_.pre_pass.paths > 0) lines.push_back(describe_pre_pass(settings_.pre_pass.paths));
+        if (settings_.pre_pass > 0) lines.push_back(describe_pre_pass(settings_.pre_pass));
         lines.push_back(fmt::format("{} sets of virtual point lights from {} light paths each",
                                     sets_of(settings_), paths_of(settings_)));
-        if (thins(settings_))
+        if (settings_.pre_pass > 0)
             lines.push_back(
                 "selected from more light paths, the virtual point lights that the picture needs");
-        if (settings_.caustics == CausticMethod::map && throws_caustics(scene)) {
+        if (settings_.caustic_paths > 0 && throws_caustics(scene)) {
             lines.push_back(fmt::format("a Caustic map of {} light paths", settings_.caustic_paths));
         }
         return lines;

@@ -7,7 +7,7 @@ struct Make {
     const MapFiles& files;
 
     std::unique_ptr<Integrator> operator()(const PathSettings& s) const { return make_path(s); }
-    std::unique_ptr<Integrator> operator()(const DirectSettings& s) const { return make_direct(s); }
+    std::unique_ptr<Integrator> operator()(const DirectSettings&) const { return make_direct(); }
     std::unique_ptr<Integrator> operator()(const PhotonMapSettings& s) const {
         return make_photon_mapping(s, files);
     }

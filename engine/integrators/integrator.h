@@ -61,7 +61,7 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, 
 
 // One for each integrator's file.
 std::unique_ptr<Integrator> make_path(const PathSettings& settings);
-std::unique_ptr<Integrator> make_direct(const DirectSettings& settings);
+std::unique_ptr<Integrator> make_direct();
 std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings,
                                                 const MapFiles& files = {});
 std::unique_ptr<Integrator> make_igi(const IgiSettings& settings);

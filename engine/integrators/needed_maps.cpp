@@ -13,7 +13,7 @@ namespace {
 MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
     if (goes_by_guides(settings, scene)) {
         return {false, fmt::format("direct light is sampled, guided by {} light paths of its own",
-                                   settings.guide.photons)};
+                                   guide_paths(settings))};
     }
     if (settings.direct == DirectMethod::guided) {
         return {false, "direct light is sampled as with mc: a single light without parts leaves no choice"};
@@ -74,6 +74,11 @@ MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& s
 bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene) {
     return settings.direct == DirectMethod::gated ||
            (settings.direct == DirectMethod::guided && !nothing_to_choose(scene));
+}
+
+std::int64_t guide_paths(const PhotonMapSettings& settings) {
+    constexpr std::int64_t kOneIn = 5;  // light paths of the maps; 200,000 by default
+    return (settings.photons + kOneIn - 1) / kOneIn;
 }
 
 }  // namespace lucerna

@@ -10,6 +10,7 @@
 #include "engine/image/image.h"
 #include "engine/integrators/integrator.h"
 
+#include "engine/base/defensive.h"
 #include "engine/transport/direct_light.h"
 #include "engine/transport/follow.h"
 #include "photon/density_estimate.h"
@@ -33,15 +34,12 @@ float path_survival(const EyePath& path) {
 // Photons guide so many bounces of a path at the most: those after them bring little, and a look-up costs as
 // much at each.
 constexpr int kGuidedBounces = 3;
-// Defensive mixture weight: the least share of the plain choice of a light.
-constexpr float kLeastPlainChoice = 0.25F;
 
 class PathEstimator final : public Estimator {
   public:
     // Guides outlive it; null: none.
-    PathEstimator(const Scene& scene, const PathSettings& settings, const GuideMap* light_guides,
-                  const DirectionGuideMap* guides)
-        : scene_(scene), light_guides_(light_guides), guides_(guides), lights_(scene, settings.lights) {}
+    PathEstimator(const Scene& scene, const GuideMap* light_guides, const DirectionGuideMap* guides)
+        : scene_(scene), light_guides_(light_guides), guides_(guides), lights_(scene) {}
 
     void follow(const EyePath& path, Sampler& sampler) const override {
         lucerna::follow(scene_, path, sampler, Visitor{{}, *this, nullptr});
@@ -94,7 +92,7 @@ class PathEstimator final : public Estimator {
         const LightChoice plain = lights_.at(x.hit.at, x.bsdf, x.wo);
         if (!light_guides_ || bounce >= kGuidedBounces) return plain;
         const Guide guide = light_guides_->at(x.hit.at.p, x.normal());
-        return plain.guided(guide, std::max(kLeastPlainChoice, guide.defensive_weight()));
+        return plain.guided(guide, std::max(kDefensiveWeight, guide.defensive_weight()));
     }
 
     const Scene& scene_;
@@ -152,21 +150,17 @@ bool guides_pay(const PathEstimator& guided, const PathSettings& settings, const
 
 class PathSession final : public Session {
   public:
-    PathSession(const Scene& scene, const PathSettings& settings, std::optional<GuideMap> light_guides,
+    PathSession(const Scene& scene, std::optional<GuideMap> light_guides,
                 std::optional<DirectionGuideMap> guides)
-        : scene_(scene),
-          settings_(settings),
-          light_guides_(std::move(light_guides)),
-          guides_(std::move(guides)) {}
+        : scene_(scene), light_guides_(std::move(light_guides)), guides_(std::move(guides)) {}
     std::unique_ptr<const Estimator> pass(std::uint32_t /*index*/, Monitor& /*monitor*/,
                                           PassStatistics& /*statistics*/) const override {
-        return std::make_unique<PathEstimator>(scene_, settings_, light_guides_ ? &*light_guides_ : nullptr,
+        return std::make_unique<PathEstimator>(scene_, light_guides_ ? &*light_guides_ : nullptr,
                                                guides_ ? &*guides_ : nullptr);
     }
 
   private:
     const Scene& scene_;
-    PathSettings settings_;
     std::optional<GuideMap> light_guides_;
     std::optional<DirectionGuideMap> guides_;
 };
@@ -184,14 +178,13 @@ class PathIntegrator final : public Integrator {
         if (settings_.guide_paths > 0 && !context.monitor.stopped())
             guides = make_guides(context, statistics);
         if (context.monitor.stopped()) return nullptr;
-        return std::make_unique<PathSession>(context.scene, settings_, std::move(light_guides),
-                                             std::move(guides));
+        return std::make_unique<PathSession>(context.scene, std::move(light_guides), std::move(guides));
     }
 
   private:
     GuideMap make_light_guides(const RenderContext& context, OnceStatistics& statistics) const {
         const Stopwatch building;
-        GuideParameters parameters{settings_.guide_lights, context.seed, 0, {}, settings_.lights};
+        GuideParameters parameters{settings_.guide_lights, context.seed, 0, {}};
         parameters.settings.radius = largest_radius(diagonal(context.scene));
         GuideMap guides = build_guides(context.scene, parameters, context.workers, context.monitor);
         statistics.seconds.add("guide", building.seconds());
@@ -202,15 +195,13 @@ class PathIntegrator final : public Integrator {
     std::optional<DirectionGuideMap> make_guides(const RenderContext& context,
                                                  OnceStatistics& statistics) const {
         const Stopwatch building;
-        DirectionGuideParameters parameters{settings_.guide_paths, context.seed, settings_.lights, {}};
+        DirectionGuideParameters parameters{settings_.guide_paths, context.seed, {}};
         parameters.settings.radius = largest_radius(diagonal(context.scene));
-        parameters.settings.defensive_weight = settings_.bsdf_share;
         std::optional<DirectionGuideMap> guides(
             build_direction_guides(context.scene, parameters, context.workers, context.monitor));
         if (context.monitor.stopped()) return std::nullopt;
         const bool any = guides->stations() > 0;
-        if (!any || (context.view &&
-                     !guides_pay({context.scene, settings_, nullptr, &*guides}, settings_, context))) {
+        if (!any || (context.view && !guides_pay({context.scene, nullptr, &*guides}, settings_, context))) {
             guides.reset();
         }
         statistics.seconds.add("guide", building.seconds());

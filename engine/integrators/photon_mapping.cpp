@@ -115,7 +115,7 @@ namespace {
 int pre_pass_photons(const PhotonMapSettings& settings, int k) {
     constexpr double kLeast = 8, kMost = 32;
     if (k == 0) return static_cast<int>(kMost);
-    const double share = static_cast<double>(settings.pre_pass.paths) / static_cast<double>(settings.photons);
+    const double share = static_cast<double>(settings.pre_pass) / static_cast<double>(settings.photons);
     return static_cast<int>(std::clamp(std::ceil(k * share), kLeast, kMost));
 }
 
@@ -125,13 +125,14 @@ std::optional<ImportancePrePass> learn_emission(const PhotonMapSettings& setting
                                                 const DensityEstimateSettings& estimate,
                                                 const RenderContext& context, OnceStatistics& statistics) {
     ImportancePrePassSettings how;
-    how.guiding = settings.pre_pass;
+    how.paths = settings.pre_pass;
     how.seed = context.seed;
     how.gather = settings.indirect == IndirectMethod::gather;
     how.meter = settings.quantity == Quantity::illuminance;
     how.estimate = estimate;
     how.estimate.k = pre_pass_photons(settings, estimate.k);
     how.specular_below = settings.specular_below;
+    how.index = settings.index;
     bool reads = false;
     for (const MapKind kind : {MapKind::direct, MapKind::global, MapKind::caustic}) {
         const auto i = static_cast<std::size_t>(kind);
@@ -159,7 +160,7 @@ std::optional<GuideMap> emit_guides(const PhotonMapSettings& settings, const Ren
     const Stopwatch building;
     const float radius = density_settings(settings, context.scene).eye.radius;
     const GuideParameters parameters{
-        settings.guide.photons, context.seed, 0, {gate ? 0 : settings.guide.k, radius}, settings.lights};
+        guide_paths(settings), context.seed, 0, {gate ? 0 : GuideSettings{}.k, radius, settings.index}};
     GuideMap map = build_guides(context.scene, parameters, context.workers, context.monitor);
     statistics.seconds.add("guide", building.seconds());
     statistics.guides = {map.map().size(), map.distributions()};
@@ -214,7 +215,7 @@ class PhotonMapIntegrator final : public Integrator {
                                          OnceStatistics& statistics) const override {
         const DensityEstimateSettings how = density_settings(settings_, context.scene).eye;
         std::optional<ImportancePrePass> pre_pass;
-        if (files_.any() && settings_.pre_pass.paths > 0) {
+        if (files_.any() && settings_.pre_pass > 0) {
             statistics.emission = "plain: maps in files serve every camera";
         } else {
             pre_pass = learn_emission(settings_, how, context, statistics);
@@ -239,7 +240,7 @@ class PhotonMapIntegrator final : public Integrator {
             lines.push_back(
                 fmt::format("{} map {}", map_name(kind), map_need(kind, settings_, scene).text()));
         }
-        if (settings_.pre_pass.paths > 0) lines.push_back(describe_pre_pass(settings_.pre_pass.paths));
+        if (settings_.pre_pass > 0) lines.push_back(describe_pre_pass(settings_.pre_pass));
         const bool targets = settings_.caustic_photons > 0 || settings_.indirect_photons > 0;
         lines.push_back(targets ? "light paths until the targets are met"
                                 : fmt::format("{} light paths", settings_.photons));

@@ -40,5 +40,7 @@ MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& s
 // Whether direct light is sampled by photons of its own. Where there is nothing to choose `guided` needs
 // none.
 bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene);
+// Returns how many light paths make the photons by which direct light is sampled.
+std::int64_t guide_paths(const PhotonMapSettings& settings);
 
 }  // namespace lucerna

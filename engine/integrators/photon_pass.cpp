@@ -73,9 +73,7 @@ int kept_where_rays_land(const PhotonMapSettings& settings) {
 }
 
 bool may_guide(const PhotonMapSettings& settings) {
-    if (settings.indirect != IndirectMethod::gather) return false;
-    return settings.guide_gather == GatherGuiding::on ||
-           (settings.guide_gather == GatherGuiding::where_it_pays && is_split_by_pilot(settings));
+    return is_split_by_pilot(settings);
 }
 
 }  // namespace
@@ -141,7 +139,7 @@ std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, 
         const Stopwatch building;
         DirectionGuiding guiding;
         guiding.radius = density_settings(settings, context.scene).eye.radius;
-        guiding.defensive_weight = settings.cosine_share;
+        guiding.index = settings.index;
         state.directions.emplace(*global, guiding, context.workers);
         context.statistics.seconds.add("guide", building.seconds());
     }

@@ -13,10 +13,12 @@ namespace {
 // These are branches of an irradiance point's sampler; its probes have a sampler of their own.
 constexpr std::uint32_t kLightSamplesBranch = 1, kSunsBranch = 2;
 
+constexpr int kLightSamples = 4;  // of direct light at each point
+
 // Direct light at a point, sampled in both ways as direct_light() does it for a white surface there, whose
 // radiance times π is the irradiance.
 NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const SurfacePoint& at,
-                           const Sampler& point, int samples, IncidentLightSum& light) {
+                           const Sampler& point, IncidentLightSum& light) {
     Hit hit;
     hit.at = at;
     hit.ns = at.n;
@@ -26,7 +28,7 @@ NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const
     const Bsdf white = white_receiver(hit);
     const LightChoice choice = lights.at(at, white, hit.wo);
     const Vertex vertex{hit, white, hit.wo};
-    const float scale = kPi / static_cast<float>(samples);
+    const float scale = kPi / static_cast<float>(kLightSamples);
     float sum = 0, over_distance = 0;
     const auto add = [&](const Rgb& irradiance, const V3f& wi, float distance) {
         light.add(irradiance, wi);
@@ -38,7 +40,7 @@ NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const
         if (const auto from_sun = sunlight(scene, vertex, sun, to_suns))
             add(kPi * from_sun->radiance, from_sun->w, INFINITY);
     }
-    for (int i = 0; i < samples; ++i) {
+    for (int i = 0; i < kLightSamples; ++i) {
         Sampler sampler = point.split_stratified(kLightSamplesBranch, static_cast<std::uint32_t>(i));
         const float u_light = sampler.next();
         const V2f u_place = sampler.next2();
@@ -91,7 +93,7 @@ std::size_t stride_in_time(const PassContext& context, const PhotonMap& global,
 }  // namespace
 
 bool holds_direct(const PhotonMapSettings& settings, const Scene& scene) {
-    return settings.direct == DirectMethod::map || (settings.precompute_lights > 0 && scene.media().empty());
+    return settings.direct == DirectMethod::map || scene.media().empty();
 }
 
 IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonMaps& maps,
@@ -106,10 +108,10 @@ IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonM
     const Sampler probes(context.seed, Purpose::gather, context.pass, kNoPoint);
     IrradianceSources sources{read, how, Probing{context.scene, probes}, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {
-        sources.more = [&, lights = LightChooser(context.scene, settings.lights)](
-                           std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light) {
+        sources.more = [&, lights = LightChooser(context.scene)](std::uint32_t number, const SurfacePoint& at,
+                                                                 IncidentLightSum& light) {
             const Sampler point(context.seed, Purpose::gather, context.pass, number);
-            return add_direct_light(context.scene, lights, at, point, settings.precompute_lights, light);
+            return add_direct_light(context.scene, lights, at, point, light);
         };
     }
     BounceParameters bounce{static_cast<std::size_t>(settings.precompute), context.seed, context.pass};

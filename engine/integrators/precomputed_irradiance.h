@@ -17,7 +17,7 @@ bool holds_direct(const PhotonMapSettings& settings, const Scene& scene);
 
 // Makes a point for one photon in n of the Global map, which must be there
 // (settings.precompute > 0; with direct = map the Direct map, too), with the light of all maps; direct light
-// by the Direct map, or sampled as `settings.precompute_lights` says.
+// by the Direct map, or sampled.
 IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonMaps& maps,
                                        const DensityEstimateSettings& how, const PhotonMapSettings& settings);
 

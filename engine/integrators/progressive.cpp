@@ -130,10 +130,10 @@ PhotonMapSettings map_settings(const ProgressiveSettings& of) {
     PhotonMapSettings settings;
     settings.photons = of.photons;
     settings.direct = of.direct;
-    settings.lights = of.lights;
     settings.indirect = IndirectMethod::map;
     settings.estimate = of.estimate;
     settings.estimate.probes = kPassProbes;
+    settings.index = of.index;
     settings.pre_pass = of.pre_pass;
     settings.max_depth = of.max_depth;
     settings.quantity = of.quantity;
@@ -235,8 +235,7 @@ class ProgressiveIntegrator final : public Integrator {
                 ? fmt::format("the first radius is {:g}", settings_.estimate.radius)
                 : fmt::format("once: maps of a pre-pass, whose radius for {} photons is the first radius",
                               settings_.estimate.k));
-        if (settings_.pre_pass.paths > 0)
-            lines.push_back("once: " + describe_pre_pass(settings_.pre_pass.paths));
+        if (settings_.pre_pass > 0) lines.push_back("once: " + describe_pre_pass(settings_.pre_pass));
         return lines;
     }
 

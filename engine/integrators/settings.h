@@ -1,10 +1,11 @@
 // Typed settings of the integrators, and the one table that names them.
 //
-// The table (fields) is what scene files, `--set`, `--help`, the EXR header and the statistics read: a
-// parameter that is not in it does not exist.
+// The table (fields) names the parameters that scene files, `--set`, `--help`, the EXR header and the
+// statistics know. Members that it does not name keep their defaults there.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,24 +26,18 @@ namespace lucerna {
 // The unbiased reference.
 struct PathSettings {
     int max_depth = 0;  // see max_depth_of()
-    LightSelection lights = LightSelection::tree;
     Quantity quantity = Quantity::radiance;
     std::int64_t guide_lights = 0;  // light paths whose first hits guide the choice of lights; 0: none do
     std::int64_t guide_paths = 0;   // light paths whose photons guide bounces; 0: none do
-    float bsdf_share = 0.25F;       // defensive mixture weight: the least share of the BSDF's own density
 };
 
 // Direct light only; mirrors and glass are followed.
 struct DirectSettings {
     int max_depth = 0;  // see max_depth_of()
-    LightSelection lights = LightSelection::tree;
     Quantity quantity = Quantity::radiance;
 };
 
 enum class DirectMethod : std::uint8_t { mc, map, gated, guided };
-// Whether photons guide gather rays: where a pilot finds that it pays (with gather_rays = 0, as it is the
-// pilot of their number), always or never.
-enum class GatherGuiding : std::uint8_t { where_it_pays, on, off };
 enum class IndirectMethod : std::uint8_t { gather, map, none };
 
 struct PhotonMapSettings {
@@ -50,26 +45,22 @@ struct PhotonMapSettings {
     // Targets: paths are emitted until the Caustic and the Global map hold that many photons. 0: none.
     std::int64_t caustic_photons = 0, indirect_photons = 0;
     DirectMethod direct = DirectMethod::mc;
-    LightSelection lights = LightSelection::tree;
-    DirectGuiding guide;  // of `gated` and `guided`
     IndirectMethod indirect = IndirectMethod::gather;
-    GatherGuiding guide_gather = GatherGuiding::where_it_pays;
-    float cosine_share = 0.25F;  // defensive mixture weight of that: the least share of the cosine's density
-    int gather_rays = 0;         // per camera sample; 0: as many as pay where it looks (splitting.h)
+    // Gather rays per camera sample; 0: chosen adaptively, and guided by photons where that reduces noise
+    // (splitting.h).
+    int gather_rays = 0;
     // Precomputed irradiance, a point for one photon in n; 0: estimate at each gather ray's end.
     int precompute = 4;
-    // Light samples at each such point; 0: gather rays sample the lights themselves where they land.
-    int precompute_lights = 4;
     // Of what the camera sees. Radius 0: 5 % of the scene's diagonal.
     DensityEstimateSettings estimate = {.radius = 0, .boundary = Boundary::probes};
     int gather_k = 50;                  // the same where a gather ray lands, but for the number of photons
-    IndexKind index = IndexKind::tree;  // both find the same photons
+    IndexKind index = IndexKind::tree;  // search structure of photons; all give the same image
     // Lobes whose GGX alpha (the larger) lies below count as specular: light over them and nothing else goes
     // to the Caustic map. 0: perfect mirrors and smooth glass alone; the caustics of gloss are found by
     // gather rays, or go to the Global map.
     float specular_below = 0;
-    EmissionGuiding pre_pass;
-    int max_depth = 0;  // see max_depth_of()
+    std::int64_t pre_pass = 0;  // light paths of the importance pre-pass, in [0, 2^24]; 0: none
+    int max_depth = 0;          // see max_depth_of()
     Quantity quantity = Quantity::radiance;
 };
 
@@ -77,15 +68,17 @@ struct PhotonMapSettings {
 // (photon/radius_schedule.h): biased in every pass, consistent in their mean.
 struct ProgressiveSettings {
     std::int64_t photons = 100'000;  // light paths emitted in a pass
-    int samples = 4;  // camera samples per pixel in a pass; light is sampled by all, density estimated by one
-    float alpha = 2.0F / 3;  // the radius' share r²_{i+1}/r²_i is (i + alpha)/(i + 1)
-    DirectMethod direct = DirectMethod::mc;
-    LightSelection lights = LightSelection::tree;
+    // Camera samples per pixel and pass. All of them sample direct light; one of them estimates density,
+    // which costs as much as several light samples.
+    int samples = 4;
+    float alpha = 2.0F / 3;                  // the radius' share r²_{i+1}/r²_i is (i + alpha)/(i + 1)
+    DirectMethod direct = DirectMethod::mc;  // mc or map
     // k: photons of one pass that the first radius holds. Radius: the first one everywhere; 0: by k and the
     // local density. At edges the bias of a shrinking disc falls slowest: hence the probes.
     DensityEstimateSettings estimate = {.k = 60, .radius = 0, .boundary = Boundary::probes};
-    EmissionGuiding pre_pass;  // once, before the first pass
-    int max_depth = 0;         // see max_depth_of()
+    IndexKind index = IndexKind::tree;  // search structure of photons; all give the same image
+    std::int64_t pre_pass = 0;          // light paths of the importance pre-pass, in [0, 2^24]; 0: none
+    int max_depth = 0;                  // see max_depth_of()
     Quantity quantity = Quantity::radiance;
 };
 
@@ -114,7 +107,8 @@ struct Field {
     // Throws InputError naming the value and what is accepted.
     void set(const SettingValue& value, const Location& at);
 
-    std::variant<bool*, int*, std::int64_t*, float*, std::uint8_t*> target;
+    std::variant<int*, std::int64_t*, float*, std::uint8_t*> target;
+    bool in_studies = false;  // a study varies it; a user leaves it alone
 };
 
 std::vector<Field> fields(IntegratorSettings& settings);
@@ -126,6 +120,8 @@ Quantity quantity_of(const IntegratorSettings& settings);
 // light (`direct` lacks all but one bounce that is not specular).
 int max_depth_of(const IntegratorSettings& settings);
 void set_max_depth(IntegratorSettings& settings, int max_depth);
+// Returns what takes the place of a parameter that former versions had; none if they had no such one.
+std::optional<std::string_view> instead_of_removed(const IntegratorSettings& settings, std::string_view name);
 // Sets one parameter by name; throws InputError with the nearest known name and the list.
 void set_parameter(IntegratorSettings& settings, std::string_view name, const SettingValue& value,
                    const Location& at);

@@ -148,7 +148,7 @@ LedgerStatistics::LedgerStatistics(const Ledger& ledger)
       hits(ledger.hits),
       scatterings(ledger.scatterings) {}
 
-void report_pre_pass(const ImportancePrePass* pre_pass, const EmissionGuiding& guiding, const Scene& scene,
+void report_pre_pass(const ImportancePrePass* pre_pass, std::int64_t paths, const Scene& scene,
                      OnceStatistics& statistics) {
     if (!pre_pass) {
         statistics.emission = "plain: the pre-pass saw nothing";
@@ -156,7 +156,7 @@ void report_pre_pass(const ImportancePrePass* pre_pass, const EmissionGuiding& g
     }
     statistics.emission = "steered by an importance pre-pass";
     PrePassStatistics& learned = statistics.pre_pass.emplace();
-    learned.paths = static_cast<std::uint64_t>(guiding.paths);
+    learned.paths = static_cast<std::uint64_t>(paths);
     learned.importons = pre_pass->importons;
     learned.useful = pre_pass->useful;
     learned.blocks = pre_pass->emission.blocks();

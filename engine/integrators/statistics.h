@@ -73,7 +73,7 @@ struct OnceStatistics {
 };
 
 // Tells what an importance pre-pass learned, or (null) that it saw nothing.
-void report_pre_pass(const ImportancePrePass* pre_pass, const EmissionGuiding& guiding, const Scene& scene,
+void report_pre_pass(const ImportancePrePass* pre_pass, std::int64_t paths, const Scene& scene,
                      OnceStatistics& statistics);
 
 // What one pass made, or all of them.

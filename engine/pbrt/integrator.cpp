@@ -115,22 +115,13 @@ void set_in_one_line(IntegratorSettings& settings, std::string_view name, const 
 
 namespace {
 
-// Version 2's igi bounds VPLs by `glimit` alone and puts back what that cuts off by `gathersamples` rays, 16
-// if nothing is said; none of them is without compensation. Ours shares its first ray with direct light and
-// takes one a sample unless told otherwise.
+// pbrt version 2's igi limits VPLs by `glimit` and compensates by 16 rays unless `gathersamples` is given.
+// One ray is enough here, because it also serves direct light.
 void read_second_igi(IntegratorSettings& settings, Params& params, const Param& param) {
     const Location at = param.place.location();
-    if (param.name == "glimit") {
-        params.accept({"glimit"});
-        set_in_one_line(settings, "glimit", value_of(param), at);
-        if (!params.has("mindist")) set_in_one_line(settings, "mindist", 0.0, at);
-        if (params.has("compensate") || params.has("gathersamples")) return;
-        set_in_one_line(settings, "compensate", true, at);
-        return;
-    }
-    const int rays = params.integer("gathersamples", 1);
-    if (!params.has("compensate")) set_in_one_line(settings, "compensate", rays != 0, at);
-    if (rays != 0) set_in_one_line(settings, "gathersamples", double(rays), at);
+    params.accept({"glimit"});
+    set_in_one_line(settings, "glimit", value_of(param), at);
+    if (!params.has("gathersamples")) set_in_one_line(settings, "gathersamples", 1.0, at);
 }
 
 // Parameters that say in pbrt's way what ours says in another. True if `param` was one.
@@ -149,7 +140,7 @@ bool read_translated(IntegratorSettings& settings, Params& params, const Param& 
         return true;
     }
     if (ours == "progressive" && (param.name == "numiterations" || param.name == "iterations")) return true;
-    if (ours == "igi" && (param.name == "glimit" || param.name == "gathersamples")) {
+    if (ours == "igi" && param.name == "glimit") {
         read_second_igi(settings, params, param);
         return true;
     }
@@ -191,6 +182,11 @@ bool or_default(const Params& params, const Param& param, const Set& set) {
 // What pbrt knows and ours does not stays unused, and that is said.
 void set_leniently(IntegratorSettings& settings, Params& params, std::string_view target,
                    const Param& param) {
+    if (const auto instead = instead_of_removed(settings, target)) {
+        params.accept({param.name});
+        params.depart(param.place, fmt::format("\"{}\" has been removed", param.name), *instead);
+        return;
+    }
     const std::vector<Field> known = fields(settings);
     if (std::ranges::none_of(known, [&](const Field& field) { return field.name == target; })) return;
     params.accept({param.name});

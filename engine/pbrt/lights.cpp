@@ -241,9 +241,11 @@ EmissionMode read_emission(Params& params) {
     const std::string name = params.string("emission", "exact");
     if (name == "constant") return EmissionMode::constant;
     if (name == "exact") return EmissionMode::exact;
-    if (name == "weighted") return EmissionMode::weighted;
-    fail(params.place_of("emission"), "emission \"{}\" is unknown; expected constant, exact or weighted",
-         shown(name));
+    if (name == "weighted") {
+        params.depart(params.place_of("emission"), "emission \"weighted\" has been removed", "exact is used");
+        return EmissionMode::exact;
+    }
+    fail(params.place_of("emission"), "emission \"{}\" is unknown; expected constant or exact", shown(name));
 }
 
 Reconstruction read_reconstruction(Params& params) {

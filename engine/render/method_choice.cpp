@@ -50,8 +50,7 @@ IgiSettings igi_like(const IntegratorSettings& asked) {
     settings.nsets = kTrialSets;
     settings.caustic_paths = kTrialPhotons;
     // Without these no number of lights gives the whole picture.
-    settings.compensate = true;
-    if (settings.caustics == CausticMethod::none) settings.caustics = CausticMethod::map;
+    settings.gather_samples = std::max(settings.gather_samples, 1);
     return settings;
 }
 
@@ -79,9 +78,9 @@ std::string short_text(const IntegratorSettings& settings) {
         return fmt::format("photonmap{}", maps->direct == DirectMethod::guided ? " (guided)" : "");
     }
     if (const auto* igi = std::get_if<IgiSettings>(&settings))
-        return fmt::format("igi{}", igi->pre_pass.paths > 0 ? " (pre-pass)" : "");
+        return fmt::format("igi{}", igi->pre_pass > 0 ? " (pre-pass)" : "");
     if (const auto* progressive = std::get_if<ProgressiveSettings>(&settings))
-        return fmt::format("progressive{}", progressive->pre_pass.paths > 0 ? " (pre-pass)" : "");
+        return fmt::format("progressive{}", progressive->pre_pass > 0 ? " (pre-pass)" : "");
     return std::string(integrator_name(settings));
 }
 
@@ -225,7 +224,7 @@ double variance_of_missed_light(const Trial& trial, const Consensus& agreed) {
 bool estimates_from_photons(const IntegratorSettings& settings, const Scene& scene) {
     if (std::holds_alternative<PhotonMapSettings>(settings)) return true;
     const auto* igi = std::get_if<IgiSettings>(&settings);
-    return igi && igi->caustics == CausticMethod::map && throws_caustics(scene);
+    return igi && igi->caustic_paths > 0 && throws_caustics(scene);
 }
 
 // What a denoiser, and samples that go where it needs them, leave of the squared noise: of samples that do
@@ -300,13 +299,13 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     progressive.quantity = quantity_of(asked);
     progressive.max_depth = max_depth_of(asked);
     IgiSettings igi = igi_like(asked), pre_pass = igi;
-    igi.pre_pass.paths = 0;
-    pre_pass.pre_pass.paths = kPrePassPaths;
+    igi.pre_pass = 0;
+    pre_pass.pre_pass = kPrePassPaths;
     // Where little of the light reaches what the camera sees, as in a close view of a caustic, most photons
     // of a pass are wasted without it.
     ProgressiveSettings aimed = progressive;
-    progressive.pre_pass.paths = 0;
-    aimed.pre_pass.paths = kPrePassPaths;
+    progressive.pre_pass = 0;
+    aimed.pre_pass = kPrePassPaths;
     // Two passes take what they take: they come after the others that are always worth a look.
     return {{path, 0, true}, {igi, 0.05, true}, {maps, 0.05}, {progressive, 0.05, true},
             {pre_pass, 0.3}, {aimed, 0.3},      {guided, 0.3}};

@@ -116,10 +116,9 @@ bool has_parts(const Scene& scene);
 // between threads.
 class LightChooser {
   public:
-    LightChooser(const Scene& scene, LightSelection selection)
-        // With one light there is nothing that a tree could know better.
-        : tree_(selection == LightSelection::tree && !nothing_to_choose(scene) ? &scene.light_tree()
-                                                                               : nullptr) {}
+    // With one light there is nothing that the tree could know better.
+    explicit LightChooser(const Scene& scene)
+        : tree_(nothing_to_choose(scene) ? nullptr : &scene.light_tree()) {}
     // At a surface seen from the side of wo.
     LightChoice at(const SurfacePoint& x, const Bsdf& bsdf, const V3f& wo) const {
         if (!tree_) return {};

@@ -42,10 +42,8 @@ bool shows_caustics(const Scene& scene) {
 }  // namespace
 
 VplGloss vpl_gloss(const IgiSettings& settings) {
-    const bool photons = settings.caustics == CausticMethod::map;
-    const bool rays = settings.caustics == CausticMethod::rays;
-    if (settings.compensate) return photons || rays ? VplGloss::none : VplGloss::all;
-    return photons ? VplGloss::of_indirect : VplGloss::all;
+    if (settings.compensates()) return VplGloss::none;
+    return settings.caustic_paths > 0 ? VplGloss::of_indirect : VplGloss::all;
 }
 
 bool throws_caustics(const Scene& scene) {
@@ -54,16 +52,15 @@ bool throws_caustics(const Scene& scene) {
 }
 
 IgiCaustics::IgiCaustics(const IgiSettings& settings)
-    : method_(settings.caustics),
-      specular_below_(method_ == CausticMethod::none ? 0 : INFINITY),
+    : specular_below_(settings.caustic_paths > 0 || settings.compensates() ? INFINITY : 0),
       max_depth_(settings.max_depth),
-      rays_find_rest_(settings.compensate) {}
+      rays_find_rest_(settings.compensates()) {}
 
 IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& context, std::uint32_t pass,
                          const LearnedEmission* learned)
     : IgiCaustics(settings) {
     const Scene& scene = context.scene;
-    if (method_ != CausticMethod::map || !throws_caustics(scene) || !shows_caustics(scene)) return;
+    if (settings.caustic_paths == 0 || !throws_caustics(scene) || !shows_caustics(scene)) return;
     if (most_bounces(settings.max_depth) < 2) return;
     const Stopwatch watch;
     MapParameters maps;
@@ -76,6 +73,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     maps.caustic_chains = rays_find_rest_;
     maps.most_bounces = kMostBounces;
     maps.emission = learned;
+    maps.index = settings.index;
     density_.radius = largest_radius(diagonal(scene));
     density_.k = (density_.k + halves - 1) / halves;  // of discs that are as wide
     made_.emplace();
@@ -110,7 +108,7 @@ void IgiCaustics::add_radiance(const Vertex& vertex, std::size_t half, int left,
 }
 
 Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {
-    if (maps_.empty() || !vertex.bsdf.has_diffuse()) return left_to_rays();
+    if (maps_.empty() || !vertex.bsdf.has_diffuse()) return Rgb(1);
     if (vertex.bsdf.is_diffuse()) return Rgb(0);
     const Rgb all = vertex.bsdf.f(vertex.wo, w, Transport::radiance);
     const Rgb rest = vertex.bsdf.rest().f(vertex.wo, w, Transport::radiance);

@@ -57,10 +57,8 @@ class IgiCaustics {
     // Of light that arrives along w over L(S+D)*S+ and leaves towards wo, the share that rays must still
     // find.
     Rgb left_to_rays(const Vertex& vertex, const V3f& w) const;
-    Rgb left_to_rays() const { return Rgb(method_ == CausticMethod::none ? 0.0F : 1.0F); }  // in a medium
 
   private:
-    CausticMethod method_;
     float specular_below_;
     int max_depth_;
     bool rays_find_rest_;  // of what arrives over specular surfaces; else the map brings it to gloss, too

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/defensive.h"
 #include "engine/base/monitor.h"
 #include "engine/transport/follow.h"
 #include "engine/transport/light_choice.h"
@@ -76,9 +77,9 @@ struct ShadingPointsLit : LightPathVisitor {
 std::vector<PathTrial> try_paths(const RenderContext& context, const IgiSettings& settings,
                                  std::span<const ShadingPoint> places) {
     const ShadingPointContribution shading(context.scene, settings);
-    std::vector<PathTrial> all(static_cast<std::size_t>(settings.pre_pass.paths));
+    std::vector<PathTrial> all(static_cast<std::size_t>(settings.pre_pass));
     LightPaths paths;
-    paths.count = settings.pre_pass.paths;
+    paths.count = settings.pre_pass;
     paths.seed = context.seed;
     paths.pass = kEmissionPrePass;
     paths.specular_below = vpl_specular_below(vpl_gloss(settings));
@@ -131,10 +132,10 @@ std::vector<float> scores(const ShadingPoints& seen, std::span<const PathTrial> 
 
 // By the pre-pass's own paths, as far as their first surfaces.
 std::optional<GuideMap> guides(const IgiSettings& settings, const RenderContext& context) {
-    if (nothing_to_choose(context.scene) || settings.pre_pass.defensive_weight == 1) return std::nullopt;
-    GuideParameters parameters{settings.pre_pass.paths, context.seed, kEmissionPrePass, {}};
+    if (nothing_to_choose(context.scene)) return std::nullopt;
+    GuideParameters parameters{settings.pre_pass, context.seed, kEmissionPrePass, {}};
     parameters.settings.radius = largest_radius(diagonal(context.scene));  // as of photon maps
-    parameters.lights = settings.lights;
+    parameters.settings.index = settings.index;
     return build_guides(context.scene, parameters, context.workers, context.monitor);
 }
 
@@ -146,7 +147,7 @@ std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const Re
     if (!(scene.picker().total_power() > 0)) return std::nullopt;
 
     // Where the picture is shaded, and by which lights it is lit directly.
-    const std::int64_t rays = std::clamp<std::int64_t>(settings.pre_pass.paths / kPathsPerRay, 64, kMostRays);
+    const std::int64_t rays = std::clamp<std::int64_t>(settings.pre_pass / kPathsPerRay, 64, kMostRays);
     ShadingPoints seen = find_shading_points(settings, context, rays);
     if (seen.places.empty()) return std::nullopt;
 
@@ -157,10 +158,8 @@ std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const Re
     const std::vector<float> second_moments = scores(seen, trial);
 
     // Which ones to emit, and which lights to ask.
-    IgiPrePass result{ImportancePrePass{learn_density(scene, context.seed, second_moments,
-                                                      settings.pre_pass.defensive_weight)},
-                      guides(settings, context),
-                      {}};
+    IgiPrePass result{
+        ImportancePrePass{learn_density(scene, context.seed, second_moments)}, guides(settings, context), {}};
     if (context.monitor.stopped()) return std::nullopt;
     result.importance.importons = seen.places.size();
     const auto useful =
@@ -186,7 +185,7 @@ constexpr int kMostSpecular = 8;
 class ShadingPointFinder {
   public:
     ShadingPointFinder(const Scene& scene, const IgiSettings& settings)
-        : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
+        : scene_(scene), settings_(settings), lights_(scene) {}
 
     void trace(const Ray& ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) const {
         SampleAccount account;
@@ -344,7 +343,7 @@ VplSets thin_vpls(const VplSets& sets, std::uint32_t factor, const ShadingPoints
         importances_of(sets, tries(*context.view, factor), seen, settings, context);
     if (context.monitor.stopped()) return sets;
     const std::vector<double> chance =
-        chances(all, double{settings.pre_pass.defensive_weight}, static_cast<double>(all.size()) / factor);
+        chances(all, double{kDefensiveWeight}, static_cast<double>(all.size()) / factor);
     VplSets kept;
     kept.ledger = sets.ledger;
     kept.begins.push_back(0);

@@ -45,23 +45,16 @@ LightReceiver light_receiver(const MediumVertex& vertex, const IgiSettings& sett
 
 IgiVpls::IgiVpls(const VplSets& sets, std::uint32_t paths, const IgiSettings& settings,
                  const Workers& workers)
-    : settings_(settings), paths_(paths) {
-    using Grouping = VplStore::Grouping;
-    const bool merged = settings.choice == VplChoice::tree;
-    store_ = VplStore(sets, merged ? Grouping::merged : Grouping::separate, workers);
-    if (merged) {
-        tree_ = VplTree(store_, workers);
-        paths_ *= static_cast<std::uint32_t>(sets.begins.size() - 1);
-    }
+    : settings_(settings), store_(sets, workers), paths_(paths) {
     // In double: the unit of very faint lights is near the largest float.
     to_radiance_ = static_cast<float>(double{settings.indirect_scale} /
                                       (static_cast<double>(paths_) * double{store_.unit()}));
 }
 
 IgiSettings with_distance(const Scene& scene, IgiSettings settings) {
-    // Of the scene's diagonal: wide enough to hide the bright spots of some ten VPLs per set.
+    // This share of the scene's diagonal hides the bright spots of some ten VPLs per set.
     constexpr float kDefaultMinDist = 0.02F;
-    if (settings.mindist < 0) settings.mindist = kDefaultMinDist * diagonal(scene);
+    if (settings.mindist == 0 && settings.glimit == 0) settings.mindist = kDefaultMinDist * diagonal(scene);
     return settings;
 }
 

@@ -1,10 +1,9 @@
-// Which VPLs a place asks, and for how many each of them stands.
+// Selects the VPLs of a set that get a shadow ray from a shading point, and their weights.
 //
-// Every light is first weighed by what it would bring if nothing stood in between; shadow rays, which are
-// dear, then go to lights in proportion to that, and a light's value is divided by its chance. As the chances
-// are relative to what reaches the place, neither the lamps' unit nor the scene's matters to them. Sets are
-// looked through light by light (vpl_choice.h), or all sets together are drawn from by a tree (vpl_tree.h):
-// then their number costs next to nothing.
+// The unoccluded contribution of every VPL of the set is estimated (vpl_choice.h). Shadow rays are then
+// distributed in proportion to these estimates, and a selected VPL is divided by its probability. The
+// probabilities are relative to the sum of the estimates, so that they depend neither on the lamps' unit nor
+// on the scene's.
 #pragma once
 
 #include <array>
@@ -15,7 +14,7 @@
 #include "engine/scene/media_traversal.h"
 #include "engine/vpl/igi_settings.h"
 #include "engine/vpl/vpl_choice.h"
-#include "engine/vpl/vpl_tree.h"
+#include "engine/vpl/vpl_store.h"
 
 namespace lucerna {
 
@@ -40,7 +39,7 @@ class IgiVpls {
     // Sets to choose one of, each as good as any other; and the light paths that one stands for.
     std::size_t sets() const { return store_.sets(); }
     std::uint32_t paths() const { return paths_; }
-    std::size_t bytes() const { return store_.bytes() + tree_.bytes(); }
+    std::size_t bytes() const { return store_.bytes(); }
 
     // Calls visit(light, scale) for lights of the set, so that the mean of the sum of scale · value is the
     // sum over all of its lights. `place` is a Vertex or a MediumVertex; u in [0,1) chooses among lights.
@@ -80,7 +79,6 @@ class IgiVpls {
 
     IgiSettings settings_;
     VplStore store_;
-    VplTree tree_;
     std::uint32_t paths_;
     float to_radiance_;  // from the store's unit
 };
@@ -101,9 +99,9 @@ void IgiVpls::choose_by_threshold(const Query<Place>& query, double u, Visit&& v
     for_each_contribution(store_, query.range, query.range.surfaces, query.range.end, query.at,
                           [&](std::uint32_t place, float estimate) {
                               const float chance =
-                                  settings_.rr_threshold < 0
-                                      ? 1.0F
-                                      : chance_by_threshold(contribution_of(query, place, estimate));
+                                  settings_.rr_threshold > 0
+                                      ? chance_by_threshold(contribution_of(query, place, estimate))
+                                      : 1.0F;
                               if (selection.selects(static_cast<double>(chance))) {
                                   visit(store_.light(query.range, place), 1 / chance);
                               }
@@ -116,17 +114,14 @@ void IgiVpls::thin(std::span<const Candidate> candidates, const VplRange& range,
     double total = 0;
     for (const Candidate& c : candidates) total += static_cast<double>(c.contribution_of);
     const auto rays = static_cast<std::size_t>(settings_.shadow_rays);
-    const bool by_share = settings_.rr_threshold < 0 && rays > 0 && candidates.size() > rays && total > 0;
+    const bool by_share = candidates.size() > rays && total > 0;  // rays > 0
     const double sure = by_share ? total / static_cast<double>(rays) : 0;
     SystematicSampling selection(static_cast<double>(u));
     for (const Candidate& c : candidates) {
         if (!(c.contribution_of > 0)) continue;
-        float chance = 1;
-        if (settings_.rr_threshold >= 0) {
-            chance = chance_by_threshold(c.contribution_of);
-        } else if (by_share) {
-            chance = std::min(1.0F, static_cast<float>(static_cast<double>(c.contribution_of) / sure));
-        }
+        const float chance =
+            by_share ? std::min(1.0F, static_cast<float>(static_cast<double>(c.contribution_of) / sure))
+                     : 1.0F;
         if (selection.selects(static_cast<double>(chance)))
             visit(store_.light(range, c.place), c.weight / chance);
     }
@@ -146,20 +141,16 @@ void IgiVpls::choose(const Place& place, std::size_t set, float u, Sampler& samp
         if (size < candidates.size())
             candidates[size++] = {at, weight, contribution_of(query, at, estimate) * weight};
     };
-    if (settings_.choice == VplChoice::tree) {
-        tree_.draw(store_, query.at, static_cast<std::uint32_t>(settings_.tree_samples), fine,
-                   [&](const VplTree::Drawn& d) { add(d.place, d.weight, d.estimate); });
-    } else if (settings_.rr_threshold >= 0 || settings_.shadow_rays == 0) {
+    if (settings_.rr_threshold > 0 || settings_.shadow_rays == 0)
         return choose_by_threshold(query, fine, visit);
-    } else if (query.at.exact) {
+    if (query.at.exact) {
         return sample_by_contribution(
             store_, query.range, query.at, settings_.shadow_rays, fine,
             [&](std::uint32_t at, float chance, float) { visit(store_.light(query.range, at), 1 / chance); });
-    } else {
-        sample_by_contribution(
-            store_, query.range, query.at, kPerRay * settings_.shadow_rays, fine,
-            [&](std::uint32_t at, float chance, float estimate) { add(at, 1 / chance, estimate); });
     }
+    sample_by_contribution(
+        store_, query.range, query.at, kPerRay * settings_.shadow_rays, fine,
+        [&](std::uint32_t at, float chance, float estimate) { add(at, 1 / chance, estimate); });
     thin(std::span(candidates).first(size), query.range, sampler.next(), visit);
 }
 

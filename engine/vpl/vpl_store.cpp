@@ -72,17 +72,11 @@ void fill(Lights lights, const Places& places, VplBlock* blocks, BounceCount* bo
 
 }  // namespace
 
-VplStore::VplStore(const VplSets& sets, Grouping grouping, const Workers& workers)
-    : lights_(sets.lights.size()) {
-    // Cut into sets, and those into lights on surfaces and in media.
+VplStore::VplStore(const VplSets& sets, const Workers& workers) : lights_(sets.lights.size()) {
+    // Each set is cut into lights on surfaces and lights in media.
     std::vector<Lights> parts;
-    if (grouping == Grouping::merged) {
-        parts.emplace_back(sets.lights);
-    } else {
-        for (std::size_t s = 0; s + 1 < sets.begins.size(); ++s) {
-            parts.push_back(Lights(sets.lights).subspan(sets.begins[s], sets.begins[s + 1] - sets.begins[s]));
-        }
-    }
+    for (std::size_t s = 0; s + 1 < sets.begins.size(); ++s)
+        parts.push_back(Lights(sets.lights).subspan(sets.begins[s], sets.begins[s + 1] - sets.begins[s]));
     std::uint32_t end = 0;
     for (const Lights& part : parts) {
         const auto in_media = static_cast<std::size_t>(

@@ -33,9 +33,7 @@ struct VplRange {
 class VplStore {
   public:
     VplStore() = default;
-    // Whether the sets stay separate; or are merged into one, for whoever does not look at every light.
-    enum class Grouping : std::uint8_t { separate, merged };
-    VplStore(const VplSets& sets, Grouping grouping, const Workers& workers);
+    VplStore(const VplSets& sets, const Workers& workers);
 
     std::size_t sets() const { return ranges_.size(); }
     const VplRange& range(std::size_t set) const { return ranges_[set]; }

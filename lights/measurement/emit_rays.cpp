@@ -91,7 +91,6 @@ class Batches {
         : lamp_(lamp), left_(rays), workers_(workers), monitor_(monitor) {}
 
     std::uint64_t left() const { return left_; }
-    // Only mode weighted has draws that carry nothing; a batch of them is passed over.
     void next(RayBlock& batch) {
         batch = {};
         while (batch.rays.empty() && left_ > 0) {
@@ -136,10 +135,9 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
                         file.string()));
     }
     // Rays of unequal energy are drawn twice: once for the sum that the second time makes the lamp's flux.
-    const bool unequal = mode_ == EmissionMode::weighted || coloured_;
     double factor = 0;
     RayBlock batch;
-    if (unequal) {
+    if (coloured_) {
         Phase phase(monitor, "weighing rays", rays);
         double sum = 0;
         for (Batches batches(*this, rays, workers_, monitor); batches.left() > 0;) {
@@ -155,7 +153,7 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
     write_rays(file, info, [&](RayBlock& block) {
         batches.next(block);
         for (LampRay& ray : block.rays)
-            ray.flux = unequal ? static_cast<float>(factor * double{ray.flux}) : equal;
+            ray.flux = coloured_ ? static_cast<float>(factor * double{ray.flux}) : equal;
         phase.advance(block.rays.size());
     });
     return info;

@@ -93,13 +93,6 @@ class ReadScene {
         job_->spp = as_read_->spp;
         job_->film = as_read_->film;
         for (const auto& [key, value] : settings) set_parameter(job_->integrator, key, value, {key});
-        // Samples of a scene that says its number of passes.
-        if (const auto* progressive = std::get_if<ProgressiveSettings>(&job_->integrator)) {
-            const int was = std::get<ProgressiveSettings>(as_read_->integrator).samples;
-            if (job_->passes > 0 && progressive->samples != was)
-                job_->spp = static_cast<int>(std::min<std::int64_t>(
-                    std::int64_t{job_->passes} * progressive->samples, kNoEndOfSamples));
-        }
         return *job_;
     }
 

@@ -126,7 +126,7 @@ TEST_F(LightRays, Info_TellsChromaticityAndColourTemperature) {
 TEST_F(LightRays, BadWords_AreRefusedBeforeTheWork) {
     expect_refused({"light", "emit", "lamp.exr", "-o", "out.txt"}, {"out.txt", ".tm25ray"});
     expect_refused({"light", "emit", "lamp.exr", "--rays", "0", "-o", "out.ray"}, {"--rays"});
-    expect_refused({"light", "emit", "lamp.exr", "--mode", "exakt", "-o", "out.ray"}, {"--mode", "weighted"});
+    expect_refused({"light", "emit", "lamp.exr", "--mode", "exakt", "-o", "out.ray"}, {"--mode", "constant"});
     expect_refused({"light", "emit", "none.exr", "-o", "out.ray"}, {"none.exr"});
     expect_refused({"light", "import", "scene.pbrt", "-o", "out.exr"}, {"scene.pbrt", ".tm25ray"});
     expect_refused({"light", "import", "scene.pbrt", "--capture", "0", "-o", "out.exr"}, {"--capture"});

@@ -39,7 +39,7 @@ IntegratorSettings sphere_settings(const std::string& method) {
     if (method == "path") return PathSettings{};
     if (method == "igi") {
         IgiSettings igi;
-        igi.mindist = 0;
+        igi.mindist = 1e-6F;  // no fading
         igi.nlights = 256;
         igi.nsets = 256;
         return igi;
@@ -102,7 +102,7 @@ TEST(IntegratingSphereOfAlbedo0999, Radiance_WithinItsNoise) {
     PhotonMapSettings map = gather;
     map.indirect = IndirectMethod::map;
     IgiSettings igi;
-    igi.mindist = 0;
+    igi.mindist = 1e-6F;  // no fading
     igi.nlights = 64;
     igi.nsets = 64;
     struct Run {

@@ -72,8 +72,8 @@ IntegratorSettings bounded(IntegratorSettings settings) {
     if (auto* igi = std::get_if<IgiSettings>(&settings)) {
         igi->mindist = 0.3F;
         igi->nsets = 4096;
-        igi->compensate = true;
-        igi->caustics = CausticMethod::rays;
+        igi->gather_samples = 1;
+        igi->caustic_paths = 0;
     }
     return settings;
 }

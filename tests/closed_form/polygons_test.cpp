@@ -26,7 +26,7 @@ PhotonMapSettings maps_seen_directly() {
 
 IgiSettings many_vpls() {
     IgiSettings igi;
-    igi.mindist = 0;
+    igi.mindist = 1e-6F;  // no fading
     igi.nlights = 256;
     igi.nsets = 64;
     return igi;

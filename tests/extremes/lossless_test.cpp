@@ -19,12 +19,9 @@ std::vector<Method> short_methods() {
     return {{"path", "path", {}},
             {"direct", "direct", {}},
             {"gather", "photonmap", {{"photons", "200"}, {"gatherrays", "1"}}},
-            {"guided",
-             "photonmap",
-             {{"photons", "200"}, {"gatherrays", "1"}, {"direct", "guided"}, {"guidephotons", "2000"}}},
+            {"guided", "photonmap", {{"photons", "200"}, {"gatherrays", "1"}, {"direct", "guided"}}},
             {"map", "photonmap", {{"photons", "200"}, {"direct", "map"}, {"indirect", "map"}}},
             {"igi", "igi", {{"nlights", "16"}, {"nsets", "8"}}},
-            {"igi tree", "igi", {{"nlights", "16"}, {"nsets", "8"}, {"choice", "tree"}}},
             {"progressive", "progressive", {{"photons", "200"}}}};
 }
 

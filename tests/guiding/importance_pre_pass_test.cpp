@@ -24,7 +24,7 @@ View all_of(const Camera& camera) {
 
 ImportancePrePassSettings pre_pass_settings(std::int64_t paths = 8192) {
     ImportancePrePassSettings settings;
-    settings.guiding.paths = paths;
+    settings.paths = paths;
     settings.seed = 4;
     for (const MapKind kind : kSurfaceMaps) settings.seen[static_cast<std::size_t>(kind)] = true;
     settings.estimate.k = 16;

@@ -89,7 +89,7 @@ TEST(DirectLight, OfASunBesideASky_IsTheSameInEverySample) {
         const Bsdf bsdf = scene.bsdf(*hit);
         const Vertex vertex{*hit, bsdf, -ray.d};
         Sampler sampler = Sampler::stratified(9, Purpose::test, 0, i);
-        const LightChoice choice = LightChooser(scene, LightSelection::tree).at(hit->at, bsdf, -ray.d);
+        const LightChoice choice = LightChooser(scene).at(hit->at, bsdf, -ray.d);
         return double{luminance(testing::direct_radiance(scene, vertex, sampler, choice))};
     };
     const Scene sky = floor(false, false), both = floor(true, false);

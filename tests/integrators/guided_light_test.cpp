@@ -121,8 +121,8 @@ void expect_unbiased(const Scene& scene, const char* name) {
         GuideSettings how;
         how.radius = 0.2F;
         const GuideMap guides = build_guides(scene, {photons, 6, 0, how}, Workers{2}, silent);
-        for (const auto& [weight, candidates] : {std::pair(0.25F, 8), std::pair(0.05F, 1)}) {
-            const GuidedLightSettings settings{weight, candidates};
+        for (const int candidates : {8, 1}) {
+            const GuidedLightSettings settings{candidates};
             for (const V3f& x : places()) {
                 const auto plain = measure(scene, x, 30'000, 7, [&](const Vertex& vertex, Sampler& sampler) {
                     return testing::direct_radiance(scene, vertex, sampler);
@@ -133,7 +133,7 @@ void expect_unbiased(const Scene& scene, const char* name) {
                     return account.radiance();
                 });
                 EXPECT_TRUE(same(plain, guided))
-                    << name << ", " << photons << " photons, defensive weight " << weight << ", at " << x
+                    << name << ", " << photons << " photons, at " << x
                     << ": " << guided.mean() << " +- " << guided.standard_error() << " for " << plain.mean()
                     << " +- " << plain.standard_error();
             }
@@ -297,7 +297,6 @@ TEST(GuidedLight, AsAPicture_AgreesWithDirect) {
     PhotonMapSettings guided;
     guided.direct = DirectMethod::guided;
     guided.indirect = IndirectMethod::none;
-    guided.guide.photons = 20'000;
     int scene = 0;
     for (Scene (*make)() : {lamp_over_floor, many_small_lights, large_light}) {
         const auto truth = render_with(make(), DirectSettings{}, 256, 12);
@@ -344,7 +343,6 @@ TEST(GuidedLight, AnyNumberOfThreads_SameImageBitForBit) {
         PhotonMapSettings settings;
         settings.direct = method;
         settings.photons = 20'000;
-        settings.guide.photons = 20'000;
         settings.gather_rays = 2;
         const auto one = render_with(many_small_lights(), settings, 2, 14, 1);
         const auto five = render_with(many_small_lights(), settings, 2, 14, 5);

@@ -15,7 +15,7 @@ IgiSettings few_lights(std::int64_t pre_pass = 0) {
     IgiSettings settings;
     settings.nlights = 16;
     settings.nsets = 4;
-    settings.pre_pass.paths = pre_pass;
+    settings.pre_pass = pre_pass;
     settings.quantity = Quantity::illuminance;
     return settings;
 }

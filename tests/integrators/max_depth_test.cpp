@@ -56,11 +56,11 @@ std::vector<Named> methods() {
     progressive.estimate.k = 20;
     IgiSettings igi = testing::few_lights(0.1F, 256);
     igi.caustic_paths = 100'000;
-    IgiSettings tree = igi;
-    tree.choice = VplChoice::tree;
-    return {{"gather", gather},  {"gather without points", estimates},
-            {"maps seen", seen}, {"progressive", progressive},
-            {"igi", igi},        {"igi by a tree", tree}};
+    return {{"gather", gather},
+            {"gather without points", estimates},
+            {"maps seen", seen},
+            {"progressive", progressive},
+            {"igi", igi}};
 }
 
 class MaxDepth : public ::testing::TestWithParam<int> {};
@@ -89,7 +89,7 @@ TEST(MaxDepthIsSeen, OneBounceMore_IsRefused) {
 TEST(MaxDepthInFog, EveryMethod_ShowsTheLightOfTheSamePaths) {
     const RegionMeans path = means(testing::foggy_cornell(1, 0.3F), PathSettings{}, 2, 128);
     for (const Named& method : methods()) {
-        if (method.name == "igi by a tree" || method.name == "gather without points") continue;
+        if (method.name == "gather without points") continue;
         const RegionMeans ours = means(testing::foggy_cornell(1, 0.3F), method.settings, 2, 8);
         testing::expect_agrees(ours, path, method.name + " in fog", 0.01, kBias);
     }

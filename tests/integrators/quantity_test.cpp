@@ -29,7 +29,7 @@ std::vector<IntegratorSettings> every_meter() {
     IgiSettings igi;
     igi.nlights = 128;
     igi.nsets = 64;
-    igi.mindist = 0;
+    igi.mindist = 1e-6F;  // no fading
     return {metering<PathSettings>(), metering<DirectSettings>(), metering(photons), metering(igi)};
 }
 

@@ -1,5 +1,5 @@
-// Whichever VPLs a place asks, the mean of what it finds is the same: all of a set, some by roulette, or some
-// from a tree over all sets.
+// Tests that the mean of the indirect light is the same whether all VPLs of a set get a shadow ray or some by
+// Russian roulette.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -21,7 +21,7 @@ IgiSettings few_sets() {
     igi.nlights = 32;
     igi.nsets = 4;
     igi.mindist = 0.1F;
-    igi.compensate = false;
+    igi.gather_samples = 0;
     return igi;
 }
 IgiSettings every_light() {
@@ -35,17 +35,10 @@ struct Way {
     IgiSettings settings;
 };
 std::vector<Way> ways() {
-    IgiSettings rays = few_sets(), one = rays, note = rays, tree = rays, few = rays, clamped = rays;
+    IgiSettings rays = few_sets(), one = rays, note = rays;
     one.shadow_rays = 1;
     note.rr_threshold = 0.05F;
-    tree.choice = VplChoice::tree;
-    few.choice = VplChoice::tree;
-    few.tree_samples = 3;
-    few.shadow_rays = 0;
-    clamped.choice = VplChoice::tree;
-    clamped.rr_threshold = 0.05F;
-    return {{"four rays", rays}, {"one ray", one},         {"by a threshold", note},
-            {"tree", tree},      {"tree, few draws", few}, {"tree, clamped", clamped}};
+    return {{"four rays", rays}, {"one ray", one}, {"by a threshold", note}};
 }
 
 // All over the small Cornell box, but for its lamp.
@@ -135,24 +128,6 @@ TEST(VplChoice, RelativeRoulette_TheSameInAnyUnit) {
     const double usual = looked(1, 1);
     EXPECT_NEAR(looked(1024, 1) / usual, 1024, 1e-3);
     EXPECT_NEAR(looked(1, 1.0F / 1024) / usual, 1024 * 1024, 1e3);
-}
-
-TEST(VplChoice, Tree_AnyThreads_SameRadiance) {
-    const Scene scene = testing::small_cornell();
-    IgiSettings igi = few_sets();
-    igi.choice = VplChoice::tree;
-    igi.nlights = 4096;
-    Monitor silent;
-    const Workers one{1}, three{3};
-    const testing::OnePass a(igi, {scene, 7, one, silent});
-    const testing::OnePass b(igi, {scene, 7, three, silent});
-    for (std::uint32_t i = 0; i < 200; ++i) {
-        Sampler sampler = Sampler::stratified(3, Purpose::test, 0, i);
-        const V2f u = sampler.next2();
-        Sampler again = sampler;
-        const Ray ray = testing::from_to({0.5F, 0.5F, -1.4F}, {u.x, u.y, 0});
-        EXPECT_EQ(a.Li(ray, sampler), b.Li(ray, again));
-    }
 }
 
 }  // namespace vpl_choice_test

@@ -225,22 +225,29 @@ TEST(Lights, AreaOfInterface_EmitsNothingWithAWarning) {
     EXPECT_THAT(read.warnings.at(0), HasSubstr("it emits nothing"));
 }
 
+TEST(Lights, RemovedEmission_IsExactWithAWarning) {
+    const Read read = read_world(
+        "LightSource \"lightfield\" \"string filename\" \"lamp.exr\" \"string emission\" \"weighted\"");
+    EXPECT_EQ(std::get<MeasuredSpec>(read.draft.lights.at(0).spec).settings.mode, EmissionMode::exact);
+    EXPECT_THAT(read.warnings.at(0), HasSubstr("\"weighted\" has been removed"));
+}
+
 TEST(Lights, LightField_TakesFileScalePowerAndMode) {
     const auto lamp = only<MeasuredSpec>(
                           "Translate 1 2 3 Scale 2 2 2 LightSource \"lightfield\" "
                           "\"string filename\" \"lamp.exr\" \"float power\" 1500 \"string emission\" "
-                          "\"weighted\"")
+                          "\"constant\"")
                           .settings;
     EXPECT_EQ(lamp.file, "lamp.exr");
     EXPECT_EQ(lamp.power, 1500);
     EXPECT_EQ(lamp.power_scale, 1);
-    EXPECT_EQ(lamp.mode, EmissionMode::weighted);
+    EXPECT_EQ(lamp.mode, EmissionMode::constant);
     EXPECT_EQ(lamp.world_from_light.translation(), V3d(1, 2, 3));
     const std::string with = "LightSource \"lightfield\" \"string filename\" \"lamp.exr\" ";
     EXPECT_EQ(only<MeasuredSpec>(with).settings.mode, EmissionMode::exact);
     EXPECT_THAT(refusal_of_world("LightSource \"lightfield\""), HasSubstr("lacks \"string filename\""));
     EXPECT_THAT(refusal_of_world(with + "\"string emission\" \"exakt\""),
-                HasSubstr("emission \"exakt\" is unknown; expected constant, exact or weighted"));
+                HasSubstr("emission \"exakt\" is unknown; expected constant or exact"));
     EXPECT_THAT(refusal_of_world(with + "\"string reconstruction\" \"rough\""),
                 HasSubstr("reconstruction \"rough\" is unknown; expected exact or approximate"));
     EXPECT_THAT(refusal_of_world(with + "\"string reconstruction\" \"approximate\" \"string emission\" "

@@ -157,18 +157,48 @@ TEST(Options, IntegratorOfOlderPbrt_IsTranslated) {
     EXPECT_EQ(igi.nsets, 32);
     EXPECT_EQ(igi.glimit, 0.25F);
     EXPECT_EQ(igi.mindist, 0) << "the clamp is the only bound, as there";
-    EXPECT_TRUE(igi.compensate);
+    EXPECT_EQ(igi.gather_samples, 1);
     EXPECT_THAT(refused("SurfaceIntegrator \"igi\" \"float glimit\" -1"), HasSubstr("a number from 0"));
 
     const auto rays = [](const std::string& parameters) {
         return std::get<IgiSettings>(options("SurfaceIntegrator \"igi\" " + parameters).integrator);
     };
-    EXPECT_FALSE(rays("\"integer gathersamples\" 0 \"float glimit\" 1").compensate);
-    EXPECT_TRUE(rays("\"integer gathersamples\" 4").compensate);
+    EXPECT_EQ(rays("\"integer gathersamples\" 0 \"float glimit\" 1").gather_samples, 0);
     EXPECT_EQ(rays("\"integer gathersamples\" 4").gather_samples, 4);
     EXPECT_EQ(rays("\"float mindist\" .5 \"float glimit\" 3").mindist, 0.5F) << "both, if both are asked for";
-    EXPECT_FALSE(rays("\"bool compensate\" \"false\" \"float glimit\" 3").compensate);
     EXPECT_THAT(refused("SurfaceIntegrator \"igi\" \"integer gathersamples\" -2"), HasSubstr("-2"));
+}
+
+TEST(Options, RemovedParameter_IsOneWarningThatSaysWhatTakesItsPlace) {
+    const Read read = read_file_text(
+        "Integrator \"igi\" \"string choice\" \"tree\" \"bool compensate\" \"true\" WorldBegin");
+    ASSERT_EQ(read.warnings.size(), 2U);
+    EXPECT_THAT(read.warnings[0], AllOf(HasSubstr("\"choice\" has been removed"), HasSubstr("one set")));
+    EXPECT_THAT(read.warnings[1],
+                AllOf(HasSubstr("\"compensate\" has been removed"), HasSubstr("gathersamples=1")));
+}
+
+TEST(Options, EveryRemovedParameter_IsNoneOfTheKnown) {
+    IntegratorSettings photonmap{PhotonMapSettings{}};
+    EXPECT_TRUE(instead_of_removed(photonmap, "guidek"));
+    for (const std::string_view name : integrator_names()) {
+        IntegratorSettings settings = make_settings(name, {});
+        for (const Field& field : fields(settings))
+            EXPECT_FALSE(instead_of_removed(settings, field.name)) << name << " " << field.name;
+    }
+}
+
+// The numbers of parameters that a user has to look through.
+TEST(Options, NumberOfParameters) {
+    const auto count = [](std::string_view name) {
+        IntegratorSettings settings = make_settings(name, {});
+        return fields(settings).size();
+    };
+    EXPECT_LE(count("path"), 4U);
+    EXPECT_LE(count("direct"), 2U);
+    EXPECT_LE(count("photonmap"), 18U);
+    EXPECT_LE(count("igi"), 14U);
+    EXPECT_LE(count("progressive"), 9U);
 }
 
 TEST(Options, IntegratorsThatAreNotHere_AreReplacedAndItIsSaid) {

@@ -45,9 +45,9 @@ const std::vector<Method> kMethods{
     {"direct"},
     {"photonmap", {{"photons", "5000"}}},
     {"photonmap", {{"photons", "5000"}, {"direct", "map"}, {"indirect", "map"}}},
-    {"photonmap", {{"photons", "5000"}, {"direct", "guided"}, {"guidephotons", "5000"}}},
+    {"photonmap", {{"photons", "5000"}, {"direct", "guided"}}},
     {"igi", {{"nlights", "16"}, {"nsets", "4"}, {"causticpaths", "2000"}}},
-    {"igi", {{"nlights", "16"}, {"nsets", "4"}, {"compensate", "true"}, {"choice", "tree"}}},
+    {"igi", {{"nlights", "16"}, {"nsets", "4"}, {"gathersamples", "1"}}},
     {"progressive", {{"photons", "5000"}}}};
 
 Job job_of(const std::string& text, const Method& method, const WorkingSpace& colours,

@@ -247,15 +247,7 @@ std::vector<Method> photon_methods() {
          4,
          0.02,
          1.5},
-        {"progressive",
-         {{"photons", "30000"},
-          {"radius", near},
-          {"alpha", "1"},
-          {"kernel", "constant"},
-          {"boundary", "none"}},
-         8,
-         0.02,
-         1.5},
+        {"progressive", {{"photons", "30000"}, {"radius", near}, {"alpha", "1"}}, 8, 0.02, 1.5},
         {"igi", {{"nlights", "16"}, {"nsets", "4"}, {"causticpaths", "40000"}}, 4, 0.5, 4}};
 }
 

@@ -1,9 +1,10 @@
-// Learned emission: what it draws, how it weighs, and that a defensive weight of 1 is plain emission to the
-// bit.
+// Tests what learned emission draws and how it weighs, and that it is plain emission to the bit where nothing
+// is important.
 #include "photon/learned_emission.h"
 
 #include <gtest/gtest.h>
 
+#include "engine/base/defensive.h"
 #include "lights/measured.h"
 #include "photon/build_maps.h"
 #include "tests/lights/field_fixtures.h"
@@ -40,9 +41,17 @@ std::vector<EmissionBlocks> four_blocks() {
     return {random_blocks(40, 1), random_blocks(300, 2), random_blocks(5, 3), EmissionBlocks{}};
 }
 
-TEST(LearnedEmission, DefensiveWeightOfOne_ChangesNoBit) {
+std::vector<EmissionBlocks> unimportant_blocks() {
+    std::vector<EmissionBlocks> unimportant = four_blocks();
+    for (EmissionBlocks& blocks : unimportant) {
+        for (EmissionBlocks::Node& node : blocks.nodes) node.importance = 0;
+    }
+    return unimportant;
+}
+
+TEST(LearnedEmission, NothingImportant_ChangesNoBit) {
     const Scene scene = four_lights();
-    const LearnedEmission learned_emission(scene, four_blocks(), 1);
+    const LearnedEmission learned_emission(scene, unimportant_blocks());
     Emission plain(scene, 5, Purpose::emission, 2),
         steered(scene, 5, Purpose::emission, 2, &learned_emission);
     std::vector<std::optional<LightPathStart>> a(20000), b(20000);
@@ -60,11 +69,7 @@ TEST(LearnedEmission, DefensiveWeightOfOne_ChangesNoBit) {
 
 TEST(LearnedEmission, NothingImportant_IsPlain) {
     const Scene scene = four_lights();
-    std::vector<EmissionBlocks> unimportant = four_blocks();
-    for (EmissionBlocks& blocks : unimportant) {
-        for (EmissionBlocks::Node& node : blocks.nodes) node.importance = 0;
-    }
-    const LearnedEmission learned_emission(scene, unimportant, 0.1F);
+    const LearnedEmission learned_emission(scene, unimportant_blocks());
     for (std::uint32_t light = 0; light < 4; ++light) {
         EXPECT_NEAR(learned_emission.probability(light), double{scene.picker().probability(light)}, 1e-7);
         EXPECT_EQ(learned_emission.density(light, emit_numbers(1, light)), 1);
@@ -75,28 +80,25 @@ TEST(LearnedEmission, NothingImportant_IsPlain) {
 TEST(LearnedEmission, Density_IsTheMixture_AndNeverBelowTheDefensivePart) {
     const Scene scene = four_lights();
     const std::vector<EmissionBlocks> blocks = four_blocks();
-    for (const float defensive_weight : {0.05F, 0.25F, 0.9F}) {
-        const LearnedEmission learned_emission(scene, blocks, defensive_weight);
-        double learned = 0;
-        for (std::uint32_t light = 0; light < 4; ++light) {
-            for (const NumberBox& box : boxes_of(blocks[light])) {
-                learned += double{scene.picker().probability(light)} * box.volume() * box.importance;
-            }
+    const LearnedEmission learned_emission(scene, blocks);
+    double learned = 0;
+    for (std::uint32_t light = 0; light < 4; ++light) {
+        for (const NumberBox& box : boxes_of(blocks[light])) {
+            learned += double{scene.picker().probability(light)} * box.volume() * box.importance;
         }
-        for (std::uint32_t light = 0; light < 4; ++light) {
-            const double plain = double{scene.picker().probability(light)};
-            for (std::uint32_t i = 0; i < 200; ++i) {
-                const LeSampleU u = emit_numbers(7, i);
-                for (const NumberBox& box : boxes_of(blocks[light])) {
-                    if (!box.holds(u)) continue;
-                    const double expected =
-                        plain * (double{defensive_weight} +
-                                 (1 - double{defensive_weight}) * box.importance / learned);
-                    const double density =
-                        learned_emission.probability(light) * double{learned_emission.density(light, u)};
-                    EXPECT_NEAR(density, expected, 2e-5 * expected);
-                    EXPECT_GE(density, double{defensive_weight} * plain * (1 - 2e-5));
-                }
+    }
+    for (std::uint32_t light = 0; light < 4; ++light) {
+        const double plain = double{scene.picker().probability(light)};
+        for (std::uint32_t i = 0; i < 200; ++i) {
+            const LeSampleU u = emit_numbers(7, i);
+            for (const NumberBox& box : boxes_of(blocks[light])) {
+                if (!box.holds(u)) continue;
+                const double expected = plain * (double{kDefensiveWeight} +
+                                                 (1 - double{kDefensiveWeight}) * box.importance / learned);
+                const double density =
+                    learned_emission.probability(light) * double{learned_emission.density(light, u)};
+                EXPECT_NEAR(density, expected, 2e-5 * expected);
+                EXPECT_GE(density, double{kDefensiveWeight} * plain * (1 - 2e-5));
             }
         }
     }
@@ -105,7 +107,7 @@ TEST(LearnedEmission, Density_IsTheMixture_AndNeverBelowTheDefensivePart) {
 TEST(LearnedEmission, WarpedNumbers_FollowTheDensity_AndTheTestSeesWhenTheyDoNot) {
     const Scene scene = four_lights();
     const std::vector<EmissionBlocks> blocks = four_blocks();
-    const LearnedEmission learned_emission(scene, blocks, 0.2F);
+    const LearnedEmission learned_emission(scene, blocks);
     constexpr std::uint32_t kLight = 1, kDraws = 200'000;
     const std::vector<NumberBox> boxes = boxes_of(blocks[kLight]);
     std::vector<std::uint64_t> observed(boxes.size());
@@ -139,7 +141,7 @@ TEST(LearnedEmission, WarpedNet_FillsBlocksMoreEvenlyThanChance) {
     const Scene scene = four_lights();
     std::vector<EmissionBlocks> blocks(4);
     blocks[1].nodes = {{0, 1, 0}, {1, 3, 0}, {-1, 0, 0.1}, {-1, 0, 1.0}, {-1, 0, 0.3}};
-    const LearnedEmission learned_emission(scene, blocks, 0.2F);
+    const LearnedEmission learned_emission(scene, blocks);
     const std::vector<NumberBox> boxes = boxes_of(blocks[1]);
     const EmissionNet net(3, Purpose::test, 0);
     constexpr std::uint32_t kPoints = 4096;
@@ -204,7 +206,7 @@ TEST(LearnedEmission, CellsOfAMeasuredLamp_AreDrawnByTheDensity_AndTheTestSeesAS
     make.light(make_measured_light(field, table, settings, silent));
     const Scene scene = make.build();
     const std::vector<EmissionBlocks> blocks{random_blocks(100, 9)};
-    const LearnedEmission learned_emission(scene, blocks, 0.25F);
+    const LearnedEmission learned_emission(scene, blocks);
 
     constexpr std::uint32_t kPaths = 1 << 17;
     std::vector<std::uint64_t> observed(table.cells());

@@ -56,15 +56,15 @@ std::vector<Case> cases() {
              {"pre-pass", "photons", "irradiance", "image"}},
             {"guided",
              "photonmap",
-             {"photons=20000", "gatherrays=1", "direct=guided", "guidephotons=20000"},
+             {"photons=20000", "gatherrays=1", "direct=guided"},
              {"guide", "photons", "irradiance", "image"}},
             {"igi",
              "igi",
              {"nlights=64", "nsets=4", "prepass=16384"},
              {"pre-pass", "virtual point lights", "image"}},
-            {"igi_tree",
+            {"igi_many",
              "igi",
-             {"nlights=256", "nsets=16", "choice=tree"},
+             {"nlights=256", "nsets=16"},
              {"virtual point lights", "sorted virtual point lights", "image"}},
             {"progressive", "progressive", {"photons=10000", "prepass=16384"}, {"pre-pass", "passes"}}};
 }

@@ -49,8 +49,8 @@ struct Subject {
         IgiSettings& settings = std::get<IgiSettings>(igi.integrator);
         settings.nlights = mindist > 0 ? 8 : lights_without_bound;
         settings.nsets = 2048;
-        settings.mindist = static_cast<float>(mindist) * diagonal(igi.scene);
-        settings.compensate = compensate;
+        settings.mindist = static_cast<float>(std::max(mindist, 1e-6)) * diagonal(igi.scene);
+        settings.gather_samples = compensate ? 1 : 0;
         settings.quantity = quantity;
         return region_means(igi, seeds, whole, part);
     }

@@ -83,7 +83,7 @@ std::vector<Method> methods() {
     guided.direct = DirectMethod::guided;
     guided.specular_below = 0.3F;
     IgiSettings without = lights();
-    without.compensate = false;
+    without.gather_samples = 0;
     PathSettings guided_path;
     guided_path.guide_lights = guided_path.guide_paths = 2000;
     return {{"path", PathSettings{}},

@@ -46,15 +46,15 @@ TEST(MethodsLike, QuantityAndLongestPath_AreTheSameForAll) {
 // Whatever is asked: without compensation or without caustics a part of the light is missing.
 TEST(MethodsLike, Vpls_AreOfferedWholeOrNotAtAll) {
     IgiSettings bare;
-    bare.caustics = CausticMethod::none;
+    bare.caustic_paths = 0;
     for (const IntegratorSettings& asked : {IntegratorSettings(PathSettings{}), IntegratorSettings(bare)}) {
         int offered = 0;
         for (const Method& method : methods_like(asked)) {
             const auto* igi = std::get_if<IgiSettings>(&method.settings);
             if (!igi) continue;
             ++offered;
-            EXPECT_TRUE(igi->compensate);
-            EXPECT_NE(igi->caustics, CausticMethod::none);
+            EXPECT_TRUE(igi->compensates());
+            EXPECT_GT(igi->caustic_paths, 0);
         }
         EXPECT_GT(offered, 0);
     }
@@ -162,7 +162,7 @@ TEST(Trial, PrePassAndGuides_AreMadeOnce) {
     maps.photons = 10'000;
     maps.direct = DirectMethod::mc;
     IgiSettings pre_pass;
-    pre_pass.pre_pass.paths = 20'000;
+    pre_pass.pre_pass = 20'000;
     for (const IntegratorSettings& settings : {IntegratorSettings(maps), IntegratorSettings(pre_pass)}) {
         const bool once = std::holds_alternative<IgiSettings>(settings);
         const Job job = job_of(settings);

@@ -32,22 +32,20 @@ std::vector<Case> cases() {
     guided_lights.guide_lights = 2'000;
     PhotonMapSettings gather;
     gather.photons = 8'000;
-    gather.pre_pass.paths = 2'000;
+    gather.pre_pass = 2'000;
     PhotonMapSettings guided = gather;
     guided.direct = DirectMethod::guided;
-    guided.guide.photons = 5'000;
-    guided.guide_gather = GatherGuiding::on;
     PhotonMapSettings map = gather;
     map.direct = DirectMethod::map;
     map.indirect = IndirectMethod::map;
     IgiSettings igi;
     igi.nlights = 16;
     igi.nsets = 4;
-    igi.pre_pass.paths = 2'000;
+    igi.pre_pass = 2'000;
     igi.caustic_paths = 4'000;
     ProgressiveSettings progressive;
     progressive.photons = 4'000;
-    progressive.pre_pass.paths = 2'000;
+    progressive.pre_pass = 2'000;
     return {{"path", guided_lights},
             {"path in fog with layers", PathSettings{}, true, true, true},
             {"path, not adaptive", PathSettings{}, false},

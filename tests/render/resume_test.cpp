@@ -46,23 +46,21 @@ std::vector<Case> cases() {
     gather.gather_rays = 2;
     PhotonMapSettings guided = gather;
     guided.direct = DirectMethod::guided;
-    guided.guide.photons = 5'000;
-    guided.pre_pass.paths = 2'000;
+    guided.pre_pass = 2'000;
     PhotonMapSettings map = gather;
     map.direct = DirectMethod::map;
     map.indirect = IndirectMethod::map;
     IgiSettings igi;
     igi.nlights = 16;
     igi.nsets = 4;
-    IgiSettings igi_tree = igi;
-    igi_tree.choice = VplChoice::tree;
-    igi_tree.pre_pass.paths = 1'000;
+    IgiSettings igi_pre_pass = igi;
+    igi_pre_pass.pre_pass = 1'000;
     ProgressiveSettings progressive;
     progressive.samples = 1;
     progressive.photons = 2'000;
     ProgressiveSettings two_samples = progressive;
     two_samples.samples = 2;
-    two_samples.pre_pass.paths = 1'000;
+    two_samples.pre_pass = 1'000;
     FilterSettings negative;
     negative.kind = FilterSettings::Kind::mitchell;
     negative.radius = {2, 2};
@@ -73,7 +71,7 @@ std::vector<Case> cases() {
             {"photonmap, guided, pre-pass", guided},
             {"photonmap, maps seen", map},
             {"igi", igi},
-            {"igi, tree, pre-pass", igi_tree},
+            {"igi, pre-pass", igi_pre_pass},
             {"progressive", progressive},
             {"progressive, two samples in a pass, pre-pass", two_samples}};
 }

@@ -41,9 +41,6 @@ inline std::vector<Method> every_method() {
             {"guided", "photonmap", {{"photons", "20000"}, {"gatherrays", "4"}, {"direct", "guided"}}},
             {"map", "photonmap", {{"photons", "20000"}, {"direct", "map"}, {"indirect", "map"}}},
             {"igi", "igi", {{"nlights", "64"}, {"nsets", "4"}, {"causticpaths", "20000"}}},
-            {"igi tree",
-             "igi",
-             {{"nlights", "64"}, {"nsets", "4"}, {"choice", "tree"}, {"causticpaths", "20000"}}},
             {"progressive", "progressive", {{"photons", "5000"}}}};
 }
 

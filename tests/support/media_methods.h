@@ -32,7 +32,7 @@ inline PhotonMapSettings photons(DirectMethod direct, IndirectMethod indirect) {
 
 inline IgiSettings vpls() {
     IgiSettings s;
-    s.mindist = 0;
+    s.mindist = 1e-6F;  // no fading
     s.nlights = 64;
     s.nsets = 256;
     return s;

@@ -54,7 +54,7 @@ inline IgiSettings few_lights(float mindist, int sets) {
     igi.nlights = 4;
     igi.nsets = sets;
     igi.mindist = mindist;
-    igi.compensate = true;
+    igi.gather_samples = 1;
     return igi;
 }
 

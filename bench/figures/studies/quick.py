@@ -10,7 +10,7 @@ import re
 import sys
 
 LARGEST = 8 << 20  # bytes of a lamp that is read at once
-MOST = {"photons": 2000, "nsets": 4, "nlights": 16, "gatherrays": 4, "k": 20, "gatherk": 20, "guidephotons": 2000}
+MOST = {"photons": 2000, "nsets": 4, "nlights": 16, "gatherrays": 4, "k": 20, "gatherk": 20}
 
 
 def cut(match):

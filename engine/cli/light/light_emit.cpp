@@ -22,7 +22,6 @@ binary), .ray (LightTools binary). The same command always writes the same bytes
 Modes, the placement of a ray within its cell of the light field:
   exact      according to the field; rays of equal energy
   constant   uniform over the cell; rays of equal energy, slightly less accurate
-  weighted   uniform over the cell; the energies follow the field
 
 Examples:
   lucerna light emit lamp.exr --rays 1000000 -o lamp.tm25ray
@@ -40,8 +39,7 @@ struct EmitCommand {
 EmissionMode mode_of(const std::string& word) {
     if (word == "exact") return EmissionMode::exact;
     if (word == "constant") return EmissionMode::constant;
-    if (word == "weighted") return EmissionMode::weighted;
-    input_error({"--mode"}, "\"{}\" is not accepted; expected exact, constant or weighted", word);
+    input_error({"--mode"}, "\"{}\" is not accepted; expected exact or constant", word);
 }
 
 void act_emit(const EmitCommand& command, const CommandContext& context) {
@@ -81,8 +79,7 @@ void add_light_emit(CLI::App& light, const CommandContext& context) {
     });
     add_word(app, "--seed", "N", "seed of the random numbers (default 0)",
              [command](const std::string& word) { command->seed = parse_seed({"--seed"}, word); });
-    app.add_option("--mode", command->mode,
-                   "placement of rays in a cell: exact (default), constant or weighted")
+    app.add_option("--mode", command->mode, "placement of rays in a cell: exact (default) or constant")
         ->type_name("MODE");
     add_threads(app, command->workers);
     app.add_flag("--quiet", command->quiet, "print warnings and errors only");
