@@ -175,6 +175,7 @@ class DistantLight final : public Light {
         : Light(unit), frame_(direction.normalized()), irradiance_(irradiance), scene_(scene) {}
 
     std::string_view kind() const override { return "distant"; }
+    bool is_at_infinity() const override { return true; }
     bool is_delta() const override { return true; }
     // Through the disc that covers the scene: what misses the scene is counted too.
     Rgb flux() const override { return irradiance_ * (kPi * sqr(scene_.radius)); }
@@ -214,6 +215,7 @@ class InfiniteLight final : public Light {
         : Light(unit), radiance_(radiance), scene_(scene) {}
 
     std::string_view kind() const override { return "infinite"; }
+    bool is_at_infinity() const override { return true; }
     bool has_impostor() const override { return true; }
     Rgb flux() const override { return radiance_ * (4 * kPi * kPi * sqr(scene_.radius)); }
 
@@ -255,6 +257,7 @@ class UnseenLight final : public Light {
     explicit UnseenLight(std::unique_ptr<Light> light) : Light(light->unit()), light_(std::move(light)) {}
 
     std::string_view kind() const override { return light_->kind(); }
+    bool is_at_infinity() const override { return light_->is_at_infinity(); }
     Rgb flux() const override { return light_->flux(); }
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override { return light_->sample_Le(u); }
     std::optional<LightSample> sample_Li(const V3f& x, const V2f& u,

@@ -552,148 +552,190 @@ std::pair<std::size_t, std::size_t> FieldPyramid::square_of(const Path& path, co
     return {index(within.x), index(within.y)};
 }
 
-// Four views reach into an interval; a square sees one or two of their pixels along each axis, and is given
-// their mean by its middle's bells.
-FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
+namespace {
+
+// The lower edges, or the middles, of kGrid equal parts of [from, to].
+F8 lower_edges(float from, float to) {
+    return all8(from) + hn::Iota(d8, 0.0F) * all8((to - from) * (1.0F / kGrid));
+}
+F8 middles(float from, float to) {
+    const float step = (to - from) * (1.0F / kGrid);
+    return all8(from + 0.5F * step) + hn::Iota(d8, 0.0F) * all8(step);
+}
+
+// PlaneCoordinate::slope, the density of a plane's coordinate, where tau = coordinate / (2 c).
+F8 slope_of(F8 tau) {
+    const F8 one = all8(1), tau2 = hn::Min(tau * tau, one), rest_of_one = one - tau2;
+    return rest_of_one * rest_of_one / (one + tau2);
+}
+
+// The filter of the lower view, which falls from 1 to 0 within the interval.
+F8 lower_filter(FilterBasis basis, F8 f) {
+    const F8 one = all8(1), half = all8(0.5F), rest = one - f;
+    return basis == FilterBasis::hat ? rest
+                                     : hn::IfThenElse(f <= half, one - (f + f) * f, (rest + rest) * rest);
+}
+
+// The pixel columns that kGrid squares see along one axis.
+struct SeenColumns {
+    F8 first;   // number of the first column, a whole number
+    F8 next;    // share of the square in the column after it, in [0, 1]
+    F8 centre;  // of the square, in columns
+};
+// The squares see the columns from `begin` to `end`, real numbers, in either direction.
+SeenColumns columns_between(float begin, float end, PixelBasis basis) {
+    const float width = std::fabs(end - begin) * (1.0F / kGrid);
+    const F8 column = lower_edges(begin, end) - all8(end < begin ? width : 0.0F);
+    const F8 centre = column + all8(0.5F * width), half = all8(0.5F), one = all8(1);
+    const bool hat = basis == PixelBasis::hat;
+    const F8 first = hn::Floor(hat ? centre - half : column);
+    const F8 beyond =
+        hat ? centre - half - first : (column - first + all8(width) - one) * all8(1 / std::max(width, 1e-6F));
+    return {first, hn::Min(hn::Max(beyond, hn::Zero(d8)), one), centre};
+}
+
+float total_of(F8 v) {
+    F4 sum = hn::LowerHalf(v) + hn::UpperHalf(d4, v);
+    sum = sum + hn::Shuffle1032(sum);
+    return hn::GetLane(sum + hn::Shuffle2301(sum));
+}
+
+}  // namespace
+
+// The weights along one axis of the pixels that each square sees. Two views reach into an interval, and a
+// square sees one or two pixels of each.
+struct FieldPyramid::AxisWeights {
+    F8 weight[2][2];  // by view and pixel; 0 for pixels and views that do not exist
+    hn::Vec<I8> pixel[2][2];
+    int view[2];
+    F8 way2;  // squared distance from the middles of the squares to x along the axis
+};
+
+FieldPyramid::AxisWeights FieldPyramid::axis_weights(int axis, const Path& path, const V3d& x) const {
     const Rig& rig = field_->rig();
+    const auto a = static_cast<std::size_t>(axis);
+    const int n = axis == 0 ? path.n : path.o;
+    const float low = path.edge[2 * a], high = path.edge[2 * a + 1];
+    const float edge = axes_[a].edge[static_cast<std::size_t>(n)];
+    const float per_length = 1 / (axes_[a].edge[static_cast<std::size_t>(n) + 1] - edge);
+    const F8 one = all8(1), half = all8(0.5F);
+    const double x_of_axis = axis == 0 ? x.x : x.y;
+    const auto x_a = static_cast<float>(x_of_axis);
+    AxisWeights result;
+    const F8 way = middles(low - x_a, high - x_a);
+    result.way2 = way * way;
+
+    // Find where the middles lie within the interval, in S's coordinate. Even planes keep their own numbers,
+    // which lose nothing by cancellation.
+    const float c_s = static_cast<float>(rig.s_coordinate.c), per_c_s = c_s > 0 ? 1 / c_s : 0.0F;
+    const F8 u_middle = middles(low, high), u_per_c = u_middle * all8(per_c_s);
+    const F8 to_x = all8(2) / (one + hn::Sqrt(one + u_per_c * u_per_c));
+    const float edge_x = axes_[a].edge_x[static_cast<std::size_t>(n)];
+    const float per_spacing = static_cast<float>(1 / rig.spacing[axis]);
+    const F8 f = c_s > 0 ? (u_middle * to_x - all8(edge_x)) * all8(per_spacing)
+                         : middles((low - edge) * per_length, (high - edge) * per_length);
+    const F8 filter = lower_filter(rig.filter_basis, f);
+    const F8 filters[2] = {filter, one - filter};
+
+    // Find the columns that the squares see, as the interval numbers them.
     const double stretch = distance_ / x.z;
-    const F8 lanes = hn::Iota(d8, 0.0F);
-    const F8 one = all8(1), half = all8(0.5F), none = hn::Zero(d8);
-    const int interval[2] = {path.n, path.o};
-    struct Seen {
-        F8 weight[2][2];  // of each view's two pixels; 0 for what it does not see
-        hn::Vec<I8> pixel[2][2];
-        F8 way2;  // squared, from the middles to x
-        int view[2];
-    } seen[2];
-    for (std::size_t a = 0; a < 2; ++a) {
-        const int axis = static_cast<int>(a);
-        const int n = interval[a];
-        const float edge = axes_[a].edge[static_cast<std::size_t>(n)];
-        const float per_length = 1 / (axes_[a].edge[static_cast<std::size_t>(n) + 1] - edge);
-        // At the squares' lower edges and at their middles.
-        const auto edges = [&](float from, float to) {
-            return all8(from) + lanes * all8((to - from) * (1.0F / kGrid));
-        };
-        const auto middles = [&](float from, float to) {
-            const float step = (to - from) * (1.0F / kGrid);
-            return all8(from + 0.5F * step) + lanes * all8(step);
-        };
-        const double x_of_axis = axis == 0 ? x.x : x.y;
-        const auto x_a = static_cast<float>(x_of_axis);
-        const float low = path.edge[2 * a], high = path.edge[2 * a + 1];
-        const F8 way = middles(low - x_a, high - x_a);
-        seen[a].way2 = way * way;
-        // Where they lie within the interval, in S's coordinate, and the coordinate's slope there.
-        const float c_s = static_cast<float>(rig.s_coordinate.c), per_c_s = c_s > 0 ? 1 / c_s : 0.0F;
-        const F8 u_middle = middles(low, high), u_per_c = u_middle * all8(per_c_s);
-        const F8 to_x = all8(2) / (one + hn::Sqrt(one + u_per_c * u_per_c));
-        const float edge_x = axes_[a].edge_x[static_cast<std::size_t>(n)];
-        const float per_spacing = static_cast<float>(1 / rig.spacing[axis]);
-        // Even planes keep their own numbers, which lose nothing by cancellation.
-        const F8 f = c_s > 0 ? (u_middle * to_x - all8(edge_x)) * all8(per_spacing)
-                             : middles((low - edge) * per_length, (high - edge) * per_length);
-        const auto slope_of = [&](F8 tau) {
-            const F8 tau2 = hn::Min(tau * tau, one), rest_of_one = one - tau2;
-            return rest_of_one * rest_of_one / (one + tau2);
-        };
-        // The basis of the lower view, which falls from 1 to 0.
-        const F8 rest = one - f;
-        const F8 bell = rig.filter_basis == FilterBasis::hat
-                            ? rest
-                            : hn::IfThenElse(f <= half, one - (f + f) * f, (rest + rest) * rest);
-        const F8 bells[2] = {bell, one - bell};
-        // As the interval numbers the columns: of each square the first, and how much of it lies in the next.
-        const auto seen_from = [&](float u) {
-            return static_cast<float>(rig.columns_to(axis, n, double{u} + (x_of_axis - double{u}) * stretch));
-        };
-        const float begin = seen_from(low), end = seen_from(high);
-        const float width = std::fabs(end - begin) * (1.0F / kGrid);
-        const F8 column = edges(begin, end) - all8(end < begin ? width : 0.0F);
-        const F8 last = all8(static_cast<float>(rig.columns(axis)));
-        // Of a hat, the place under it; of a box, the part of the square in the next one.
-        const bool hat = rig.basis == PixelBasis::hat;
-        const F8 centre = column + all8(0.5F * width);
-        const F8 whole = hn::Floor(hat ? centre - half : column);
-        const F8 beyond = hat ? centre - half - whole
-                              : (column - whole + all8(width) - one) * all8(1 / std::max(width, 1e-6F));
-        const F8 next = hn::Min(hn::Max(beyond, none), one);
-        // What even steps in the coordinates are on the planes.
-        const F8 on_m = all8(static_cast<float>(rig.column_edge_x(axis, n, 0))) +
-                        centre * all8(static_cast<float>(rig.pixel[axis]));
-        const F8 slope = slope_of(half * u_per_c * to_x) * slope_of(half * on_m * all8(per_c_));
-        const F8 shares[2] = {slope * (one - next), slope * next};
-        const hn::Vec<I8> p = hn::ConvertTo(i8, hn::Min(hn::Max(whole, all8(-2)), last));
-        const hn::Vec<I8> pixels = hn::Set(i8, rig.pixels[axis]), unit = hn::Set(i8, 1), zero = hn::Zero(i8);
-        for (int v = 0; v < 2; ++v) {
-            const bool there = v == 0 ? n > 0 : n < rig.views[axis];
-            seen[a].view[v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
-            hn::Vec<I8> k = v == 0 ? p : p - hn::Set(i8, rig.shift[axis]);
-            for (int t = 0; t < 2; ++t, k = k + unit) {
-                const auto inside = hn::RebindMask(d8, hn::AndNot(k < zero, k < pixels));
-                seen[a].weight[v][t] = there ? hn::IfThenElseZero(inside, bells[v] * shares[t]) : none;
-                seen[a].pixel[v][t] = hn::Max(hn::Min(k, pixels - unit), zero);
-            }
+    const auto seen_from = [&](float u) {
+        return static_cast<float>(rig.columns_to(axis, n, double{u} + (x_of_axis - double{u}) * stretch));
+    };
+    const SeenColumns seen = columns_between(seen_from(low), seen_from(high), rig.basis);
+    // Weigh them by what even steps in the coordinates are on the planes.
+    const F8 on_m = all8(static_cast<float>(rig.column_edge_x(axis, n, 0))) +
+                    seen.centre * all8(static_cast<float>(rig.pixel[axis]));
+    const F8 slope = slope_of(half * u_per_c * to_x) * slope_of(half * on_m * all8(per_c_));
+    const F8 shares[2] = {slope * (one - seen.next), slope * seen.next};
+    const F8 last = all8(static_cast<float>(rig.columns(axis)));
+    const hn::Vec<I8> p = hn::ConvertTo(i8, hn::Min(hn::Max(seen.first, all8(-2)), last));
+    const hn::Vec<I8> pixels = hn::Set(i8, rig.pixels[axis]), unit = hn::Set(i8, 1), zero = hn::Zero(i8);
+    for (int v = 0; v < 2; ++v) {
+        const bool there = v == 0 ? n > 0 : n < rig.views[axis];
+        result.view[v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
+        hn::Vec<I8> k = v == 0 ? p : p - hn::Set(i8, rig.shift[axis]);
+        for (int t = 0; t < 2; ++t, k = k + unit) {
+            const auto inside = hn::RebindMask(d8, hn::AndNot(k < zero, k < pixels));
+            result.weight[v][t] = there ? hn::IfThenElseZero(inside, filters[v] * shares[t]) : hn::Zero(d8);
+            result.pixel[v][t] = hn::Max(hn::Min(k, pixels - unit), zero);
         }
     }
+    return result;
+}
 
-    // Along v the pixels are next to each other: one read for the eight of a row, and each lane takes its
-    // own.
-    const float* const coefficients = field_->coefficients().data();
-    std::int32_t window[2];
-    // Which lane of the read each square takes; which of them there are.
-    hn::Vec<I8> lane[2][2];
-    hn::Mask<D8> there[2];
-    for (std::size_t v = 0; v < 2; ++v) {
-        alignas(32) std::int32_t pixel[kGrid];
-        hn::Store(seen[1].pixel[v][0], i8, pixel);
-        window[v] = std::min(pixel[0], pixel[kGrid - 1]);
-        for (std::size_t t = 0; t < 2; ++t) lane[v][t] = seen[1].pixel[v][t] - hn::Set(i8, window[v]);
-        there[v] = hn::FirstN(d8, static_cast<std::size_t>(rig.pixels.y - window[v]));
+namespace {
+
+// h over a row of squares, and h without the field's negative coefficients.
+struct RowOfField {
+    std::int32_t pixel = -1;  // along u
+    F8 h, positive;
+};
+
+}  // namespace
+
+// Sums rows of pixels along v for the eight squares of a row at once. The pixels of a row are next to each
+// other: each of the two views is read once, and every square picks its own pixels from what was read.
+struct FieldPyramid::RowReader {
+    const FieldPyramid& of;
+    const AxisWeights &along_u, &along_v;
+    std::int32_t window[2];  // first pixel that is read, by view
+    hn::Vec<I8> lane[2][2];  // that a square picks from what was read
+    hn::Mask<D8> there[2];   // pixels that exist
+
+    RowReader(const FieldPyramid& pyramid, const AxisWeights& u, const AxisWeights& v)
+        : of(pyramid), along_u(u), along_v(v) {
+        for (std::size_t j = 0; j < 2; ++j) {
+            alignas(32) std::int32_t pixel[kGrid];
+            hn::Store(v.pixel[j][0], i8, pixel);
+            window[j] = std::min(pixel[0], pixel[kGrid - 1]);
+            for (std::size_t t = 0; t < 2; ++t) lane[j][t] = v.pixel[j][t] - hn::Set(i8, window[j]);
+            there[j] = hn::FirstN(d8, static_cast<std::size_t>(of.field_->rig().pixels.y - window[j]));
+        }
     }
+    RowOfField read(std::size_t view, std::int32_t pixel) const {
+        const F8 none = hn::Zero(d8);
+        RowOfField row{pixel, none, none};
+        for (std::size_t j = 0; j < 2; ++j) {
+            const std::size_t first =
+                of.field_->rig().index(along_u.view[view], along_v.view[j], pixel, window[j]);
+            const F8 e = hn::MaskedLoad(there[j], d8, of.field_->coefficients().data() + first);
+            const F8 positive = hn::Max(e, none);
+            for (std::size_t s = 0; s < 2; ++s) {
+                const auto picked = hn::IndicesFromVec(d8, lane[j][s]);
+                row.h = row.h + along_v.weight[j][s] * hn::TableLookupLanes(e, picked);
+                row.positive = row.positive + along_v.weight[j][s] * hn::TableLookupLanes(positive, picked);
+            }
+        }
+        return row;
+    }
+};
+
+FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
+    const AxisWeights along_u = axis_weights(0, path, x), along_v = axis_weights(1, path, x);
+    const RowReader reader(*this, along_u, along_v);
     alignas(32) std::int32_t pixel[2][2][kGrid];
     alignas(32) float weight[2][2][kGrid];
     alignas(32) float way2[kGrid];
     for (std::size_t i = 0; i < 2; ++i) {
         for (std::size_t t = 0; t < 2; ++t) {
-            hn::Store(seen[0].pixel[i][t], i8, pixel[i][t]);
-            hn::Store(seen[0].weight[i][t], d8, weight[i][t]);
+            hn::Store(along_u.pixel[i][t], i8, pixel[i][t]);
+            hn::Store(along_u.weight[i][t], d8, weight[i][t]);
         }
     }
-    hn::Store(seen[0].way2, d8, way2);
-    const F8 way2_column = seen[1].way2 + all8(static_cast<float>(sqr(x.z)));
-    Grid grid;
+    hn::Store(along_u.way2, d8, way2);
+    const F8 way2_column = along_v.way2 + all8(static_cast<float>(sqr(x.z)));
+    const F8 none = hn::Zero(d8);
     F8 value[kGrid];
     F8 sums = none;
-    // Of a view's row of pixels, both views along v: h, and what it would be without its negative
-    // coefficients.
-    struct Row {
-        std::int32_t pixel = -1;
-        F8 h, positive;
-    } rows[2][2];
+    RowOfField rows[2][2];  // the last two rows of each view
     for (std::size_t r = 0; r < kGrid; ++r) {
         F8 h = none, bound = none;
         for (std::size_t i = 0; i < 2; ++i) {
             for (std::size_t t = 0; t < 2; ++t) {
                 if (!(weight[i][t][r] > 0)) continue;
-                Row& row = rows[i][pixel[i][t][r] & 1];  // the last two
-                if (row.pixel != pixel[i][t][r]) {
-                    row = {pixel[i][t][r], none, none};
-                    for (std::size_t j = 0; j < 2; ++j) {
-                        const F8 e = hn::MaskedLoad(
-                            there[j], d8,
-                            coefficients + rig.index(seen[0].view[i], seen[1].view[j], row.pixel, window[j]));
-                        const F8 positive = hn::Max(e, none);
-                        for (std::size_t s = 0; s < 2; ++s) {
-                            row.h = row.h + seen[1].weight[j][s] *
-                                                hn::TableLookupLanes(e, hn::IndicesFromVec(d8, lane[j][s]));
-                            row.positive =
-                                row.positive +
-                                seen[1].weight[j][s] *
-                                    hn::TableLookupLanes(positive, hn::IndicesFromVec(d8, lane[j][s]));
-                        }
-                    }
-                }
+                RowOfField& row = rows[i][pixel[i][t][r] & 1];
+                if (row.pixel != pixel[i][t][r]) row = reader.read(i, pixel[i][t][r]);
                 const F8 share = all8(weight[i][t][r]);
                 h = h + share * row.h;
                 bound = bound + share * row.positive;
@@ -704,11 +746,7 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
         value[r] = (h + all8(kPositive) * hn::Max(bound, none)) * way;
         sums = sums + value[r];
     }
-    const auto total_of = [](F8 v) {
-        F4 sum = hn::LowerHalf(v) + hn::UpperHalf(d4, v);
-        sum = sum + hn::Shuffle1032(sum);
-        return hn::GetLane(sum + hn::Shuffle2301(sum));
-    };
+    Grid grid;
     const float sum = total_of(sums);
     const float least = sum > 0 ? sum * (kUneven / (kGrid * kGrid)) : 1.0F;
     sums = sums + all8(kGrid * least);

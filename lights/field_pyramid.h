@@ -92,6 +92,8 @@ class FieldPyramid {
         int size[2];
     };
     struct Path;
+    struct AxisWeights;
+    struct RowReader;
     struct Grid;
 
     void build(const LightField& field, const CellTable& table, const Workers& workers);
@@ -114,6 +116,7 @@ class FieldPyramid {
     Path descend(const V3d& x, Choose&& choose) const;
     int levels_within(double stretch) const;
     static std::pair<std::size_t, std::size_t> square_of(const Path& path, const V2d& on_s);
+    AxisWeights axis_weights(int axis, const Path& path, const V3d& x) const;
     Grid grid_of(const Path& path, const V3d& x) const;
     Density mixed(const Path& path, const Grid& grid, std::size_t row, std::size_t column) const;
     V2d draw_by_flux(V2f u, std::optional<V2i> interval) const;

@@ -17,6 +17,7 @@ class ImageInfiniteLight final : public Light {
         : Light(unit), image_(std::move(image)), axes_(axes), scale_(scale), scene_(scene) {}
 
     std::string_view kind() const override { return "infinite"; }
+    bool is_at_infinity() const override { return true; }
     bool has_impostor() const override { return true; }
     Rgb flux() const override { return scale_ * image_->integral() * disc_area(); }
 

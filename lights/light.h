@@ -82,6 +82,8 @@ class Light {
 
     // "point", "spot", "distant", "area", "infinite", "lightfield", "rayfile", "ies", "ldt" …
     virtual std::string_view kind() const = 0;
+    // Whether it has no place: its light comes from directions alone.
+    virtual bool is_at_infinity() const { return false; }
 
     // The file that its light comes from: a light field, rays, a web of candela; empty: none. For reports.
     const std::filesystem::path& file() const { return file_; }

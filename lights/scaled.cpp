@@ -12,6 +12,7 @@ class ScaledLight final : public Light {
         : Light(light->unit()), light_(std::move(light)), factor_(factor) {}
 
     std::string_view kind() const override { return light_->kind(); }
+    bool is_at_infinity() const override { return light_->is_at_infinity(); }
     Rgb flux() const override { return light_->flux() * factor_; }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {

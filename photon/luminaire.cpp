@@ -45,7 +45,7 @@ void check_luminaire(const Scene& scene, const LuminaireParameters& parameters) 
     if (parameters.block < 1)
         throw InputError(fmt::format("blocks of {} light paths; 1 or more", parameters.block));
     for (const auto& light : scene.lights()) {
-        if (light->kind() == "distant" || light->kind() == "infinite") {
+        if (light->is_at_infinity()) {
             throw InputError(fmt::format(
                 "a luminaire may only have lights with a position; this one has a light of type {}",
                 light->kind()));

@@ -183,10 +183,9 @@ std::vector<Field> fields_of(IgiSettings& s) {
 std::vector<Field> fields_of(ProgressiveSettings& s) {
     return {
         whole("photons", "light paths per pass", 1, 4294967296.0, s.photons),
-        real("radius",
-             "initial radius everywhere, scene units; 0: the radius that holds 60 photons of a pass, by the "
-             "local density",
-             0, kMost, s.estimate.radius),
+        whole("k", "photons of one pass within the initial radius", 1, 1'000'000, s.estimate.k),
+        real("radius", "initial radius everywhere, scene units; 0: from k and the local density", 0, kMost,
+             s.estimate.radius),
         choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"},
                s.direct),
         pre_pass(s.pre_pass),
@@ -196,7 +195,6 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
             "alpha",
             "rate at which the radius shrinks, r^2 by (i + alpha)/(i + 1); 1: constant radius, and biased",
             0.01, 1, s.alpha)),
-        metric(s.estimate.metric),
         index(s.index),
     };
 }
@@ -228,7 +226,7 @@ constexpr RemovedParameter kRemovedParameters[] = {
     {"igi", "lights", kByTree},
     {"igi", "prepassdefensive", kQuarter},
     {"progressive", "samples", "a pass takes 4 camera samples per pixel"},
-    {"progressive", "k", "the initial radius holds 60 photons of a pass"},
+    {"progressive", "metric", "distances are projected on the tangent plane"},
     {"progressive", "lights", kByTree},
     {"progressive", "ratio", "the search ball is twice as wide as the disc"},
     {"progressive", "kernel", "the kernel is epanechnikov"},

@@ -237,12 +237,12 @@ std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::st
 
 namespace {
 
-EmissionMode read_emission(Params& params) {
+EmissionMode read_emission(Reading& reading, Params& params) {
     const std::string name = params.string("emission", "exact");
     if (name == "constant") return EmissionMode::constant;
     if (name == "exact") return EmissionMode::exact;
     if (name == "weighted") {
-        params.depart(params.place_of("emission"), "emission \"weighted\" has been removed", "exact is used");
+        reading.warn(params.place_of("emission"), "emission \"weighted\" has been removed; exact is used");
         return EmissionMode::exact;
     }
     fail(params.place_of("emission"), "emission \"{}\" is unknown; expected constant or exact", shown(name));
@@ -303,7 +303,7 @@ Settings read_lamp(Reading& reading, Params& params) {
 
 void read_light_field(Reading& reading, Params& params) {
     auto lamp = read_lamp<MeasuredSettings>(reading, params);
-    lamp.mode = read_emission(params);
+    lamp.mode = read_emission(reading, params);
     lamp.reconstruction = read_reconstruction(params);
     if (lamp.reconstruction != Reconstruction::exact && lamp.mode != EmissionMode::exact) {
         fail(params.place_of("emission"),

@@ -40,10 +40,6 @@ std::optional<LeSample> first_particle(const Light& light) {
     return std::nullopt;
 }
 
-bool is_at_infinity(const Light& light) {
-    return light.kind() == "distant" || light.kind() == "infinite";
-}
-
 }  // namespace
 
 Box3f surface_bounds(const SceneParts& parts) {
@@ -203,7 +199,7 @@ Scene::Scene(SceneParts parts, const Workers& workers)
         const auto first = first_particle(light);
         if (!first) return;
         place.medium = medium_around(*this, first->from, first->d);
-        if (is_at_infinity(light)) place.reach = passes_without_end(media(), place.medium);
+        if (light.is_at_infinity()) place.reach = passes_without_end(media(), place.medium);
     });
 }
 Scene::~Scene() = default;

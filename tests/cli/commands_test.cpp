@@ -275,7 +275,7 @@ TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
 
 TEST_F(RunRender, WhoeverNamesTheMethodOrKeepsACheckpoint_HasNothingChosen) {
     for (const std::vector<std::string>& more : {std::vector<std::string>{"--integrator", "path"},
-                                                 {"--set", "lights=power"},
+                                                 {"--set", "maxdepth=3"},
                                                  {"--spp", "20"},
                                                  {"--checkpoint", "a.checkpoint"}}) {
         std::vector<std::string> words{"render",  "scene.pbrt", "-o",      "a.exr",

@@ -171,7 +171,9 @@ TEST(Options, IntegratorOfOlderPbrt_IsTranslated) {
 
 TEST(Options, RemovedParameter_IsOneWarningThatSaysWhatTakesItsPlace) {
     const Read read = read_file_text(
-        "Integrator \"igi\" \"string choice\" \"tree\" \"bool compensate\" \"true\" WorldBegin");
+        "Camera \"perspective\" Film \"rgb\" Integrator \"igi\" \"string choice\" \"tree\" \"bool "
+        "compensate\" "
+        "\"true\" WorldBegin");
     ASSERT_EQ(read.warnings.size(), 2U);
     EXPECT_THAT(read.warnings[0], AllOf(HasSubstr("\"choice\" has been removed"), HasSubstr("one set")));
     EXPECT_THAT(read.warnings[1],
