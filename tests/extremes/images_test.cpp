@@ -85,7 +85,7 @@ struct Greedy {
 TEST(PhotonMemory, MoreThanItHolds_IsRefusedAfterAFewPaths) {
     const std::vector<Greedy> all = {
         {"photonmap", {{"photons", "4000000000"}, {"indirect", "map"}, {"direct", "map"}}, "photon maps"},
-        {"path", {{"guidelights", "4000000000"}}, "guides"},
+        {"photonmap", {{"photons", "4000000000"}, {"direct", "gated"}, {"indirect", "none"}}, "guides"},
         {"igi", {{"nlights", "4194304"}, {"nsets", "1024"}}, "virtual point lights"}};
     for (const Greedy& greedy : all) {
         ListeningMonitor monitor;

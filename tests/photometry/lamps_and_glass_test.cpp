@@ -263,6 +263,10 @@ Found by_rendering(const Lamp& lamp, const Glass& glass, const Method& method, i
     overrides.set.emplace_back("quantity", "illuminance");
     overrides.spp = method.spp;
     Job job = job_for(lamp, glass, folder, overrides);
+    if (auto* progressive = std::get_if<ProgressiveSettings>(&job.integrator)) {
+        progressive->estimate.kernel = KernelShape::constant;
+        progressive->estimate.boundary = Boundary::none;
+    }
     job.film.chance = method.name == "path" && has_chance_light(job.scene);
     const Workers workers{2};
     Monitor silent;
