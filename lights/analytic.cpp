@@ -1,4 +1,4 @@
-// Lights with a formula (areas: area.cpp), and a light whose surface is not there for rays.
+// Analytic lights (area lights are in area.cpp), and lights whose surface is invisible to rays.
 #include "lights/analytic.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace lucerna {
 
-// A point that shines alike in every direction.
+// An isotropic point light.
 
 namespace {
 
@@ -45,8 +45,8 @@ std::optional<LightSample> sample_Li_from_point(const V3f& position, const V3f& 
     if (is_black(intensity) || !(r2 > 0)) return std::nullopt;
     const double r = std::sqrt(r2);
     const Rgb weight = intensity * static_cast<float>(1 / r2);
-    if (!is_finite(weight)) return std::nullopt;  // x is the light itself, as far as float32 can tell
-    // Lamps sit in ceilings: what lies at the point itself shall not hide it.
+    if (!is_finite(weight)) return std::nullopt;  // x is the light itself, within float32
+    // Lamps sit in ceilings, so geometry at the point itself must not occlude it.
     const auto distance = static_cast<float>(r);
     return LightSample{V3f(way / r), std::fmax(0.0F, distance - surface_error(position, distance)), weight,
                        0};
@@ -56,23 +56,23 @@ std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensit
     return std::make_unique<PointLight>(position, intensity, unit);
 }
 
-// pbrt's spot light. With c = cosθ from the axis, the intensity is I · s((c - c_total)/(c_start - c_total)),
-// where s(t) = 3t² - 2t³ on [0,1], 0 below and 1 above. Its mean over the rim is 1/2 and its integral from 0
-// is t³ - t⁴/2, so the flux is 2πI [(1 - c_start) + (c_start - c_total)/2], and directions are drawn by the
-// intensity itself.
+// A spot light with pbrt's falloff. With c = cosθ from the axis, the intensity is I · s((c -
+// c_total)/(c_start - c_total)), where s(t) = 3t² - 2t³ on [0,1], 0 below and 1 above. The mean of s over the
+// rim is 1/2 and its integral from 0 is t³ - t⁴/2, so the flux is 2πI [(1 - c_start) + (c_start -
+// c_total)/2], and directions are drawn in proportion to intensity.
 
 namespace {
 
-// 1 - cosθ, exact for thin cones.
+// Returns 1 - cosθ, exact for thin cones.
 double one_minus_cos(double radians) {
     return 2 * sqr(std::sin(radians / 2));
 }
 
-// The t in [0,1] with 2t³ - t⁴ = u: Newton's method kept between bounds by bisection.
+// Returns the t in [0,1] with 2t³ - t⁴ = u, by Newton's method within bounds that bisection shrinks.
 double invert_rim(double u) {
     double low = 0;
     double high = 1;
-    double t = std::cbrt(u / 2);  // exact at both ends but for a factor near 1
+    double t = std::cbrt(u / 2);  // exact at both ends up to a factor near 1
     for (int i = 0; i < 60 && high - low > 1e-12; ++i) {
         const double f = t * t * t * (2 - t) - u;
         if (std::fabs(f) < 1e-14) break;
@@ -105,7 +105,7 @@ class SpotLight final : public Light {
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (is_black(intensity_) || !(solid_angle() > 0)) return std::nullopt;
         const double part = static_cast<double>(u.direction.x) * (start_ + rim_integral());
-        // Within the full part uniform in the cosine; within the rim by the inverse of its integral.
+        // The full cone is uniform in the cosine; the rim inverts its integral.
         const double h = part < start_ ? part : total_ - rim() * t_of_rim(rim_u(part));
         const double r = std::sqrt(std::max(0.0, h * (2 - h)));
         const float phi = 2 * kPi * u.direction.y;
@@ -118,11 +118,11 @@ class SpotLight final : public Light {
         const V3d way = V3d(x) - V3d(position_);
         const double r = way.length();
         if (!(r > 0)) return std::nullopt;
-        // 1 - cosθ as half the squared chord between unit vectors: no cancellation near the axis.
+        // Half the squared chord between unit vectors gives 1 - cosθ without cancellation near the axis.
         const double h = 0.5 * (way / r - V3d(frame_.n)).length2();
         return sample_Li_from_point(position_, x, intensity_ * static_cast<float>(falloff(h)));
     }
-    // The same all over the cone, for all that is said here.
+    // The bounds treat the intensity as constant over the cone.
     std::optional<LightBounds> bounds() const override {
         const auto cone = static_cast<float>(2 * std::asin(std::sqrt(std::min(1.0, total_ / 2))));
         return LightBounds{Box3f(position_), frame_.n, cone, 0};
@@ -130,16 +130,16 @@ class SpotLight final : public Light {
 
   private:
     double rim() const { return total_ - start_; }
-    // Of the falloff over 1 - cos within the rim.
+    // Integrates the falloff over 1 - cos within the rim.
     double rim_integral() const { return falloff_ == SpotFalloff::quadratic ? rim() / 3 : rim() / 2; }
     double solid_angle() const { return 2 * kPiD * (start_ + rim_integral()); }  // sr, weighted
 
-    // The rim is emptiest at its outer edge: u = 0 there.
+    // The rim is darkest at its outer edge, where u = 0.
     double rim_u(double part) const {
         return rim() > 0 ? std::clamp(1 - (part - start_) / rim_integral(), 0.0, 1.0) : 1.0;
     }
 
-    // Where the falloff's integral from the outer edge is the share u of the whole rim's.
+    // Returns the t at which the falloff's integral from the outer edge is the share u of the rim's.
     double t_of_rim(double u) const {
         return falloff_ == SpotFalloff::quadratic ? std::cbrt(u) : invert_rim(u);
     }
@@ -155,7 +155,7 @@ class SpotLight final : public Light {
     Frame frame_;    // n is the axis
     Rgb intensity_;  // W/sr on the axis
     SpotFalloff falloff_;
-    double start_ = 0, total_ = 0;  // 1 - cos of where the fall starts and where it ends
+    double start_ = 0, total_ = 0;  // 1 - cos of the angles where the falloff starts and ends
 };
 
 }  // namespace
@@ -177,7 +177,7 @@ class DistantLight final : public Light {
     std::string_view kind() const override { return "distant"; }
     bool is_at_infinity() const override { return true; }
     bool is_delta() const override { return true; }
-    // Through the disc that covers the scene: what misses the scene is counted too.
+    // The flux through the disc that covers the scene, including light that misses the scene.
     Rgb flux() const override { return irradiance_ * (kPi * sqr(scene_.radius)); }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
@@ -191,7 +191,7 @@ class DistantLight final : public Light {
     }
 
   private:
-    Frame frame_;     // n is the way the light travels
+    Frame frame_;     // n is the direction of propagation
     Rgb irradiance_;  // W/m² on a plane that faces the light
     SceneSphere scene_;
 };
@@ -203,9 +203,9 @@ std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irrad
     return std::make_unique<DistantLight>(direction, irradiance, scene, unit);
 }
 
-// A sky of constant radiance. A particle's line is uniform among the lines that meet the scene's sphere: any
-// direction, and any point of the disc of radius R across it. Lines' measure is 4π · πR², hence the flux
-// 4π²R² L.
+// A sky of constant radiance. A particle's line is uniform among the lines that meet the scene's sphere: a
+// uniform direction, and a uniform point of the disc of radius R across it. The measure of these lines is 4π
+// · πR², hence the flux 4π²R² L.
 
 namespace {
 
@@ -230,7 +230,7 @@ class InfiniteLight final : public Light {
         return LightSample{square_to_sphere(u).normalized(), INFINITY, radiance_ * (4 * kPi), kSpherePdfW};
     }
 
-    // A ray with an end does not reach the sky.
+    // Rays with a finite end do not reach the sky.
     std::optional<EmittedRadiance> Le(const Ray& ray) const override {
         if (ray.t_max < INFINITY) return std::nullopt;
         return EmittedRadiance{radiance_, kSpherePdfW, INFINITY};
@@ -247,8 +247,8 @@ std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSpher
     return std::make_unique<InfiniteLight>(radiance, scene, unit);
 }
 
-// A light whose surface is not there for rays. No direction that was drawn without it meets it, so its own
-// samples are the only ones, as a delta light's are: nothing to be weighed against [Veach 1997, 9.2].
+// A light whose surface is invisible to rays. Rays drawn otherwise never meet it, so that its own samples are
+// the only ones, as for a delta light, and need no MIS weight [Veach 1997, 9.2].
 
 namespace {
 

@@ -1,6 +1,6 @@
-// Lights with a formula: point, spot, distant, diffuse area, constant sky. Positions are relative to the
-// scene's origin, lengths in scene units. Strengths are in the unit that the light is told to count in: where
-// W is said here, lm is meant with FluxUnit::lumen (W/sr is then cd, W/m² lx, W/(m² sr) cd/m²).
+// Analytic lights: point, spot, distant, diffuse area, constant sky. Positions are relative to the scene's
+// origin and lengths in scene units. Strengths are in the unit that the light counts in: comments that state
+// W mean lm with FluxUnit::lumen (W/sr is then cd, W/m² lx, W/(m² sr) cd/m²).
 #pragma once
 
 #include <cstdint>
@@ -16,19 +16,19 @@
 
 namespace lucerna {
 
-// `intensity` in W/sr.
+// Makes a point light; `intensity` is in W/sr.
 std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity,
                                         FluxUnit unit = FluxUnit::watt);
 
-// What a point source of `intensity` towards x [W/sr] sends to x; shared by the lights that are points. No
-// sample: it is dark, or x is the light itself.
+// Returns what a point source of `intensity` towards x [W/sr] sends to x; it is shared by all lights that are
+// points. Returns none if the intensity is 0 or x is the light's own position.
 std::optional<LightSample> sample_Li_from_point(const V3f& position, const V3f& x, const Rgb& intensity);
 
-// How a spot's intensity falls from 1 to 0, as a function of t, which runs from 1 where the fall starts to 0
-// where it ends, linearly in the cosine of the angle from the axis.
+// Selects how a spot's intensity falls from 1 to 0, as a function of t, which is 1 where the falloff starts
+// and 0 where it ends, and is linear in the cosine of the angle from the axis.
 enum class SpotFalloff : std::uint8_t {
-    smoothstep,  // t² (3 - 2 t), pbrt's
-    quadratic,   // t², that of glTF's KHR_lights_punctual
+    smoothstep,  // t² (3 - 2 t), as in pbrt
+    quadratic,   // t², as in glTF's KHR_lights_punctual
 };
 struct SpotCone {
     float degrees;        // the half-angle at which the intensity is 0
@@ -38,16 +38,16 @@ struct SpotCone {
 std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
                                        const SpotCone& cone, FluxUnit unit = FluxUnit::watt);
 
-// Parallel light that travels along `direction`; `irradiance` on a plane facing it, W/m². Photons start on a
-// disc that covers the scene.
+// Makes parallel light that travels along `direction`. `irradiance` is that of a plane facing it [W/m²].
+// Photons start on a disc that covers the scene.
 std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irradiance,
                                           const SceneSphere& scene, FluxUnit unit = FluxUnit::watt);
 
-// The same radiance from every direction of the sky, W/(m² sr).
+// Makes a sky of constant radiance [W/(m² sr)].
 std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSphere& scene,
                                            FluxUnit unit = FluxUnit::watt);
 
-// Surfaces that can emit. They must be the very shapes that the scene holds as geometry.
+// Shapes that can emit. They must be the very shapes that the scene holds as geometry.
 struct TriangleEmitter {
     std::vector<V3f> p;
     std::vector<V3i> triangles;  // emit on the side of (p1-p0) × (p2-p0), or the other one if reversed
@@ -65,19 +65,18 @@ struct DiskEmitter {
 };
 using EmitterShape = std::variant<TriangleEmitter, SphereEmitter, DiskEmitter>;
 
-// Lambertian emission of constant radiance on the emitting side, and of another one on its back, W/(m² sr).
+// Makes a Lambertian emitter with constant radiances on its emitting side and on its back [W/(m² sr)].
 std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& front, const Rgb& back,
                                        FluxUnit unit = FluxUnit::watt);
 inline std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided,
                                               FluxUnit unit = FluxUnit::watt) {
     return make_area_light(std::move(shape), radiance, two_sided ? radiance : Rgb(0.0F), unit);
 }
-// The same light on geometry that lets all rays pass: it shines, and only sample_Li() and particles find it.
+// Puts a light on geometry that lets all rays pass, so that only sample_Li() and particles find it.
 std::unique_ptr<Light> make_unseen_light(std::unique_ptr<Light> light);
 
-// Light from so far away that it is parallel: what lights share that have no place of their own.
-
-// A particle along `way`.n, from the disc before the scene that covers it.
+// Returns a particle of parallel light along `way`.n. It starts on the disc in front of the scene that covers
+// it.
 inline LeSample particle_from_afar(const SceneSphere& scene, const Frame& way, const V2f& u,
                                    const Rgb& weight) {
     const V2f disc = scene.radius * square_to_disc(u);

@@ -1,9 +1,8 @@
 // Diffuse area lights: constant radiance over triangles, a disk or a sphere.
 //
-// Emission is uniform in area and cosine-weighted, so every particle weighs the same. Towards a point x,
+// Emission is uniform in area and cosine-weighted, so all particles have the same weight. Towards a point x,
 // triangles and disks are sampled uniformly in area: pdf_w = d² / (A cosθ). A sphere is sampled uniformly in
-// the cone it fills as seen from outside [Shirley 1996,
-// 3.2], and uniformly in area from inside.
+// the cone that it subtends from outside [Shirley 1996, 3.2], and uniformly in area from inside.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -21,7 +20,7 @@ namespace {
 
 constexpr double kTwoPi = 6.28318530717958647692;
 
-// A point of an emitter, with its unit normal on the emitting side and the size of the piece it lies on.
+// A point of an emitter, with its unit normal on the emitting side and the extent of the shape it lies on.
 struct Place {
     V3d p, n;
     float extent;  // scene units
@@ -33,26 +32,26 @@ struct Place {
     }
 };
 
-// How far off the emitter a shadow ray from a distance d has to end: what both ends may have rounded away.
+// Returns the gap before the emitter at which a shadow ray from distance d ends: both ends' rounding errors.
 double end_gap(const Place& y, double d) {
     return static_cast<double>(surface_error(V3f(y.p), y.extent + static_cast<float>(d)));
 }
 
-// What is the same for every shape: constant radiance on either side. A side is chosen by its share of the
+// The emission shared by all shapes: a constant radiance on either side. A side is chosen by its share of the
 // light.
 class Lambertian {
   public:
     Lambertian(const Rgb& front, const Rgb& back)
         : front_(front), back_(back), front_share_(share_of(front, back)) {}
 
-    // Of the side of a cosine's sign; what does not shine is black.
+    // Returns the radiance on the side given by the cosine's sign; black where that side does not emit.
     const Rgb& radiance(double cosine) const { return cosine > 0 ? front_ : back_; }
     bool shines_front() const { return !is_black(front_); }
     bool shines_back() const { return !is_black(back_); }
     bool two_sided() const { return shines_back(); }
     Rgb flux(double area) const { return (front_ + back_) * static_cast<float>(0.5 * kTwoPi * area); }
 
-    // L cosθ / (pdf_a pdf_w) is the flux of the side over the side's share, whatever the place and direction.
+    // The weight L cosθ / (pdf_a pdf_w) is the side's flux over its share, for any place and direction.
     std::optional<LeSample> sample_Le(const Place& place, V2f u, double area) const {
         const bool back = !(u.x < front_share_);
         const float share = back ? 1 - front_share_ : front_share_, before = back ? front_share_ : 0;
@@ -66,7 +65,7 @@ class Lambertian {
         return LeSample{from, unit(Frame(from.n).to_world(local)), weight};
     }
 
-    // From x to a place chosen uniformly in area.
+    // Returns the sample from x to a place that was chosen uniformly in area.
     std::optional<LightSample> towards(const Place& y, const V3f& x, double area) const {
         const V3d way = y.p - V3d(x);
         const double d2 = way.length2();
@@ -75,7 +74,7 @@ class Lambertian {
         const double facing = -y.n.dot(way) / d;
         const double cos_y = std::fabs(facing);
         if (!(cos_y > 0) || is_black(radiance(facing))) return std::nullopt;
-        // The ray ends where it is `gap` in front of the emitter's plane; nearer points lie in the plane
+        // The ray ends `gap` in front of the emitter's plane; points closer than that lie in the plane
         // themselves.
         const double distance = d - end_gap(y, d) / cos_y;
         if (!(distance > 0)) return std::nullopt;
@@ -90,7 +89,7 @@ class Lambertian {
         return LightSample{V3f(w), static_cast<float>(distance), weight, pdf};
     }
 
-    // The density of towards() for a ray that met the emitter at distance t.
+    // Returns the emission towards a ray that met the emitter at distance t, with the density of towards().
     EmittedRadiance Le_by_area(const Ray& ray, float t, const V3f& n, double area) const {
         const auto facing = static_cast<double>(-n.dot(ray.d));
         const double cos_y = std::fabs(facing);
@@ -100,7 +99,7 @@ class Lambertian {
     }
 
   private:
-    // By the largest channel, which is positive wherever there is light.
+    // Uses the largest channel, which is positive wherever there is light.
     static float share_of(const Rgb& front, const Rgb& back) {
         const float f = max_component(front), b = max_component(back);
         return b > 0 ? f / (f + b) : 1.0F;
@@ -117,7 +116,7 @@ class Triangles {
         areas.reserve(shape_.triangles.size());
         for (const V3i& triangle : shape_.triangles) {
             const double area = 0.5 * cross(triangle).length();
-            areas.push_back(std::isfinite(area) ? area : 0.0);  // the scene leaves such triangles out
+            areas.push_back(std::isfinite(area) ? area : 0.0);  // the scene leaves such triangles out, too
         }
         by_area_ = Cdf(areas);
         for (std::size_t i = 0; i < shape_.triangles.size(); ++i) {
@@ -127,18 +126,19 @@ class Triangles {
     }
 
     double area() const { return by_area_.total(); }
-    // Uniform in area.
+    // Draws uniformly in area.
     Place at(const V2f& u) const {
         const Cdf::Draw draw = by_area_.draw(u.x);
         return place(draw.item, {draw.remainder, u.y});
     }
 
-    // None if it is one flat piece. Powers are shares of area.
+    // Returns the parts' bounds, with shares of area as powers; empty for one flat piece.
     std::vector<LightBounds> part_bounds() const {
         std::vector<LightBounds> bounds;
         for (const Part& part : parts_) {
             bounds.push_back(bounds_of(part.triangles));
-            bounds.back().power = static_cast<float>(part.by_area.total() / area());  // > 0: there are parts
+            bounds.back().power =
+                static_cast<float>(part.by_area.total() / area());  // > 0, because there are parts
         }
         return bounds;
     }
@@ -183,7 +183,7 @@ class Triangles {
         }
         return all.value_or(LightBounds{});
     }
-    // None: it has no area.
+    // Returns none for a triangle without area.
     std::optional<LightBounds> bounds_of_triangle(std::uint32_t i) const {
         const V3i& triangle = shape_.triangles[i];
         const V3d across = cross(triangle);
@@ -194,7 +194,7 @@ class Triangles {
     }
 
     Place place(std::size_t item, const V2f& u) const {
-        const V3i& triangle = shape_.triangles[item];  // of some area: a Cdf never draws others
+        const V3i& triangle = shape_.triangles[item];  // has area: a Cdf never draws others
         const Piece& piece = pieces_[item];
         const V3d p0(vertex(triangle, 0));
         const V3d e1 = V3d(vertex(triangle, 1)) - p0;
@@ -204,7 +204,7 @@ class Triangles {
                 part_of(static_cast<std::uint32_t>(item))};
     }
 
-    // What all places on a triangle of some area have in common.
+    // Holds what all points of a triangle with area have in common.
     struct Piece {
         V3d n{0, 0, 0};
         float extent = 0;
@@ -233,9 +233,9 @@ class Triangles {
 
     TriangleEmitter shape_;
     Cdf by_area_;
-    std::vector<std::uint32_t> part_of_;  // each triangle's
-    std::vector<Part> parts_;             // none: one piece
-    std::vector<Piece> pieces_;           // by triangle
+    std::vector<std::uint32_t> part_of_;  // one per triangle
+    std::vector<Part> parts_;             // empty: one piece
+    std::vector<Piece> pieces_;           // one per triangle
 };
 
 class Disk {
@@ -275,7 +275,7 @@ class Disk {
     float extent_;
 };
 
-// Triangles or a disk: a shape made of flat pieces.
+// A light of flat pieces: triangles or a disk.
 template <typename Shape>
 class FlatLight final : public Light {
   public:
@@ -323,12 +323,13 @@ class FlatLight final : public Light {
     std::span<const LightBounds> part_bounds() const override { return parts_; }
 
   private:
-    // Of a direction that leads to a place in that part, from its density if places are uniform over `area`.
+    // Returns the densities of a direction towards that part, from its density for uniform places on `area`.
     std::optional<PartPdf> densities(float pdf_w, double area, CellId part) const {
         if (part == kNoCell) return std::nullopt;
         const double per_area = double{pdf_w} * area;
         return PartPdf{part, static_cast<float>(per_area / shape_.area()),
-                       static_cast<float>(per_area / shape_.area_of(part))};  // it has the place: area > 0
+                       static_cast<float>(
+                           per_area / shape_.area_of(part))};  // the part holds the place, so its area is > 0
     }
 
     Shape shape_;
@@ -364,7 +365,7 @@ class SphereLight final : public Light {
         const V3d way = V3d(centre_) - V3d(x);
         const double d = way.length();
         const double h_max = cone(d);
-        // Uniform in the cone; h = 1 - cosθ. The line passes the centre at d sinθ.
+        // Draws uniformly in the cone, with h = 1 - cosθ. The line passes the centre at distance d sinθ.
         const double h = static_cast<double>(u.x) * h_max;
         const double sin2 = h * (2 - h);
         const double phi = kTwoPi * static_cast<double>(u.y);
@@ -372,8 +373,8 @@ class SphereLight final : public Light {
         const Frame frame{V3f(axis)};
         const double sine = std::sqrt(sin2);
         V3d w = sine * std::cos(phi) * V3d(frame.s) + sine * std::sin(phi) * V3d(frame.t) + (1 - h) * axis;
-        // The shadow ray ends on a slightly larger sphere, so it never touches this one, at grazing angles
-        // either.
+        // The shadow ray ends on a slightly larger sphere, so it never touches this one, not even at grazing
+        // angles.
         const double gap = end_gap({V3d(centre_), axis, static_cast<float>(2 * radius_)}, d);
         const double half = std::sqrt(std::max(0.0, sqr(radius_ + gap) - d * d * sin2));
         return emission_.sample_towards(w.normalize(), std::max(0.0, d * (1 - h) - half),
@@ -384,7 +385,7 @@ class SphereLight final : public Light {
                                   std::uint32_t /*primitive*/) const override {
         if (!outside(ray.o)) return emission_.Le_by_area(ray, t, n, area());
         if (!shines_out()) return {Rgb(0.0F), 0, t};
-        // From outside a ray meets the wall from within only where rounding has put it there.
+        // From outside, a ray meets the inner side of the wall only by rounding.
         const double d = (V3d(centre_) - V3d(ray.o)).length();
         const Rgb& seen = emission_.radiance(static_cast<double>(-n.dot(ray.d)));
         return {seen, is_black(seen) ? 0.0F : static_cast<float>(1 / (kTwoPi * cone(d))), t};
@@ -401,15 +402,15 @@ class SphereLight final : public Light {
     bool shines_out() const { return reverse_ ? emission_.shines_back() : emission_.shines_front(); }
     const Rgb& seen_outside() const { return emission_.radiance(reverse_ ? -1 : 1); }
 
-    // A point of the wall counts as inside if there is light inside: rounding must not put half of a lit wall
-    // in the dark. Where light goes out only, the wall sees none of it, whatever this says.
+    // A point of the wall counts as inside if there is light inside, lest rounding darken half of a lit wall.
+    // If light only goes out, the wall sees none of it in either case.
     bool outside(const V3f& x) const {
         const double d2 = (V3d(x) - V3d(centre_)).length2();
         return d2 > sqr(radius_ + (shines_in() ? shell_ : 0.0));
     }
 
-    // 1 - cosine of the half-angle that the sphere fills from a distance d > radius; sin²/(1 + cos) is exact
-    // for a far sphere too.
+    // Returns 1 - cosine of the half-angle that the sphere subtends from distance d > radius. The form
+    // sin²/(1 + cos) is exact for far spheres, too.
     double cone(double d) const {
         const double sin2 = sqr(radius_ / d);
         return sin2 / (1 + std::sqrt(std::max(0.0, 1 - sin2)));
@@ -423,7 +424,7 @@ class SphereLight final : public Light {
     V3f centre_;
     double radius_;  // scene units
     bool reverse_;
-    double shell_;  // how far off the sphere a point on it may be rounded, scene units
+    double shell_;  // rounding error of a point on the sphere [scene units]
     Lambertian emission_;
 };
 

@@ -1,13 +1,13 @@
-// The bell Φ from which light fields are built, and its dual.
+// The bell function Φ, the basis of light fields on S, and its dual.
 //
-// Φ is the piecewise quadratic bump that stands over every filter position of the sampling plane. Positions
-// are one unit apart here; the light field scales them by its spacing. Φ is C¹, covers [-1, 1], and its
-// shifts add up to 1. A measurement does not weigh light with Φ but with the dual Φ̃, which is 1 against its
-// own Φ and 0 against every other one; so the numbers measured are the very coefficients of Φ [Goesele 2003,
-// 3]. Of all duals on [-2, 2] it is the one of least norm: no other makes less noise out of a noisy
-// measurement.
+// Φ is the piecewise quadratic bump centred on each filter position of the sampling plane. Positions are one
+// unit apart here; the light field scales them by its spacing. Φ is C¹, its support is [-1, 1], and its
+// shifts add up to 1. A measurement does not weight light with Φ but with the dual Φ̃, whose product with its
+// own Φ integrates to 1 and with every other Φ to 0, so that the measured numbers are the coefficients of Φ
+// [Goesele 2003, 3]. Among all duals with support [-2, 2], Φ̃ has the least norm, so it amplifies measurement
+// noise least.
 //
-// Source: [Goesele 2003, 3, 4.2]; the dual of least norm is worked out here.
+// Source: [Goesele 2003, 3, 4.2]; the dual of least norm is derived here.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace lucerna {
 
-// Φ(x).
+// Evaluates Φ(x).
 template <std::floating_point T>
 T bell(T x) {
     const T a = std::fabs(x);
@@ -27,14 +27,14 @@ T bell(T x) {
     return a <= T(0.5) ? T(1) - T(2) * a * a : T(2) * rest * rest;
 }
 
-// The x in [0, 1] with Φ(x) = value; value is clamped to [0, 1].
+// Returns the x in [0, 1] with Φ(x) = value; value is clamped to [0, 1].
 template <std::floating_point T>
 T inverse_bell(T value) {
     const T v = std::clamp(value, T(0), T(1));
     return v >= T(0.5) ? std::sqrt((T(1) - v) * T(0.5)) : T(1) - std::sqrt(v * T(0.5));
 }
 
-// F(x) = ∫ of Φ from 0 to x, for x in [0, 1]: from the peak outwards; F(1) = 1/2.
+// Returns F(x) = ∫ Φ from 0 (the peak) to x, for x in [0, 1]; F(1) = 1/2.
 template <std::floating_point T>
 T bell_integral(T x) {
     if (x <= T(0.5)) return x - x * x * x * (T(2) / T(3));
@@ -42,15 +42,15 @@ T bell_integral(T x) {
     return T(0.5) - rest * rest * rest * (T(2) / T(3));
 }
 
-// ∫ of Φ from -1 to x; 0 below, 1 above.
+// Returns ∫ Φ from -1 to x, which is 0 for x below -1 and 1 for x above 1.
 template <std::floating_point T>
 T bell_upto(T x) {
     const T inner = bell_integral(std::min(std::fabs(x), T(1)));
     return x < 0 ? T(0.5) - inner : T(0.5) + inner;
 }
 
-// The x in [0, 1] with F(x) = y, for y in [0, 1/2] (clamped). Closed form: x = √2 sin θ turns x - 2x³/3 into
-// (√2/3) sin 3θ; the outer part is a cube root.
+// Returns the x in [0, 1] with F(x) = y, for y in [0, 1/2] (clamped), in closed form: x = √2 sin θ turns x -
+// 2x³/3 into (√2/3) sin 3θ, and the outer piece is a cube root.
 inline double inverse_bell_integral(double y) {
     const double v = std::clamp(y, 0.0, 0.5);
     constexpr double kRoot2 = 1.41421356237309504880;
@@ -58,25 +58,25 @@ inline double inverse_bell_integral(double y) {
     return 1 - std::cbrt(1.5 * (0.5 - v));
 }
 
-// The same in single precision, for particles by the million: both parts by Newton's method from a good
-// start, without a branch or a call, so that a loop over it becomes vector instructions. Within 1e-7 of the
-// above.
+// As above in single precision, within 1e-7, because particles need it by the million. Both pieces use
+// Newton's method from a good start, without a branch or a call, so that a loop over it becomes vector
+// instructions.
 inline float inverse_bell_integral(float y) {
     const float v = std::min(std::max(y, 0.0F), 0.5F);
-    // Inner: x - 2x³/3 = v. The slope 1 - 2x² is at least 1/2 up to the joint.
+    // The inner piece solves x - 2x³/3 = v. Its slope 1 - 2x² is at least 1/2 up to the joint.
     const float v2 = v * v;
     float x = v * (1 + v2 * (0.745F + v2 * (-0.819F + 18.06F * v2)));
     for (int i = 0; i < 2; ++i) x -= (x - x * x * x * (2.0F / 3.0F) - v) / (1 - 2 * x * x);
-    // Outer: r³ = 3/2 (1/2 - v), by a third of the exponent. The start is never 0, so the quotient is a
-    // number.
+    // The outer piece solves r³ = 3/2 (1/2 - v), starting from a third of the exponent. The start is never 0,
+    // so the quotient is finite.
     const float cube = 1.5F * (0.5F - v);
     float r = std::bit_cast<float>(std::bit_cast<std::uint32_t>(cube) / 3 + 0x2a5119f2U);
     for (int i = 0; i < 3; ++i) r = (2 * r + cube / (r * r)) * (1.0F / 3.0F);
     return v <= 5.0F / 12.0F ? x : 1 - r;
 }
 
-// Φ̃(x): the clipped combination of Φ's shifts [Goesele 2003, 4.2]. It ends with a step at ±2, where it is
-// 49/736.
+// Evaluates Φ̃(x), the clipped combination of shifts of Φ [Goesele 2003, 4.2]. It ends with a step at ±2,
+// where it is 49/736.
 template <std::floating_point T>
 T bell_dual(T x) {
     const T a = std::fabs(x);  // even
@@ -85,8 +85,8 @@ T bell_dual(T x) {
            T(736);  // Φ(a + 2) is 0 for every a >= 0
 }
 
-// The four duals over a point `f` in [0, 1) past filter 0: of filters -1, 0, 1, 2. Over one interval only two
-// bells differ from 0, b = Φ(f) and 1 - b, so each dual is a combination of those two.
+// Returns the four duals, of filters -1, 0, 1 and 2, at a point `f` in [0, 1) past filter 0. Within one
+// interval only two bells differ from 0, b = Φ(f) and 1 - b, so each dual is a combination of those two.
 template <std::floating_point T>
 std::array<T, 4> bell_dual_weights(T f) {
     const T b = bell(f);
@@ -95,12 +95,12 @@ std::array<T, 4> bell_dual_weights(T f) {
             (T(-161) * b + T(1009) * c) / T(736), (T(49) * b - T(161) * c) / T(736)};
 }
 
-// What a coefficient stands for on S: the bell, as measurements behind a filter need, or the hat 1 - |x|, by
-// which a field of point samples is interpolated linearly [Heidrich 1998]. Their shifts add up to 1 and their
-// integral is 1; over an interval one falls from 1 to 0 as the next rises.
+// Selects the basis function of a coefficient on S: the bell, for measurements behind a filter, or the hat 1
+// - |x|, which interpolates a field of point samples linearly [Heidrich 1998]. The shifts of either add up to
+// 1, and its integral is 1; over an interval one function falls from 1 to 0 as the next rises.
 enum class FilterBasis : std::uint8_t { bell, hat };
 
-// Either for x in [0, 1]: the value, the x of a value, F(x) = ∫ from 0 to x, and the x of F.
+// Each basis gives, for x in [0, 1]: its value, the x of a value, F(x) = ∫ from 0 to x, and the x of F.
 struct BellBasis {
     template <std::floating_point T>
     static T value(T x) {
@@ -120,24 +120,24 @@ struct HatBasis {
     static float inverse_integral(float y) { return 1 - std::sqrt(std::max(0.0F, 1 - 2 * y)); }
 };
 
-// visit(BellBasis()) or visit(HatBasis()).
+// Calls visit(BellBasis()) or visit(HatBasis()).
 template <typename Visit>
 decltype(auto) with_basis(FilterBasis basis, Visit&& visit) {
     return basis == FilterBasis::hat ? visit(HatBasis()) : visit(BellBasis());
 }
 
-// Of any x.
+// Evaluates the basis at any x.
 inline double basis_value(FilterBasis basis, double x) {
     return with_basis(basis, [x](auto of) { return of.value(x); });
 }
 
-// ∫ Φ(x) Φ(x - m) dx.
+// Returns ∫ Φ(x) Φ(x - m) dx.
 constexpr double bell_overlap(int m) {
     if (m == 0) return 23.0 / 30.0;
     return m == 1 || m == -1 ? 7.0 / 60.0 : 0.0;
 }
 
-// ∫ Φ̃(x)² dx: the factor by which the variance of white noise grows in a coefficient, per axis.
+// ∫ Φ̃(x)² dx is the factor by which a coefficient amplifies the variance of white noise, per axis.
 inline constexpr double kBellDualNorm2 = 1009.0 / 736.0;
 
 }  // namespace lucerna

@@ -10,12 +10,12 @@
 namespace lucerna {
 namespace {
 
-// At one y, h is a line in a = Φ(x): h = alpha a + beta (1 - a).
+// At fixed y, h is linear in a = Φ(x): h = alpha a + beta (1 - a).
 struct Line {
     double alpha, beta;
 };
 
-// A cell whose basis is known.
+// A cell whose basis is a compile-time type.
 template <typename Basis>
 struct Known {
     const float (&e)[2][2];
@@ -25,13 +25,13 @@ struct Known {
         return {e[0][0] * b + e[0][1] * (1 - b), e[1][0] * b + e[1][1] * (1 - b)};
     }
 
-    // ∫ h dx from 0 to x along the line.
+    // Returns ∫ h dx from 0 to x.
     static double line_integral(const Line& h, double x) {
         const double f = Basis::integral(x);
         return h.alpha * f + h.beta * (x - f);
     }
 
-    // Where the line is positive: a range of x that touches 0 or 1, perhaps both, perhaps empty.
+    // Returns where h is positive: a range of x that touches 0 or 1 or both, or is empty.
     static std::pair<double, double> positive_range(const Line& h) {
         if (h.alpha >= 0 && h.beta >= 0) return {0, 1};
         if (h.alpha <= 0 && h.beta <= 0) return {0, 0};
@@ -45,8 +45,8 @@ struct Known {
         return std::max(0.0, line_integral(h, to) - line_integral(h, from));
     }
 
-    // The y at which the marginal has less than all its derivatives: where an end of the line changes sign,
-    // where the root passes the bell's own joint, and that joint in y. First and last are 0 and 1.
+    // Holds the y at which the marginal is not smooth: where an end of the line changes sign, where the root
+    // passes the bell's joint, and the bell's joint in y. The first and last are 0 and 1.
     struct Pieces {
         std::array<double, 6> y{};
         int count = 0;
@@ -54,7 +54,8 @@ struct Known {
         explicit Pieces(const float (&e)[2][2]) {
             y[0] = 0;
             count = 1;
-            const auto add_root = [this](double at_one, double at_zero) {  // of at_one b + at_zero (1 - b)
+            const auto add_root = [this](double at_one,
+                                         double at_zero) {  // root of at_one b + at_zero (1 - b)
                 if ((at_one < 0) == (at_zero < 0) || at_one == at_zero) return;
                 y[static_cast<std::size_t>(count++)] = Basis::inverse(at_zero / (at_zero - at_one));
             };
@@ -67,7 +68,7 @@ struct Known {
         }
     };
 
-    // ∫ of the marginal from y0 to y1, which lie in one piece.
+    // Returns ∫ of the marginal from y0 to y1, which lie in one piece.
     double marginal_integral(double y0, double y1) const {
         double sum = 0;
         for (const GaussNode& node : gauss_rule(5)) {
@@ -90,7 +91,7 @@ struct Known {
     V2f draw_by_inversion(const V2f& u, double mean) const;
 };
 
-// Solves rising(x) = target in [from, to] by bisection: 40 halvings are below a float's resolution.
+// Solves rising(x) = target in [from, to] by bisection; 40 halvings resolve more than a float.
 template <typename Rising>
 double bisect(double from, double to, double target, Rising&& rising) {
     for (int i = 0; i < 40; ++i) {

@@ -10,8 +10,8 @@ constexpr std::size_t kLanes = CellTable::Block::kSize;
 template <typename T>
 using Column = CellTable::Block::Column<T>;
 
-// The numbers of a cell's rejection: the salt, stirred with the draw so that callers without one still get
-// different ones.
+// Returns the seed of a cell's rejection: the salt mixed with the draw, so that callers without a salt get
+// different numbers, too.
 std::uint32_t salt_of(const LeSampleU& u) {
     const auto stir = [](std::uint32_t h, float x) {
         return (h ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b1U;
@@ -19,15 +19,15 @@ std::uint32_t salt_of(const LeSampleU& u) {
     return stir(stir(stir(stir(u.salt, u.position.x), u.position.y), u.direction.x), u.direction.y);
 }
 
-// A place under a hat, in pixels from its middle, with the hat as density: the same by inversion from u in
-// [0,1). Without a branch, as all that a loop over a block calls.
+// Draws a place under a hat, in pixels from its centre, by inversion from u in [0,1). Like all functions
+// called in a loop over a block, it is branch-free.
 float draw_hat(float u) {
     const bool lower = u < 0.5F;
     const float root = std::sqrt(2 * (lower ? u : 1 - u));
     return lower ? root - 1 : 1 - root;
 }
 
-// From the coordinate of a plane to places on it.
+// Maps positions from a plane's coordinate to the plane.
 void to_plane(const PlaneCoordinate& coordinate, Column<double>& x, std::size_t size) {
     if (coordinate.c == 0) return;
     const double inverse = 0.5 / coordinate.c;  // > 0
@@ -39,10 +39,10 @@ void to_plane(const PlaneCoordinate& coordinate, Column<double>& x, std::size_t 
 
 }  // namespace
 
-// A block of particles in the making, side by side.
+// The state of a block of particles, in columns.
 struct CellEmission::Lanes {
     CellTable::Block cells;
-    std::array<Column<float>, 4> e;       // the cells' members: lower or upper filter along u, then along v
+    std::array<Column<float>, 4> e;       // coefficients: lower or upper filter along u, then along v
     Column<float> x, y;                   // place within the interval
     Column<std::uint32_t> salt;           // of the rejection; of `exact` alone, as the next
     Column<bool> stays;                   // the first place that was drawn
@@ -77,7 +77,6 @@ void CellEmission::emit_block(std::span<const LeSampleU> u, std::span<std::optio
     const std::size_t size = u.size();
     Lanes lanes;  // NOLINT: every column is written before it is read
 
-    // Draw the cells.
     for (std::size_t i = 0; i < size; ++i) {
         lanes.cells.u[0][i] = u[i].position.x;
         lanes.cells.u[1][i] = u[i].position.y;
@@ -93,7 +92,6 @@ void CellEmission::emit_block(std::span<const LeSampleU> u, std::span<std::optio
     if (settings_.mode == EmissionMode::exact) place_exactly(lanes, u);
     if (field_.coloured()) find_colours(lanes, size);
 
-    // Put them into the scene.
     place(lanes, size);
     const Rgb one = colour_.mean();
     const bool coloured = field_.coloured();
@@ -108,16 +106,16 @@ void CellEmission::emit_block(std::span<const LeSampleU> u, std::span<std::optio
 }
 
 void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
-    static constexpr float kNone = 0;  // of views and pixels that the rig does not have
+    static constexpr float kNone = 0;  // for views and pixels outside the rig
     const Rig& rig = field_.rig();
     const float* const first = field_.coefficients().data();
     std::array<Column<const float*>, 4> at;
-    // Beside each member lie its X and Z: both are on their way before either is read.
+    // Coefficients and their X and Z are all prefetched before any is read.
     const ColourChannels& channels = field_.colour_channels();
     const ColourChannels::Pair* const first_pair = channels.pairs.data();
     const bool coloured = field_.coloured();
     const CellTable::Block& c = lanes.cells;
-    // A word, not a bool: combined without branches.
+    // An unsigned, not a bool, so that the values combine without branches.
     const auto outside = [](int i, int count) {
         return static_cast<unsigned>(static_cast<unsigned>(i) >= static_cast<unsigned>(count));
     };
@@ -151,11 +149,11 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
     }
 }
 
-// Loops that become vector instructions: without a branch, all they write known to lie apart.
+// This loop becomes vector instructions: it has no branch, and its outputs do not overlap.
 template <typename Basis>
 void CellEmission::find_colours_by(Lanes& lanes, std::size_t size) const {
     const Rgb mean = colour_.mean();
-    const FieldColour colour = colour_;  // by value: no store below may change it
+    const FieldColour colour = colour_;  // by value, so that no store below can alias it
     for (std::size_t i = 0; i < size; ++i) {
         const float a = Basis::value(lanes.x[i]), b = Basis::value(lanes.y[i]);
         const auto value = [&](const std::array<Column<float>, 4>& e) {  // as BellCell's
@@ -163,7 +161,7 @@ void CellEmission::find_colours_by(Lanes& lanes, std::size_t size) const {
         };
         const float w = value(lanes.e), x = value(lanes.cx), z = value(lanes.cz);
         const Rgb here = colour.of(w > 0 ? w : 1.0F, x, z);
-        // Where `constant` draws beyond the clamp there is no colour: the lamp's own.
+        // Where `constant` draws a place with W <= 0 there is no colour, so the lamp's mean is used.
         lanes.colour[0][i] = w > 0 ? here.x : mean.x;
         lanes.colour[1][i] = w > 0 ? here.y : mean.y;
         lanes.colour[2][i] = w > 0 ? here.z : mean.z;
@@ -173,7 +171,7 @@ void CellEmission::find_colours_by(Lanes& lanes, std::size_t size) const {
 template <typename Basis>
 void CellEmission::draw_positive_by(Lanes& lanes, std::size_t size) {
     for (std::size_t i = 0; i < size; ++i) {
-        const BellCell members = lanes.members(i, FilterBasis::bell);  // Basis says which
+        const BellCell members = lanes.members(i, FilterBasis::bell);  // Basis overrides the bell
         const V2f at = members.draw_positive<Basis>({lanes.x[i], lanes.y[i]});
         lanes.x[i] = at.x;
         lanes.y[i] = at.y;
@@ -200,7 +198,7 @@ void CellEmission::place_exactly(Lanes& lanes, std::span<const LeSampleU> u) con
 void CellEmission::place(Lanes& lanes, std::size_t size) const {
     const Rig& rig = field_.rig();
     const CellTable::Block& c = lanes.cells;
-    // Edges are linear in the cell's numbers: that of number 0, and the step from one to the next.
+    // Edges are linear in the cell's numbers: the edge of number 0, plus a step for each number.
     std::array<Column<double>, 2> on_s, on_m;
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
@@ -223,7 +221,7 @@ void CellEmission::place(Lanes& lanes, std::size_t size) const {
     for (std::size_t i = 0; i < size; ++i) {
         const V3d p = placement_.point(V2d(on_s[0][i], on_s[1][i]));
         const V3d d = placement_.vector({on_m[0][i] - on_s[0][i], on_m[1][i] - on_s[1][i], rig.distance});
-        const double shorten = 1 / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);  // D > 0, and the scale
+        const double shorten = 1 / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);  // D > 0 and scale > 0
         lanes.p[0][i] = static_cast<float>(p.x);
         lanes.p[1][i] = static_cast<float>(p.y);
         lanes.p[2][i] = static_cast<float>(p.z);
@@ -252,7 +250,7 @@ Placement::Placement(const M44d& m, const V3d& centre, const Location& at) {
         throw InputError(
             at, "the lamp's placement is singular; expected rotation, translation and uniform scale");
     }
-    // Each entry of A Aᵀ against that of scale² times the identity. Mirror images are isometries too.
+    // Compares each entry of A Aᵀ with scale² times the identity. Mirror images are isometries, too.
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
             if (std::fabs(axis_[i].dot(axis_[j]) / scale2_ - (i == j ? 1 : 0)) > 1e-4) {

@@ -1,9 +1,9 @@
-// Particles of a measured light field, many at a time.
+// Bulk emission of particles of a measured light field.
 //
-// A particle is a cell drawn from the table, a point of its interval of S, a point of its pixel of M, and the
-// line through both. Particles are made in blocks that stay in the first cache, and every stage is a loop
-// over a block: reads of the table and of the field overlap, and the arithmetic is done for many particles in
-// one instruction. A particle does not depend on the block it is made in.
+// A particle consists of a cell drawn from the table, a point of its interval of S, a point of its pixel of
+// M, and the line through both. Particles are made in blocks that fit the first-level cache, and every stage
+// is a loop over a block, so that reads of the table and the field overlap and arithmetic uses vector
+// instructions. A particle does not depend on the block in which it is made.
 #pragma once
 
 #include <cmath>
@@ -20,12 +20,12 @@
 
 namespace lucerna {
 
-// Where a lamp stands in the scene: an isometry times one scale, from the lamp's frame in metres to the
+// Places a lamp in the scene: an isometry times a uniform scale, from the lamp's frame in metres to the
 // scene's.
 class Placement {
   public:
     // `centre`, a point of the file's frame, becomes the lamp's origin. Throws InputError at `at` for a
-    // transformation that is not finite, projective, singular, or stretches unevenly.
+    // transformation that is not finite, or is projective, singular or not uniform in scale.
     Placement(const M44d& world_from_file, const V3d& centre, const Location& at);
 
     double scale2() const { return scale2_; }
@@ -33,14 +33,15 @@ class Placement {
     V3d point(const V3d& p) const { return origin_ + vector(p); }
     V3d vector(const V3d& v) const { return v.x * axis_[0] + v.y * axis_[1] + v.z * axis_[2]; }
     V3d to_local_vector(const V3d& v) const {
-        return V3d(v.dot(axis_[0]), v.dot(axis_[1]), v.dot(axis_[2])) / scale2_;  // > 0: checked above
+        return V3d(v.dot(axis_[0]), v.dot(axis_[1]), v.dot(axis_[2])) /
+               scale2_;  // > 0: checked by the constructor
     }
     V3d to_local_point(const V3d& p) const { return to_local_vector(p - origin_); }
     V3d normal() const { return axis_[2] / std::sqrt(scale2_); }
 
   private:
     V3d axis_[3];
-    V3d origin_;  // of the lamp: where `centre` went
+    V3d origin_;  // the lamp's origin, the image of `centre`
     double scale2_ = 1;
 };
 
@@ -58,7 +59,7 @@ class CellEmission {
         double flux;   // of all that leaves [the field's unit], > 0 if anything is to be emitted
         float extent;  // of S, scene units
     };
-    // Keeps references to all four.
+    // Keeps references to field, colour, table and placement.
     CellEmission(const LightField& field, const FieldColour& colour, const CellTable& table,
                  const Placement& placement, const Settings& settings);
 

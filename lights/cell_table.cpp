@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace {
 
-constexpr std::uint64_t kMaxCells = 4'000'000'000U;  // CellId keeps the largest number for "no cell"
+constexpr std::uint64_t kMaxCells = 4'000'000'000U;  // CellId reserves its largest value for "no cell"
 
 }  // namespace
 
@@ -29,7 +29,7 @@ double ConditionalTables::set(std::size_t row, const double* weights) {
     double sum = 0;
     for (std::size_t i = 0; i < items_; ++i) {
         sum += weights[i];
-        // The same sum in the same order: after the last weight it is `total` exactly, and the quotient 1.
+        // Both sums add in the same order, so the last one equals `total` and the last quotient is 1.
         upto[i] = total > 0 ? static_cast<float>(sum / total) : 0.0F;
     }
     std::size_t i = 0;
@@ -142,7 +142,7 @@ void CellTable::draw(Block& block, std::size_t size) const {
         upto[axis][i] = step.upto;
         return step.item;
     };
-    // Each loop asks for what the next one reads.
+    // Each loop prefetches what the next one reads.
     for (std::size_t i = 0; i < size; ++i) {
         block.n[i] = find(0, u_, 0, i);
         const auto n = static_cast<std::size_t>(block.n[i]);

@@ -1,14 +1,14 @@
-// Drawing cells of a light field in proportion to their flux, in constant time.
+// Draws cells of a light field in proportion to their flux, in constant time.
 //
-// A cell is one interval of S times one pixel of M. The flux of the cells is turned into a chain of
-// conditionals P(U_n), P(V_o | U_n), P(S_p | U_n V_o), P(T_q | U_n V_o S_p) [Goesele 2003, appendix B], each
-// a normalised 1D table, inverted beforehand: beside the running sums stands a guide that leads from u
-// straight to the few entries among which the answer is. A draw reads four such tables, however many cells
-// there are; the expected number of entries looked at is bounded by a constant [Chen and Asau 1974].
+// A cell is one interval of S times one pixel of M. The flux of the cells is factored into a chain of
+// conditionals P(U_n), P(V_o | U_n), P(S_p | U_n V_o), P(T_q | U_n V_o S_p) [Goesele 2003, appendix B]. Each
+// is a normalised 1D table that is inverted in advance: beside the cumulative sums, a guide table leads from
+// u to the few entries that can be the answer. A draw reads four such tables regardless of the number of
+// cells; the expected number of entries it compares is bounded by a constant [Chen and Asau 1974].
 //
-// The flux of a cell is the integral of max(0, h), not the plain sum of its coefficients: cells with negative
-// members emit what is left after the clamp. Memory: 4 bytes per cell for the sums, and about half a byte for
-// the guide.
+// The flux of a cell is the integral of max(0, h), not the sum of its coefficients, so that cells with
+// negative coefficients emit what remains after clamping. A cell takes 4 bytes for the sums and about half a
+// byte for the guide.
 #pragma once
 
 #include <algorithm>
@@ -30,29 +30,29 @@
 
 namespace lucerna {
 
-// Many distributions over the same number of items, side by side.
+// Holds many distributions over the same number of items, one per row.
 class ConditionalTables {
   public:
     ConditionalTables() = default;
-    // items in [1, 65535].
+    // Requires items in [1, 65535].
     ConditionalTables(std::size_t rows, int items);
 
-    // Sets one row. Weights are finite and not negative. Returns their sum; 0 makes every item of the row
-    // impossible.
+    // Sets one row. Weights are finite and not negative. Returns their sum; if it is 0, the row cannot be
+    // drawn.
     double set(std::size_t row, const double* weights);
 
     struct Draw {
         int item;
-        float probability;  // > 0 unless the row is impossible
+        float probability;  // > 0 unless the row has no weight
         float remainder;    // of u, uniform in [0,1) again
     };
-    // u in [0,1). Items of weight 0 are never drawn. The answer is an item of the row whatever the tables
-    // hold.
+    // Requires u in [0,1). Items of weight 0 are never drawn. The result is an item of the row even if the
+    // tables are corrupt.
     Draw draw(std::size_t row, float u) const { return finish(find(row, u), u); }
-    // Its two halves, for whoever draws many at once: what the tables say, and what follows from it.
+    // The two halves of draw(), for bulk draws: find() reads the tables, finish() computes the result.
     struct Step {
         std::int32_t item;
-        float before, upto;  // P(less), P(no more)
+        float before, upto;  // P(item' < item), P(item' <= item)
     };
     Step find(std::size_t row, float u) const;
     static Draw finish(const Step& step, float u) {
@@ -60,7 +60,7 @@ class ConditionalTables {
         const float rest = std::min(std::max((u - step.before) / width, 0.0F), kBelowOne);
         return {step.item, width, width > 0 ? rest : 0.0F};
     }
-    // Ask the memory for what find(row, u) will read first, and for what it will read then.
+    // Prefetch what find(row, u) reads first and what it reads then.
     void fetch_guide(std::size_t row, float u) const { __builtin_prefetch(&guide_[guide_at(row, u)]); }
     void fetch_sums(std::size_t row, float u) const {
         __builtin_prefetch(&upto_[row * items_ + guide_[guide_at(row, u)]]);
@@ -75,7 +75,7 @@ class ConditionalTables {
                rows * (buckets_for(items) + 1) * sizeof(std::uint16_t);
     }
     std::size_t bytes() const { return upto_.size() * sizeof(float) + guide_.size() * sizeof(std::uint16_t); }
-    // Are these tables such as set() makes? For data that come from a file.
+    // Returns true if the tables could come from set(). It checks tables that are read from a file.
     bool sound() const;
     // For saving and loading.
     HugeVector<float>& upto() { return upto_; }
@@ -85,7 +85,7 @@ class ConditionalTables {
 
   private:
     static constexpr std::size_t kItemsPerBucket = 4;
-    static constexpr std::size_t kWindow = 8;  // entries compared at once: one vector instruction
+    static constexpr std::size_t kWindow = 8;  // entries compared at once, in one vector instruction
     static constexpr float kBelowOne = 0x1.fffffep-1F;
     static constexpr float kNothing = 0;
 
@@ -98,7 +98,7 @@ class ConditionalTables {
 
     std::size_t items_ = 0;
     std::size_t buckets_ = 0;          // a power of 2, so that u * buckets is exact
-    HugeVector<float> upto_;           // per row: upto[i] = P(item <= i); the last is 1. Padded at the end
+    HugeVector<float> upto_;           // per row: upto[i] = P(item <= i), the last one 1. Padded at the end
     HugeVector<std::uint16_t> guide_;  // per row, buckets + 1: the first item with upto > bucket / buckets
 };
 
@@ -107,7 +107,7 @@ inline ConditionalTables::Step ConditionalTables::find(std::size_t row, float u)
     const std::uint16_t* const guide = &guide_[guide_at(row, u)];
     std::uint32_t from = guide[0];
     std::uint32_t to = guide[1];  // the answer is the first entry above u, in [from, to]
-    // Rarely more than a window: only where many improbable items share a bucket.
+    // More than a window remains only where many improbable items share a bucket.
     while (to - from > kWindow) {
         const std::uint32_t middle = (from + to) / 2;
         if (upto[middle] > u)
@@ -115,7 +115,7 @@ inline ConditionalTables::Step ConditionalTables::find(std::size_t row, float u)
         else
             from = middle + 1;
     }
-    // Count without branching: a branch that waits for memory would keep the next draw from starting.
+    // Counting avoids a branch, which would wait for memory and keep the next draw from starting.
     const std::uint32_t candidates = to - from;
     std::uint32_t below = 0;
     for (std::uint32_t k = 0; k < kWindow; ++k) {
@@ -128,7 +128,8 @@ inline ConditionalTables::Step ConditionalTables::find(std::size_t row, float u)
 
 class CellTable {
   public:
-    // Throws InputError if there are more than 4·10⁹ cells. Stops for nothing: about a second for 10⁷ cells.
+    // Throws InputError if there are more than 4·10⁹ cells. It cannot be interrupted; 10⁷ cells take about a
+    // second.
     CellTable(const LightField& field, const Workers& workers, Monitor& monitor);
 
     struct Draw {
@@ -137,16 +138,17 @@ class CellTable {
         double probability;              // of this cell, > 0
         std::array<float, 4> remainder;  // of u, each uniform in [0,1) again
     };
-    // u in [0,1)⁴ for U, V, S, T. Requires flux() > 0.
+    // Requires u in [0,1)⁴, for U, V, S and T, and flux() > 0.
     Draw draw(const std::array<float, 4>& u) const;
 
-    // Many draws at once, the same one by one, side by side: reads of memory overlap, and what a caller does
-    // to each he does to many in one instruction. Several times as fast for a table larger than the caches.
+    // A block holds many draws in columns. Its results equal those of single draws, but memory reads overlap
+    // and callers can process many draws in one instruction. For a table larger than the caches it is several
+    // times as fast.
     struct Block {
         static constexpr std::size_t kSize = 64;
         template <typename T>
         using Column = std::array<T, kSize>;
-        std::array<Column<float>, 4> u;   // given, for U, V, S, T, in [0,1)
+        std::array<Column<float>, 4> u;   // input, for U, V, S, T, in [0,1)
         Column<std::int32_t> n, o, p, q;  // the cells
         Column<CellId> id;
         std::array<Column<float>, 4> link;       // probability of each conditional, > 0
@@ -156,10 +158,10 @@ class CellTable {
             return double{link[0][i]} * double{link[1][i]} * double{link[2][i]} * double{link[3][i]};
         }
     };
-    // The first `size` columns, at most kSize.
+    // Draws the first `size` columns, at most kSize.
     void draw(Block& block, std::size_t size) const;
 
-    // The first two links of the chain alone: an interval of S in each direction.
+    // Draws from the first two links of the chain only: an interval of S along each axis.
     struct IntervalDraw {
         int n, o;
         float probability;
@@ -170,7 +172,7 @@ class CellTable {
         return u_.probability(0, n) * v_.probability(static_cast<std::size_t>(n), o);
     }
     double probability(const Cell& cell) const;
-    // Of all cells of one interval, S slower than T; as many as there are columns.
+    // Computes the probabilities of all cells of one interval, S slower than T; `out` has one entry per cell.
     void probabilities(int n, int o, std::span<float> out) const;
 
     CellId id(const Cell& c) const {
@@ -180,22 +182,22 @@ class CellTable {
                 size_[3] +
             static_cast<std::size_t>(c.q));
     }
-    // None if there is no such cell.
+    // Returns none if there is no such cell.
     std::optional<Cell> cell(CellId id) const;
 
     double flux() const { return flux_; }  // clamped, in the field's unit
     std::uint64_t field_hash() const { return hash_; }
     std::uint64_t cells() const { return std::uint64_t{size_[0]} * size_[1] * size_[2] * size_[3]; }
     std::size_t bytes() const { return u_.bytes() + v_.bytes() + s_.bytes() + t_.bytes(); }
-    // Of a table for this rig, without making one.
+    // Returns the size of a table for this rig without building it.
     static std::uint64_t bytes_for(const Rig& rig);
 
     // Throws InputError if the file cannot be written.
     void save(const std::filesystem::path& file) const;
-    // None, with the reason, unless the file holds a sound table of this very field.
+    // Returns none and sets the reason unless the file holds a sound table of this very field.
     static std::optional<CellTable> load(const std::filesystem::path& file, const LightField& field,
                                          std::string& reason);
-    // The same of several tables in one file, as the slabs of a lamp have.
+    // As above, for several tables in one file, one per slab of a lamp.
     static void save_all(const std::filesystem::path& file, std::span<const CellTable> tables);
     static std::optional<std::vector<CellTable>> load_all(const std::filesystem::path& file,
                                                           std::span<const LightField* const> fields,
@@ -215,10 +217,11 @@ class CellTable {
     ConditionalTables u_, v_, s_, t_;
 };
 
-// Where a lamp's tables are kept: "lamp.cells" beside "lamp.exr".
+// Returns the file of a lamp's tables: "lamp.cells" beside "lamp.exr".
 std::filesystem::path cell_table_file(const std::filesystem::path& lamp);
-// The tables of the fields of the lamp in `lamp` (lamp.exr), one for each, from the file beside it if that is
-// sound and of these fields; else built anew and saved there. A folder that cannot be written is a warning.
+// Returns one table for each field of the lamp in `lamp` (lamp.exr). They are loaded from the file beside it
+// if that is sound and belongs to these fields; otherwise they are built and saved there. A folder that
+// cannot be written causes a warning.
 std::vector<CellTable> load_or_build_cell_tables(const std::filesystem::path& lamp,
                                                  std::span<const LightField* const> fields,
                                                  const Workers& workers, Monitor& monitor);

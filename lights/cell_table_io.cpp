@@ -1,5 +1,5 @@
-// The cell table's file: a cache beside the lamp, made by us, for this machine's byte order, never trusted.
-// Of a lamp of several slabs it holds their tables one after the other.
+// The cell table's file is a cache beside the lamp, written by us in this machine's byte order and never
+// trusted. For a lamp of several slabs it holds their tables one after the other.
 #include <bit>
 #include <cstring>
 #include <fstream>
@@ -24,11 +24,11 @@ struct FileHeader {
     std::uint64_t field_hash;
     std::uint64_t size[4];
     double flux;
-    std::uint64_t check;  // of the flux and of all that follows
+    std::uint64_t check;  // hash of the flux and everything that follows
 };
 static_assert(sizeof(FileHeader) == 72, "no padding in the file");
 
-// Calls action(bytes) for every array of the four tables, in the order in which they lie in the file.
+// Calls action(bytes) for every array of the four tables, in file order.
 template <typename Action>
 void for_each_array(std::span<ConditionalTables* const> tables, Action&& action) {
     for (ConditionalTables* table : tables) {
@@ -37,7 +37,7 @@ void for_each_array(std::span<ConditionalTables* const> tables, Action&& action)
     }
 }
 
-// Or something else that happens to have the name of one, which may be anything: a pipe, too.
+// Returns false for anything else of that name, even a pipe.
 bool is_cell_table(const std::filesystem::path& file) {
     try {
         std::ifstream in = open_to_read(file);
@@ -51,10 +51,11 @@ bool is_cell_table(const std::filesystem::path& file) {
 
 }  // namespace
 
-// A table's bytes as they lie in the file: its header, which must live on, and its arrays.
+// Appends a table's bytes in file order: its header, whose buffer must outlive `parts`, and its arrays.
 void CellTable::append_bytes(std::vector<std::byte>& header_bytes,
                              std::vector<std::span<const std::byte>>& parts) const {
-    CellTable& self = const_cast<CellTable&>(*this);  // only read; one list of arrays serves both ways
+    CellTable& self =
+        const_cast<CellTable&>(*this);  // only read; const_cast lets both directions share one list of arrays
     ConditionalTables* const tables[] = {&self.u_, &self.v_, &self.s_, &self.t_};
     FileHeader header{};
     std::memcpy(header.magic, kMagic, sizeof kMagic);
@@ -84,7 +85,7 @@ void CellTable::save_all(const std::filesystem::path& file, std::span<const Cell
     replace_file(file, parts);
 }
 
-// The next table in a file. None, with the reason.
+// Reads the next table of a file. Returns none and sets the reason if it is not sound.
 std::optional<CellTable> CellTable::read_next(std::istream& in, const LightField& field,
                                               std::uintmax_t& bytes_left, std::string& reason) {
     const auto refuse = [&reason](const char* why) {

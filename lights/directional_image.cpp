@@ -13,9 +13,9 @@ int index_below(double place, int n) {
 
 }  // namespace
 
-// In the first quadrant of a hemisphere, a square's corner (0,0) is the pole and u + v = r is a circle around
-// it, with 1 - cosθ = r²; the azimuth runs evenly along it. Beyond r = 1 lies the other hemisphere, folded
-// outwards.
+// In the first quadrant of a hemisphere, the corner (0,0) of the square is the pole, and u + v = r is a
+// circle around it with 1 - cosθ = r², along which the azimuth is linear. Beyond r = 1 lies the other
+// hemisphere, folded outwards.
 V3d equal_area_direction(double x, double y) {
     const double u = 2 * x - 1, v = 2 * y - 1;
     const double up = std::fabs(u), vp = std::fabs(v);
@@ -29,7 +29,7 @@ V3d equal_area_direction(double x, double y) {
 
 Imath::V2d equal_area_square(const V3d& w) {
     const double z = std::fabs(w.z);
-    // sqrt(1 - |z|) by way of the sine, which is exact near the poles.
+    // Computes sqrt(1 - |z|) from the sine, which is accurate near the poles.
     const double r = std::sqrt((w.x * w.x + w.y * w.y) / (1 + z));
     const double phi = std::atan2(std::fabs(w.y), std::fabs(w.x)) * 2 / kPiD;  // [0,1]
     double v = std::min(1.0, r) * phi;
@@ -56,7 +56,7 @@ DirectionalImage::DirectionalImage(std::shared_ptr<const Image> image, SphereMap
 
 double DirectionalImage::solid_angle(int y) const {
     if (map_ == SphereMap::equal_area) return 4 * kPiD / image_->width / image_->height;
-    // Δφ (cosθ0 - cosθ1), as a product that does not cancel.
+    // Computes Δφ (cosθ0 - cosθ1) as a product that does not cancel.
     const double half = kPiD / (2.0 * image_->height);
     return 2 * kPiD / image_->width * 2 * std::sin((2 * y + 1) * half) * std::sin(half);
 }
@@ -65,7 +65,7 @@ V3d DirectionalImage::direction(double x, double y) const {
     if (map_ == SphereMap::equal_area) {
         return equal_area_direction(x / image_->width, y / image_->height);
     }
-    // Uniform in solid angle within a row: linear in the cosine between its edges.
+    // Within a row, directions are uniform in solid angle, hence linear in the cosine.
     const double row = std::min(std::floor(y), image_->height - 1.0);
     const double low = std::cos(kPiD * row / image_->height);
     const double high = std::cos(kPiD * (row + 1) / image_->height);

@@ -1,11 +1,10 @@
-// Light that depends on the direction alone, as an image: a sky, or a lamp's distribution.
+// Light that depends on direction alone, given as an image: a sky, or a lamp's distribution.
 //
-// A texel is a piece of the sphere in which the value is constant (as in pbrt-v4), so values, densities and
-// integrals agree exactly.
+// The value is constant over the piece of the sphere that a texel covers (as in pbrt-v4), so that values,
+// densities and integrals agree exactly.
 //
-// Sources: the equal-area map of the square to the sphere is that of
-// [Clarberg 2008], with pbrt-v4's orientation; latitude-longitude images are oriented as in
-// pbrt-v3.
+// Sources: the equal-area map of the square to the sphere follows [Clarberg 2008] with pbrt-v4's orientation;
+// latitude-longitude images are oriented as in pbrt-v3.
 #pragma once
 
 #include <cstdint>
@@ -19,19 +18,20 @@
 namespace lucerna {
 
 enum class SphereMap : std::uint8_t {
-    // Top row at +z, bottom row at -z; columns from +x over +y, -x and -y back to +x.
+    // The top row is at +z, the bottom row at -z; columns run from +x over +y, -x and -y back to +x.
     latitude_longitude,
-    // +z in the middle, -z at the corners; +x to the right, +y down. Every texel has the same solid angle.
+    // +z is in the middle, -z at the corners, +x to the right, +y down. All texels have the same solid angle.
     equal_area
 };
 
-// Between the unit square (x to the right, y down) and unit directions, equal areas to equal solid angles.
+// Map between the unit square (x to the right, y down) and unit directions; equal areas map to equal solid
+// angles.
 V3d equal_area_direction(double x, double y);
 Imath::V2d equal_area_square(const V3d& w);
 
 class DirectionalImage {
   public:
-    // The image has R, G, B, finite and not negative, and at least one pixel.
+    // The image has channels R, G and B, finite and not negative, and at least one pixel.
     DirectionalImage(std::shared_ptr<const Image> image, SphereMap map);
 
     // Directions are unit and in the image's own frame.
@@ -42,15 +42,15 @@ class DirectionalImage {
         Rgb value;    // at w
         float pdf_w;  // > 0
     };
-    // By luminance and solid angle. No sample: the image is black.
+    // Draws by luminance and solid angle. Returns none if the image is black.
     std::optional<Drawn> draw(const V2f& u) const;
-    // Density per solid angle with which draw() gives w.
+    // Returns the density per solid angle with which draw() gives w.
     float pdf_w(const V3f& w) const;
 
-    // ∫ value dω over the sphere.
+    // Returns ∫ value dω over the sphere.
     Rgb integral() const { return integral_; }
-    // Luminance of the irradiance on a plane that faces +z, by texel centres. `weights` are the luminances of
-    // the channels.
+    // Returns the luminance of the irradiance on a plane that faces +z, by texel centres. `weights` are the
+    // luminances of the channels.
     double illuminance(const V3f& weights) const;
 
   private:

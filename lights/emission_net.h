@@ -1,14 +1,13 @@
-// The numbers of emission: light paths that start well distributed over lights, places and directions at
-// once.
+// Random numbers of emission, which stratify light paths over lights, places and directions at once.
 //
-// Path i of a pass takes point i of a Sobol sequence in five dimensions under Owen's scrambling: four for the
-// particle (for a measured lamp U, V, S, T of its cell), one for the choice of the light. Any 2^k consecutive
-// paths from a multiple of 2^k on are stratified in every projection; each path on its own is uniform, so
-// whatever is estimated from them stays unbiased. Passes are scrambled independently of each other.
+// Path i of a pass takes point i of an Owen-scrambled Sobol sequence in five dimensions: four for the
+// particle (U, V, S, T of the cell for a measured lamp) and one for the choice of the light. Any 2^k
+// consecutive paths that start at a multiple of 2^k are stratified in every projection. Each single path is
+// uniform, so estimates stay unbiased. Passes are scrambled independently of each other.
 //
-// That is for many paths. Of few, as in a set of VPLs, the pairs matter more than what lies between
-// them: two of the five dimensions make a (0,2)-sequence, but no others do. `pairs` takes one each for place
-// and direction, and a (0,1)-sequence for the light, shuffled against each other [Wald 2002; Pharr 2004].
+// Few paths, as in a set of VPLs, need good pairs of dimensions more than a good joint distribution, but only
+// two of the five dimensions form a (0,2)-sequence. `pairs` therefore uses one (0,2)-sequence each for place
+// and direction and a (0,1)-sequence for the light, shuffled against each other [Wald 2002; Pharr 2004].
 #pragma once
 
 #include <array>
@@ -33,10 +32,10 @@ class EmissionNet {
     };
     Point at(std::uint32_t path) const {
         if (kind_ == Kind::pairs) return pairs_at(path);
-        // The first dimensions are the best distributed: they go to the particle.
+        // The first dimensions are the best distributed, so the particle gets them.
         return joint(path, sobol::words_of(path));
     }
-    // Those of the paths first, first + 1 …
+    // Computes the points of the paths first, first + 1 …
     void points(std::uint32_t first, std::span<Point> out) const {
         if (kind_ == Kind::pairs) {
             for (std::size_t i = 0; i < out.size(); ++i)
@@ -55,12 +54,10 @@ class EmissionNet {
     Point joint(std::uint32_t path, const sobol::Words& words) const {
         const auto x = sobol::scrambled(words, seeds_);
         return {x[4],
-                {{x[0], x[1]},
-                 {x[2], x[3]},
-                 owen_scramble_reversed(path, salt_)}};  // the salt: one for every path
+                {{x[0], x[1]}, {x[2], x[3]}, owen_scramble_reversed(path, salt_)}};  // a salt for each path
     }
     Point pairs_at(std::uint32_t path) const;
-    // Point of a (0,2)-sequence whose index is shuffled: blocks of 2^k stay blocks.
+    // Returns a point of a (0,2)-sequence whose index is shuffled such that blocks of 2^k stay blocks.
     static V2f pair(std::uint32_t path, const std::array<std::uint32_t, 3>& h) {
         const std::uint32_t i = owen_scramble(path, h[0]);
         return {to_unit(reverse_bits(owen_scramble_reversed(i, h[1]))),
@@ -68,14 +65,15 @@ class EmissionNet {
     }
 
     Kind kind_;
-    sobol::Words seeds_{};  // of the dimensions that there are
+    sobol::Words seeds_{};  // one per Sobol dimension
     std::uint32_t salt_;
-    std::array<std::array<std::uint32_t, 3>, 3> pairs_{};  // shuffle and scrambles: place, direction, light
+    std::array<std::array<std::uint32_t, 3>, 3>
+        pairs_{};  // a shuffle and two scrambles each for place, direction and light
 };
 
 inline EmissionNet::EmissionNet(std::uint64_t seed, Purpose purpose, std::uint32_t pass, Kind kind)
     : kind_(kind) {
-    // A path's number has 32 bits: no path has this sampler.
+    // A path's number has 32 bits, so no path uses this sampler.
     Sampler numbers(seed, purpose, pass, ~std::uint64_t{0});
     for (std::size_t d = 0; d < kSobolDimensions; ++d) seeds_[d] = numbers.bits();
     salt_ = numbers.bits();

@@ -30,10 +30,10 @@ FieldColour::FieldColour(const LightField& field, const Workers& workers, const 
     if (!field.coloured()) return;
     const V3d& weight = field.colour_channels().weight;
     weight_ = V3f(weight);
-    // A channel of weight 0 has hardly any light: twice as much as could be seen of one that has.
+    // A channel of weight 0 has hardly any light; its limit is twice what a channel with weight can reach.
     for (int c = 0; c < 3; ++c) most_[c] = weight_[c] > 0 ? 1 / weight_[c] : 2 / weight_.y;
 
-    // ∫ max(0, W) and that times the colour, over all cells.
+    // Integrates max(0, W), and max(0, W) times the colour, over all cells.
     const Rig& rig = field.rig();
     const std::int64_t rows = std::int64_t{rig.intervals(0)} * rig.intervals(1);
     std::vector<Sums> sums(static_cast<std::size_t>(rows));
@@ -60,7 +60,7 @@ FieldColour::FieldColour(const LightField& field, const Workers& workers, const 
     });
     Sums all;
     for (const Sums& sum : sums) all.w += sum.w, all.colour += sum.colour;
-    // A component of which nothing is shown cannot be scaled, and the lamp has none of it.
+    // A component without any shown light cannot be scaled; it is left out of the lamp's colour.
     for (int c = 0; c < 3; ++c) {
         gain_[c] = all.colour[c] > 0 ? static_cast<float>(double{mean_[c]} * all.w / all.colour[c]) : 0.0F;
         if (gain_[c] == 0) mean_[c] = 0;

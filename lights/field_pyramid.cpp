@@ -1,7 +1,7 @@
 #include "lights/field_pyramid.h"
 
 #define HWY_COMPILE_ONLY_STATIC 1  // for the build's own instruction set
-#if !defined(__AES__)              // which x86-64-v3 has not, and Highway takes for a part of AVX2
+#if !defined(__AES__)              // x86-64-v3 lacks AES, which Highway counts as part of AVX2
 #define HWY_DISABLE_PCLMUL_AES 1
 #endif
 #include <hwy/highway.h>
@@ -19,7 +19,8 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Four lanes: the lower and upper half or edge along u, then along v. Eight: a row of the grid's squares.
+// D4 has four lanes, the lower and upper half (or edge) along u, then along v. D8 holds a row of the grid's
+// squares.
 using D4 = hn::FixedTag<float, 4>;
 using D8 = hn::FixedTag<float, 8>;
 using I4 = hn::RebindToSigned<D4>;
@@ -43,22 +44,22 @@ F8 all8(float x) {
 }
 
 constexpr float kBelowOne = 0x1.fffffep-1F;
-constexpr int kTaps = 4;          // texels looked at, each way
+constexpr int kTaps = 4;          // texels read along each axis
 constexpr float kReach = 0.501F;  // columns by which a rectangle is widened on each side
-// A level of M whose texels are so many to a rectangle at most. No round number: rectangles that a scene's
-// round numbers make do not lie on the border between two levels.
+// A rectangle covers at most this many texels of the chosen level of M, along each axis. The number is not
+// round, so that a scene's round numbers do not give rectangles at the switch between two levels.
 constexpr float kTexels = 2.9417F;
-// Within an interval, down to blocks that see so many columns; at most kWithin halvings.
+// Within an interval, the descent goes to blocks that see this many columns, in at most kWithin halvings.
 constexpr double kFinest = 7;
 constexpr int kWithin = 6;
-// Then h itself at the middles of kGrid x kGrid squares. Elsewhere in a square it may be more, above all
-// where negative coefficients end it: so much of its bound without them is added, and everywhere a share of
-// the mean.
+// Below that, h itself is evaluated at the centres of kGrid x kGrid squares. It may be larger elsewhere in a
+// square, above all where negative coefficients clamp it. So this share of h without its negative
+// coefficients is added, and everywhere a share of the mean.
 constexpr std::size_t kGrid = 8;
 constexpr float kPositive = 0.25F;
 constexpr float kUneven = 0.03F;
 
-// The upper half of a float: its range with 8 bits. What is not 0 stays so.
+// Returns the upper half of a float: its range with 8 bits of precision. Positive values stay positive.
 std::uint16_t packed(float x) {
     if (!(x > 0)) return 0;
     const auto bits = std::bit_cast<std::uint32_t>(std::max(x, 0x1p-120F));
@@ -68,9 +69,9 @@ float unpacked(std::uint16_t x) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(x) << 16);
 }
 
-// One of kGrid in proportion to weights above 0; leaves u uniform again.
+// Chooses one of kGrid in proportion to positive weights; makes u uniform again.
 std::size_t choose_of(F8 weights, float total, float& u) {
-    // Running sums: of the four lanes of each half, then over both.
+    // Computes prefix sums: of the four lanes of each half, then over both.
     F8 upto = weights;
     upto = upto + hn::ShiftLeftLanes<1>(d8, upto);
     upto = upto + hn::ShiftLeftLanes<2>(d8, upto);
@@ -85,7 +86,7 @@ std::size_t choose_of(F8 weights, float total, float& u) {
     return i;
 }
 
-// One of two, likewise; weights[0] + weights[1] > 0.
+// Chooses one of two likewise; requires weights[0] + weights[1] > 0.
 std::size_t choose_of_two(const float* weights, float& u) {
     const float at = u * (weights[0] + weights[1]);
     const auto i = static_cast<std::size_t>((at >= weights[0]) & (weights[1] > 0));
@@ -106,25 +107,25 @@ int choose_quarter(const Quarters& light, V2f& u) {
     return static_cast<int>(2 * upper + choose_of_two(&light[2 * upper], u.y));
 }
 
-// The quarter in which a point lies, of those around (middle[0], middle[2]).
+// Returns the quarter around (middle[0], middle[2]) that holds a point.
 int towards(const V2d& on_s, const float* middle) {
     return (on_s.x >= double{middle[0]} ? 2 : 0) | (on_s.y >= double{middle[2]} ? 1 : 0);
 }
 
 }  // namespace
 
-// A place x, as seen through S: the point u of S is on a line through x that passes M at x_seen + u rest.
+// A place x, as seen through S: the line from x through point u of S passes M at x_seen + u rest.
 struct FieldPyramid::Seeing {
-    F4 x_seen, rest;      // of u, u, v, v: x D / z; 1 - D / z, or with the sensor -D / z
-    F4 first, per_metre;  // where columns begin, and how many [M's coordinate]
-    F4 per_c;             // PlaneCoordinate::c of M; 0: even
+    F4 x_seen, rest;      // for u, u, v, v: x D / z; 1 - D / z, or -D / z where the sensor moves
+    F4 first, per_metre;  // lower edge of the first column, and columns per metre [M's coordinate]
+    F4 per_c;             // 1 / PlaneCoordinate::c of M; 0: uniform
 
-    // The column of M that an edge of S sees. PlaneCoordinate::of, which is s itself for 1/c = 0.
+    // Returns the column of M that an edge of S sees, by PlaneCoordinate::of, which is s itself for 1/c = 0.
     F4 column_at(F4 edge) const {
         const F4 s = x_seen + edge * rest, t = s * per_c, one = all4(1);
         return ((s + s) / (one + hn::Sqrt(one + t * t)) - first) * per_metre;
     }
-    // How much denser M's coordinate is there than in the middle: PlaneCoordinate::slope.
+    // Returns PlaneCoordinate::slope there: the density of M's coordinate relative to the middle.
     F4 slope_at(F4 column) const {
         const F4 one = all4(1);
         const F4 half = all4(0.5F) * per_c * (first + column / per_metre);
@@ -132,13 +133,13 @@ struct FieldPyramid::Seeing {
         return rest_of_one * rest_of_one / (one + tau2);
     }
 };
-// Two halves of a block along u, and two along v.
+// The two halves of a block along u, and the two along v.
 struct FieldPyramid::Halves {
-    F4 low, high;  // columns of M that they see
-    F4 length;     // in S's coordinate [m], times M's slope; 0: there is none
+    F4 low, high;  // range of columns of M that they see
+    F4 length;     // in S's coordinate [m], times M's slope; 0: no such half
 };
 
-// h at the middles of the squares of a block within an interval; and the sums of its columns, along v.
+// Holds h at the centres of the squares of a block within an interval, and the sums of its columns along v.
 struct FieldPyramid::Grid {
     alignas(32) float value[kGrid][kGrid];
     alignas(32) float column[kGrid];
@@ -151,12 +152,12 @@ struct FieldPyramid::Grid {
     }
 };
 
-// What a descent came to.
+// The result of a descent.
 struct FieldPyramid::Path {
     int n = 0, o = 0;           // interval
-    alignas(16) float edge[4];  // of the block within it, lower and upper of u and v [m]
+    alignas(16) float edge[4];  // of the block within the interval, lower and upper of u and v [m]
     double whole = 1;           // probability of the block
-    double part = 1;            // the same, given its part
+    double part = 1;            // the same, restricted to its part
 
     V2d low() const { return {double{edge[0]}, double{edge[2]}}; }
     V2d size() const { return {double{edge[1]} - double{edge[0]}, double{edge[3]} - double{edge[2]}}; }
@@ -170,8 +171,8 @@ FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int 
         const auto at = static_cast<std::size_t>(a);
         Axis& axis = axes_[at];
         axis.intervals = rig.intervals(a);
-        // From where the sensor stood, as far as its bell brings light; where it stands still that is one
-        // place for all intervals.
+        // Columns are counted from the sensor's position, with a margin as wide as its bell spreads light.
+        // With a fixed sensor all intervals share one position.
         axis.margin = rig.shift[a];
         axis.columns = rig.pixels[a] + 2 * axis.margin;
         const double pixel = rig.pixel[a], width = pixel * rig.pixels[a];
@@ -182,7 +183,7 @@ FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int 
     if (rig.m_coordinate.c > 0) per_c_ = static_cast<float>(1 / rig.m_coordinate.c);
     const auto most = static_cast<unsigned>(std::max(axes_[0].intervals, axes_[1].intervals));
     levels_ = std::bit_width(most - 1);
-    // What lies beyond the last interval has no length.
+    // Beyond the last interval the edges coincide.
     for (int a = 0; a < 2; ++a) {
         Axis& axis = axes_[static_cast<std::size_t>(a)];
         for (int n = 0; n <= 1 << levels_; ++n) {
@@ -205,12 +206,12 @@ FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int 
         nodes += static_cast<std::size_t>(across(k, 0)) * static_cast<std::size_t>(across(k, 1));
     }
     flux_.resize(nodes);
-    texels_.resize(nodes * image_ + kTaps);  // the last row is read past its end
+    texels_.resize(nodes * image_ + kTaps);  // reads reach past the last row's end
     build(field, table, workers);
 }
 
-// What an interval sends on the average, by the column counted from where it is itself: a view is seen as
-// many columns further on as the interval's points lie from its filter, weighed by its bell.
+// Adds the mean emission of an interval, by the column relative to the interval. A view's columns are offset
+// by the distance of the interval's points from its filter, weighted by its bell.
 void FieldPyramid::spread_views(int n, int o, float scale, std::vector<float>& out) const {
     const Rig& rig = field_->rig();
     struct Share {
@@ -269,12 +270,13 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
         return double{edge[static_cast<std::size_t>(end)]} - double{edge[static_cast<std::size_t>(begin)]};
     };
     // Densities are relative to their mean.
-    mean_ = 1 / (rig.cell_volume() * static_cast<double>(table.cells()));  // a field has cells
+    mean_ =
+        1 / (rig.cell_volume() * static_cast<double>(table.cells()));  // a field has cells, so cells() > 0
     const double mean = table.flux() * mean_;
     const auto columns = [&](int a) {
         return static_cast<std::size_t>(axes_[static_cast<std::size_t>(a)].columns);
     };
-    // The finest image of a node is there: the coarser ones, from it.
+    // Stores the finest image of a node and derives the coarser ones from it.
     const auto reduce = [&](std::size_t at, std::vector<float>& fine, std::vector<float>& coarse) {
         for (std::size_t l = 0; l < of_m_.size(); ++l) {
             const Level& level = of_m_[l];
@@ -303,7 +305,7 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
             std::swap(fine, coarse);
         }
     };
-    // The intervals themselves.
+    // Builds the images of the intervals.
     parallel_chunks(workers, std::int64_t{rig.intervals(0)} * rig.intervals(1), [&](std::int64_t at) {
         const int n = static_cast<int>(at / rig.intervals(1)), o = static_cast<int>(at % rig.intervals(1));
         std::vector<float> fine(columns(0) * columns(1)), coarse;
@@ -318,7 +320,7 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
         }
         reduce(here, fine, coarse);
     });
-    // Blocks of them, from those of half their size.
+    // Builds the images of larger blocks from those of half their size.
     for (int k = 1; k <= levels_; ++k) {
         const int wide = across(k, 1);
         parallel_chunks(workers, std::int64_t{across(k, 0)} * wide, [&](std::int64_t at) {
@@ -343,11 +345,11 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
     }
 }
 
-// The quarters of a block; level: theirs.
+// Returns the halves of a block whose quarters are on `level`.
 FieldPyramid::Halves FieldPyramid::halves_of_block(const Seeing& seeing, int level, int i, int o) const {
     const auto size = std::size_t{1} << level;
     const std::size_t u = static_cast<std::size_t>(i) * 2 * size, v = static_cast<std::size_t>(o) * 2 * size;
-    // Of the four halves, u, u, v, v: what a table says of the interval or edge `ahead` of their first.
+    // Gathers, for the four halves u, u, v, v, the table's entry `ahead` of their first interval or edge.
     const auto of = [&](const std::vector<float>& u_table, const std::vector<float>& v_table,
                         std::size_t ahead) {
         return four(u_table[u + ahead], u_table[u + size + ahead], v_table[v + ahead],
@@ -362,36 +364,36 @@ FieldPyramid::Halves FieldPyramid::halves_of_block(const Seeing& seeing, int lev
             length * seeing.slope_at(all4(0.5F) * (one + other))};
 }
 
-// Mean density over each quarter and the rectangle it sees, times its area.
+// Returns the mean density over each quarter and the rectangle it sees, times the quarter's area.
 FieldPyramid::Quarters FieldPyramid::light_of(const std::array<const std::uint16_t*, 4>& images,
                                               const Halves& halves) const {
     const F4 none = hn::Zero(d4);
     const F4 last = four(columns_[0], columns_[0], columns_[1], columns_[1]);
     const F4 from = hn::Min(hn::Max(halves.low, none), last);
     const F4 to = hn::Min(hn::Max(halves.high, none), last);
-    // Times the length: what is missing weighs nothing.
+    // The factor includes the length, so that missing halves weigh nothing.
     const F4 per_width = halves.length / (halves.high - halves.low);
 
-    // The level of M.
+    // Chooses the level of M.
     const float widest = std::max(hn::GetLane(hn::MaxOfLanes(d4, to - from)), 1.0F);
     const int wanted = static_cast<int>(std::bit_cast<std::uint32_t>(widest * (1 / kTexels)) >> 23) - 126;
     const auto l = static_cast<std::size_t>(std::clamp(wanted, 0, static_cast<int>(of_m_.size()) - 1));
     const Level& level = of_m_[l];
     const F4 scale = all4(std::bit_cast<float>(static_cast<std::uint32_t>(127 - l) << 23));
 
-    // Four texels from the first that is seen, and the share of each.
+    // Finds the first of four texels that each half sees, and the share of each texel.
     alignas(16) const std::int32_t ends[4] = {level.size[0] - 1, level.size[0] - 1, level.size[1] - 1,
                                               level.size[1] - 1};
     const hn::Vec<I4> first = hn::Min(hn::ConvertTo(i4, from * scale), hn::Load(i4, ends));
     const F4 base = hn::ConvertTo(d4, first);
     const F4 begin = from * scale - base, end = to * scale - base;
     const F4 factor = per_width / scale;
-    // Of one texel, for each half; times the length over the width.
+    // The share of one texel for each half, times length over width.
     const auto share = [&](float texel) {
         return hn::Max(none, hn::Min(end, all4(texel + 1)) - hn::Max(begin, all4(texel))) * factor;
     };
     const F4 shares[kTaps] = {share(0), share(1), share(2), share(3)};
-    // Of one half, for each texel.
+    // Transposes to the shares of all texels for each half.
     const F4 lower01 = hn::InterleaveLower(d4, shares[0], shares[1]);
     const F4 lower23 = hn::InterleaveLower(d4, shares[2], shares[3]);
     const F4 upper01 = hn::InterleaveUpper(d4, shares[0], shares[1]);
@@ -404,7 +406,7 @@ FieldPyramid::Quarters FieldPyramid::light_of(const std::array<const std::uint16
     alignas(16) std::int32_t start[4];
     hn::Store(first, i4, start);
 
-    // Four rows of four texels, of two quarters side by side.
+    // Sums four rows of four texels, two quarters side by side.
     const hn::FixedTag<std::uint16_t, 4> texel_lanes;
     const hn::FixedTag<std::uint16_t, 8> pair_lanes;
     const hn::FixedTag<std::uint32_t, 8> wide_lanes;
@@ -466,7 +468,7 @@ FieldPyramid::Seeing FieldPyramid::seeing_from(const V3d& x) const {
 }
 
 FieldPyramid::Quarters FieldPyramid::light_of_block(const Seeing& seeing, int level, int i, int o) const {
-    // What is missing is read as its neighbour, and weighs nothing.
+    // A missing quarter is read as its neighbour; it weighs nothing.
     const std::size_t u = node(level, 2 * i, 0), v = static_cast<std::size_t>(2 * o);
     const std::size_t next_u = 2 * i + 1 < across(level, 0) ? static_cast<std::size_t>(across(level, 1)) : 0;
     const std::size_t next_v = 2 * o + 1 < across(level, 1) ? 1 : 0;
@@ -476,12 +478,12 @@ FieldPyramid::Quarters FieldPyramid::light_of_block(const Seeing& seeing, int le
         halves_of_block(seeing, level, i, o));
 }
 
-// The sum over u of radiance times the geometric term, h R D² / z³, with R to the nearest point of S: close
-// to S the light comes from there.
+// Sums radiance times the geometric term over u: h R D² / z³. R is the distance to the nearest point of S,
+// because close to S the light comes from there.
 double FieldPyramid::arriving(const V3d& x) const {
     assert(x.z != 0);
     const Quarters light = light_of_block(seeing_from(x), levels_ - 1, 0, 0);
-    constexpr double kNearest = 1e-6;  // of D: nearer, 1 / z³ would leave all bounds
+    constexpr double kNearest = 1e-6;  // in units of D; it bounds 1 / z³
     const double z = std::max(std::fabs(x.z), kNearest * distance_);
     const auto beside = [&](double at, const Axis& axis) {
         return std::max({0.0, at - double{axis.edge.back()}, double{axis.edge.front()} - at});
@@ -490,8 +492,8 @@ double FieldPyramid::arriving(const V3d& x) const {
     return mean_ * double{total_of(light)} * r * sqr(distance_) / (z * z * z);
 }
 
-// choose(quarters, level, middle): one of four, as two bits. Their common corner is (middle[0], middle[2])
-// [m]; level -1 is within an interval.
+// choose(quarters, level, middle) returns one of four quarters as two bits. Their common corner is
+// (middle[0], middle[2]) [m]; within an interval the level is -1.
 template <typename Choose>
 FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     const double stretch = distance_ / x.z;
@@ -501,7 +503,8 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     int i = 0, o = 0;
     const auto follow = [&](const Quarters& light, int chosen, int level) {
         const float total = total_of(light);
-        const float p = total > 0 ? light[static_cast<std::size_t>(chosen)] / total : 0.0F;  // no flux at all
+        const float p =
+            total > 0 ? light[static_cast<std::size_t>(chosen)] / total : 0.0F;  // 0: no flux at all
         path.whole *= double{p};
         if (level < part_level_) path.part *= double{p};
     };
@@ -517,7 +520,7 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     }
     path.n = i, path.o = o;
 
-    // Within the interval. By edge: lower and upper, of u and v.
+    // Continues within the interval; `edges` holds the lower and upper edge of u and v.
     const std::size_t n[2] = {static_cast<std::size_t>(i), static_cast<std::size_t>(o)};
     const auto& u_edge = axes_[0].edge;
     const auto& v_edge = axes_[1].edge;
@@ -536,7 +539,7 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
         hn::Store(middles, d4, middle);
         const int chosen = choose(light, -1, middle);
         follow(light, chosen, -1);
-        // The middle becomes the lower edge of an upper half.
+        // The middle becomes the lower edge of an upper half, or the upper edge of a lower one.
         alignas(16) const std::int32_t upper[4] = {-(chosen >> 1), (chosen >> 1) - 1, -(chosen & 1),
                                                    (chosen & 1) - 1};
         edges = hn::IfThenElse(hn::MaskFromVec(hn::BitCast(d4, hn::Load(i4, upper))), middles, edges);
@@ -545,7 +548,7 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     return path;
 }
 
-// The square of a block's grid in which a point lies.
+// Returns the square of a block's grid that holds a point.
 std::pair<std::size_t, std::size_t> FieldPyramid::square_of(const Path& path, const V2d& on_s) {
     const V2d within = (on_s - path.low()) / path.size() * double{kGrid};
     const auto index = [](double at) { return static_cast<std::size_t>(std::clamp(at, 0.0, kGrid - 1.0)); };
@@ -756,7 +759,7 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     return grid;
 }
 
-// The density of a point in one square of the grid.
+// Returns the density of a point in one square of the grid.
 FieldPyramid::Density FieldPyramid::mixed(const Path& path, const Grid& grid, std::size_t row,
                                           std::size_t column) const {
     const auto n = static_cast<std::size_t>(path.n), o = static_cast<std::size_t>(path.o);
@@ -800,7 +803,7 @@ std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
     rest.x = std::min(by_flux ? u.x / kShare : (u.x - kShare) / (1 - kShare), kBelowOne);
     Draw draw{};
     if (by_flux) draw.on_s = draw_by_flux(rest, interval);
-    // The descent to the point drawn, or a descent that draws one.
+    // Descends to the point drawn by flux, or draws one by descent.
     const Path path = descend(x, [&](const Quarters& light, int level, const float* middle) {
         if (by_flux) return towards(draw.on_s, middle);
         if (interval && level >= part_level_)

@@ -1,27 +1,28 @@
-// Which points of the sampling plane S send light to one place, learned beforehand.
+// Draws points of the sampling plane S by the light that they send to one place, from precomputed means.
 //
-// A place x sees, through every point (u, v) of S, one point of the measurement plane M: where the line from
-// there by way of x meets it. A rectangular block of S so sees a rectangle of M, and what the block sends to
-// x is about the mean of the flux density h over block and rectangle, times the block's area. (Radiance times
-// the geometric term of x and S is h R D² / z³, with R from the point of S to x: only h varies much.)
+// Through every point (u, v) of S, a place x sees one point of the measurement plane M, where the line
+// through both meets it. A rectangular block of S thus sees a rectangle of M, and the block sends to x about
+// the mean of the flux density h over block and rectangle, times the block's area. (Radiance times the
+// geometric term of x and S is h R D² / z³, with R from the point of S to x, and only h varies much.)
 //
-// The pyramid holds these means: of blocks of 2^k x 2^k intervals of S times 2^l x 2^l columns of M, for all
-// k and l. A point of S is drawn for x by descent: from the whole of S to one of four quarters by what they
-// send to x, down to an interval; there to one of 8 x 8 squares by h itself, as its coefficients give it. A
-// tenth of the draws goes by flux alone, whatever x is. So the density is nowhere less than a tenth of the
-// one that does not know x, and never 0 where h is not.
+// The pyramid holds these means, for blocks of 2^k x 2^k intervals of S times 2^l x 2^l columns of M, for all
+// k and l. A point of S is drawn for x by descent: from all of S to one of four quarters by what they send to
+// x, down to an interval, and there to one of 8 x 8 squares by h itself, evaluated from its coefficients. A
+// tenth of the draws goes by flux alone, regardless of x. This defensive mixture keeps the density above a
+// tenth of the one that ignores x, so that it is never 0 where h is not.
 //
-// In Setup A columns of M are counted from where the sensor stood: light that goes far keeps its column from
-// one interval to the next. The bell that joins the views is then in the images of the intervals. Rectangles
-// are widened by half a column on each side, as far as a column's light may reach when it is interpolated.
+// In Setup A columns of M are counted from the position of the sensor, so that light that travels far keeps
+// its column from one interval to the next. The bell that joins the views is then part of the intervals'
+// images. Rectangles are widened by half a column on each side, which is how far interpolation spreads a
+// column.
 //
-// Where the planes' coordinates are finer in the middle, means are of densities in these coordinates, and
-// columns are even there; what that is on the planes is a factor of each block.
+// Where the planes' coordinates are finer in the middle, means are of densities in these coordinates, in
+// which columns are uniform; each block has a factor that converts them to the planes.
 //
-// Numbers are floats cut to 16 bits. Memory: 16/9 of 2 bytes for every interval and column, nine tenths of
-// the coefficients'; in Setup A columns are more by the shift on either side.
+// Values are floats cut to 16 bits. Memory is 16/9 of 2 bytes for every interval and column, nine tenths of
+// that of the coefficients; in Setup A the shift adds columns on either side.
 //
-// Source: [Lu 2015]; the quadtree, the squares and the defensive part are ours.
+// Source: [Lu 2015]; the quadtree, the squares and the defensive mixture are our own.
 #pragma once
 
 #include <array>
@@ -44,31 +45,31 @@ class FieldPyramid {
     // The share of the draws that goes by flux alone.
     static constexpr double kDefensive = 0.1;
 
-    // Requires table.flux() > 0. The field must live on, where it is. A part is a block of 2^k x 2^k
-    // intervals, with the least k that leaves at most `parts_across` of them each way.
+    // Requires table.flux() > 0. The field must outlive the pyramid and stay in place. A part is a block of
+    // 2^k x 2^k intervals, with the least k that gives at most `parts_across` of them along each axis.
     FieldPyramid(const LightField& field, const CellTable& table, int parts_across, const Workers& workers);
 
-    // Per area of S [1/m²].
+    // Densities per area of S [1/m²].
     struct Density {
-        double whole;  // of draw() without a part
-        double part;   // of draw() in the part that holds the point
+        double whole;  // of draw() without an interval
+        double part;   // of draw() restricted to the part that holds the point
     };
     struct Draw {
         int n, o;  // interval
         V2d on_s;
         Density density;
     };
-    // A point of S for the place x [light frame, m; x.z is not 0]. With an interval: of the part that holds
-    // it. u in [0,1)². None: the part sends nothing anywhere.
+    // Draws a point of S for the place x [light frame, m; x.z is not 0]. Given an interval, draws in the part
+    // that holds it. u is in [0,1)². Returns none if the part sends nothing anywhere.
     std::optional<Draw> draw(const V3d& x, const V2f& u, std::optional<V2i> interval = {}) const;
-    // Of draw() giving `on_s`, a point of S.
+    // Returns the density with which draw() gives `on_s`, a point of S.
     Density density(const V3d& x, const V2d& on_s) const;
 
-    // What arrives at x (as of draw()) of the clamped field's flux, estimated from the quarters of S:
-    // irradiance of a surface that faces S over flux [1/m²].
+    // Estimates the share of the clamped field's flux that arrives at x (as in draw()), from the quarters of
+    // S: the irradiance of a surface that faces S over the flux [1/m²].
     double arriving(const V3d& x) const;
 
-    // The first interval of the part that holds one, each way.
+    // Returns the first interval, along each axis, of the part that holds interval (n, o).
     V2i part_of(int n, int o) const {
         return {n >> part_level_ << part_level_, o >> part_level_ << part_level_};
     }
@@ -76,17 +77,17 @@ class FieldPyramid {
     std::size_t bytes() const { return texels_.size() * sizeof(texels_[0]); }
 
   private:
-    // One axis of S, as many intervals as there are leaves of the quadtree: those beyond the last have no
-    // length.
+    // One axis of S, padded to as many intervals as the quadtree has leaves; those beyond the last have
+    // length 0.
     struct Axis {
         std::vector<float> edge;         // of intervals [m]
-        std::vector<float> edge_x;       // the same in S's coordinate
-        int intervals = 1, columns = 1;  // that there are
+        std::vector<float> edge_x;       // as `edge`, in S's coordinate
+        int intervals = 1, columns = 1;  // actual number, without padding
         int margin = 0;                  // columns on either side that no sensor has, but bells reach
     };
     struct Seeing;
     struct Halves;
-    using Quarters = std::array<float, 4>;  // lower u: lower and upper v; upper u: the same
+    using Quarters = std::array<float, 4>;  // lower u: lower and upper v; then upper u likewise
     struct Level {                          // of M
         std::size_t begin;
         int size[2];
@@ -110,7 +111,7 @@ class FieldPyramid {
     Quarters light_of(const std::array<const std::uint16_t*, 4>& images, const Halves& halves) const;
     Quarters flux_of(int level, int i, int o) const;
     Seeing seeing_from(const V3d& x) const;
-    // What the quarters of a block send there.
+    // Returns what the quarters of a block send to the place.
     Quarters light_of_block(const Seeing& seeing, int level, int i, int o) const;
     template <typename Choose>
     Path descend(const V3d& x, Choose&& choose) const;
@@ -123,17 +124,17 @@ class FieldPyramid {
 
     const LightField* field_;
     std::array<Axis, 2> axes_;
-    std::array<float, 2> columns_{}, per_metre_{};  // of M: how many, and how many per metre
-    std::array<double, 2> first_column_{};          // of M, its lower edge in M's coordinate [m]
-    float per_c_ = 0;                               // 1 over M's coordinate's c; 0 where that is even
+    std::array<float, 2> columns_{}, per_metre_{};  // of M: number of columns, and columns per metre
+    std::array<double, 2> first_column_{};          // lower edge of M's first column, in M's coordinate [m]
+    float per_c_ = 0;                               // 1/c of M's coordinate; 0 where that is uniform
     double distance_ = 0;
-    double mean_ = 0;     // density h over the flux [1/m⁴]
+    double mean_ = 0;     // mean density h over the flux [1/m⁴]
     int levels_ = 0;      // of S: blocks of 2^0 to 2^levels_ intervals across
-    int part_level_ = 0;  // whose blocks are parts
+    int part_level_ = 0;  // level whose blocks are parts
     std::vector<Level> of_m_;
-    std::size_t image_ = 0;                // texels of all levels of M
+    std::size_t image_ = 0;                // texels of all levels of M, per node
     std::vector<std::size_t> first_node_;  // of every level of S
-    std::vector<float> flux_;              // of every node, its share
+    std::vector<float> flux_;              // share of the flux, per node
     HugeVector<std::uint16_t> texels_;     // images, node after node
 };
 

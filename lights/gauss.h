@@ -1,4 +1,4 @@
-// Gauss-Legendre rules on [0, 1]: exact for polynomials up to degree 2n - 1.
+// Gauss-Legendre rules on [0, 1], which are exact for polynomials up to degree 2n - 1.
 #pragma once
 
 #include <array>
@@ -7,12 +7,12 @@
 namespace lucerna {
 
 struct GaussNode {
-    double x, weight;  // weights of a rule add up to 1
+    double x, weight;  // the weights of a rule add up to 1
 };
 
 inline constexpr int kMaxGauss = 5;
 
-// The rule with n nodes, n in [1, kMaxGauss] (clamped).
+// Returns the rule with n nodes, n clamped to [1, kMaxGauss].
 inline std::span<const GaussNode> gauss_rule(int n) {
     static constexpr std::array<GaussNode, 1> kOne{{{0.5, 1.0}}};
     static constexpr std::array<GaussNode, 2> kTwo{

@@ -1,7 +1,7 @@
-// Memory for tables that are read at random places: in pages of 2 MB where the system grants them.
+// Memory for tables with random access, in pages of 2 MB where the system grants them.
 //
-// A table of a hundred megabytes has more ordinary pages than the processor remembers; every read then waits
-// for the page tables as well as for the data.
+// A table of a hundred megabytes has more ordinary pages than the TLB holds, so every read would wait for the
+// page tables as well as for the data.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace lucerna {
 
-// Throws std::bad_alloc. Small blocks are ordinary memory.
+// Throws std::bad_alloc. Small blocks come from ordinary memory.
 void* allocate_in_huge_pages(std::size_t bytes);
 void free_huge_pages(void* memory);
 
@@ -20,7 +20,7 @@ struct HugePageAllocator {
     template <typename Other>
     HugePageAllocator(const HugePageAllocator<Other>& /*other*/) {}  // NOLINT: allocators convert
 
-    // std::vector asks for at most PTRDIFF_MAX bytes: the product does not overflow.
+    // std::vector asks for at most PTRDIFF_MAX bytes, so the product does not overflow.
     T* allocate(std::size_t n) { return static_cast<T*>(allocate_in_huge_pages(n * sizeof(T))); }
     void deallocate(T* memory, std::size_t /*n*/) { free_huge_pages(memory); }
     bool operator==(const HugePageAllocator& /*other*/) const { return true; }

@@ -33,7 +33,7 @@ bool is_tilt(std::string_view line) {
     return trimmed(line).starts_with("TILT=");
 }
 
-// The numbers after the TILT line, one after the other.
+// Gives the numbers after the TILT line, one after the other.
 class Numbers {
   public:
     Numbers(std::vector<IesWord> words, std::string file)
@@ -61,9 +61,9 @@ class Numbers {
             input_error(place(), "{} is {:g}; expected a whole number", what, value);
         return static_cast<int>(value);
     }
-    // Of the number that came last.
+    // Returns the location of the last number.
     Location place() const { return next_ > 0 ? place_of(words_[next_ - 1]) : Location{file_}; }
-    // Of a word after the last number, if there is one.
+    // Returns the location of the word after the last number, if there is one.
     std::optional<Location> rest() const {
         return next_ < words_.size() ? std::optional(place_of(words_[next_])) : std::nullopt;
     }
@@ -76,7 +76,7 @@ class Numbers {
     std::size_t next_ = 0;
 };
 
-// "[KEY] value"; [MORE] goes on with the keyword before it. Lines without brackets are the labels of 1986.
+// Reads "[KEY] value"; [MORE] continues the previous keyword. Lines without brackets are the labels of 1986.
 void read_keyword(std::string_view line, PhotometricInfo& info) {
     line = trimmed(line);
     if (line.empty()) return;
@@ -94,7 +94,7 @@ void read_keyword(std::string_view line, PhotometricInfo& info) {
     }
 }
 
-// Factors by which the lamp's flux changes with tilt: read to come past them.
+// Skips the factors by which the lamp's flux changes with tilt.
 void read_included_tilt(Numbers& numbers) {
     numbers.next_within("TILT's lamp-to-luminaire geometry", 0, 3);
     const int pairs = numbers.next_whole("TILT's number of angles", 1, kMostAngles);
@@ -102,8 +102,9 @@ void read_included_tilt(Numbers& numbers) {
     for (int i = 0; i < pairs; ++i) numbers.next("a tilt factor");
 }
 
-// The body that the signs of width, length and height name; none: they name none in any edition. A negative
-// size is one of a round cross-section. What an edition does not define is read as in another one.
+// Returns the body given by the signs of width, length and height, or none if no edition defines them. A
+// negative size belongs to a round cross-section. What one edition does not define is read as another one
+// does.
 //
 //                    1986, 1991        1995               2002, 2019
 //     disc, ellipse  -d 0 0, -w l 0    -d 0 0, -w l 0     -d -d 0, -w -l 0
@@ -113,7 +114,7 @@ void read_included_tilt(Numbers& numbers) {
 //     facing C0                                           -d 0 -d, -w 0 -h      (vertical disc, ellipse)
 //     ellipsoid      -w l h            -d 0 -d, -w l -h   -d -d -d, -w -l -h
 //
-// Up to 1995 width and length may change places.
+// Up to 1995 width and length may be exchanged.
 std::optional<LuminousOpening> opening_of(Edition edition, double w, double l, double h) {
     using Shape = LuminousOpening::Shape;
     const double width = std::fabs(w), length = std::fabs(l), height = std::fabs(h);
@@ -121,7 +122,7 @@ std::optional<LuminousOpening> opening_of(Edition edition, double w, double l, d
     const bool late = edition == Edition::e2002_on;
     if (w >= 0 && l >= 0 && h >= 0) return body(Shape::box);
     if (w < 0 && l < 0) return body(h < 0 ? Shape::ellipsoid : Shape::cylinder_upright);
-    if (w >= 0 && l >= 0) {  // the height alone is negative
+    if (w >= 0 && l >= 0) {  // only the height is negative
         if (w == 0 && l > 0) return LuminousOpening(Shape::cylinder_along_c0, V3d(length, height, height));
         if (l == 0 && w > 0) return LuminousOpening(Shape::cylinder_along_c90, V3d(height, width, height));
         return std::nullopt;
@@ -129,7 +130,7 @@ std::optional<LuminousOpening> opening_of(Edition edition, double w, double l, d
     // Either the width or the length is negative.
     if (h < 0 && late) return body(w < 0 ? Shape::cylinder_along_c0 : Shape::cylinder_along_c90);
     const bool oval = w != 0 && l != 0, early = edition < Edition::e1995;
-    const double d = width + length;  // of a circle, whose other size is 0
+    const double d = width + length;  // for a circle, whose other size is 0
     const V3d sizes = oval ? V3d(length, width, height) : V3d(d, d, height);
     return LuminousOpening(h < 0 || (oval && early && h > 0) ? Shape::ellipsoid : Shape::cylinder_upright,
                            sizes);
@@ -141,7 +142,7 @@ struct Luminaire {
     PhotometricPlanes planes;
 };
 
-// The ten numbers.
+// Reads the ten numbers of the luminaire.
 Luminaire read_luminaire(Numbers& numbers, Edition edition, PhotometricInfo& info, Monitor& monitor) {
     Luminaire luminaire{};
     const double lamps = numbers.next_within("the number of lamps", 0, 1e6);
@@ -180,7 +181,7 @@ std::vector<double> read_angles(Numbers& numbers, int count, std::string_view wh
     return angles;
 }
 
-// [horizontal][vertical], as every type has them in the file.
+// Reads [horizontal][vertical], the order of every type in the file.
 std::vector<float> read_candela(Numbers& numbers, const Luminaire& luminaire, double factor) {
     std::vector<float> candela;
     for (int h = 0; h < luminaire.horizontal; ++h) {
@@ -198,7 +199,7 @@ std::vector<float> read_candela(Numbers& numbers, const Luminaire& luminaire, do
 }
 
 // Planes of type B turn by the vertical angle, planes of type A by the horizontal one. A file that begins at
-// H = 0 leaves out the mirrored side.
+// H = 0 omits the mirrored side.
 PhotometricGrid grid_of_a_or_b(PhotometricPlanes planes, std::vector<double> h, const std::vector<double>& v,
                                std::vector<float> candela) {
     if (h.front() == 0 && h.size() > 1) {
@@ -264,12 +265,11 @@ std::string provenance_of(const PhotometricInfo& info, std::string_view edition)
 }  // namespace
 
 PhotometricWeb parse_ies(std::string_view text, const std::string& file, Monitor& monitor) {
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // some editors' mark
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
     const std::vector<TextLine> lines = lines_of(text);
     const std::string_view first = lines.empty() ? std::string_view() : trimmed(lines.front().text);
     const Edition edition = edition_of(first);
 
-    // Keywords, up to TILT.
     PhotometricInfo info;
     std::size_t at = edition == Edition::e1986 ? 0 : 1;
     while (at < lines.size() && !is_tilt(lines[at].text)) read_keyword(lines[at++].text, info);
@@ -281,7 +281,6 @@ PhotometricWeb parse_ies(std::string_view text, const std::string& file, Monitor
     Numbers numbers(ies_words(lines, at + 1, tilt_included, file, monitor), file);
     if (tilt_included) read_included_tilt(numbers);
 
-    // Numbers.
     const Luminaire luminaire = read_luminaire(numbers, edition, info, monitor);
     const double ballast = numbers.next_within("the ballast factor", 0, 1e3);
     const double third = numbers.next("the ballast-lamp factor");

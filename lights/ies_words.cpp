@@ -19,7 +19,7 @@ namespace {
 // Old files end in Ctrl-Z.
 constexpr std::string_view kSpaces{" \t\v\f\x1a\0", 6};
 
-// Digits, one comma, digits; a sign and an exponent as numbers have them, and no decimal point.
+// Returns true for digits, one comma and digits, with a sign and an exponent as in numbers, and no point.
 bool is_decimal_comma(std::string_view word) {
     const auto digit = [](char c) { return c >= '0' && c <= '9'; };
     const std::size_t comma = word.find(',');
@@ -33,11 +33,11 @@ struct Reading {
     bool joined = false;  // commas without a space separate numbers somewhere: 0,45,90
 };
 
-// Adds what stands between two spaces: one word with a decimal comma, or words that commas separate.
+// Adds the text between two spaces: one word with a decimal comma, or words that commas separate.
 void add_words(const TextLine& line, std::size_t from, std::size_t to, bool decimal_commas,
                Reading& reading) {
     std::vector<IesWord>& words = reading.words;
-    // Commas at the ends always separate.
+    // Commas at the ends are always separators.
     while (from < to && line.text[from] == ',') ++from;
     while (from < to && line.text[to - 1] == ',') --to;
     if (from == to) return;
@@ -73,7 +73,7 @@ Reading reading_of(const std::vector<TextLine>& lines, std::size_t first, bool d
     return reading;
 }
 
-// How many words the file needs by its own counts; none if they are no counts.
+// Returns the number of words that the file needs by its own counts; none if these are not counts.
 std::optional<double> needed_words(const std::vector<IesWord>& words, bool tilt) {
     constexpr std::size_t kHead = 13, kVertical = 3, kHorizontal = 4, kMostPairs = 100'000;
     const auto at = [&words](std::size_t i) {
@@ -90,8 +90,8 @@ std::optional<double> needed_words(const std::vector<IesWord>& words, bool tilt)
     return static_cast<double>(begin + kHead) + *vertical + *horizontal + *vertical * *horizontal;
 }
 
-// By how many numbers the words are more than the file needs; words at the end that are no numbers do not
-// count. NaN: the counts are none.
+// Returns how many more numbers there are than the file needs, without counting words at the end that are not
+// numbers. Returns NaN if the counts are invalid.
 double too_many(const std::vector<IesWord>& words, bool tilt) {
     const auto needed = needed_words(words, tilt);
     if (!needed || !(*needed >= 0)) return NAN;
@@ -129,7 +129,7 @@ std::vector<IesWord> ies_words(const std::vector<TextLine>& lines, std::size_t f
                                  to_string(place), shown));
         return decimal;
     }
-    // Fewer numbers than needed are an error by themselves, and so are counts that are none.
+    // Too few numbers and invalid counts lead to errors later.
     if (!may_be_decimal && !(of_separated > 0)) return std::move(separated);
     input_error(
         place,

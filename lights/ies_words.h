@@ -1,8 +1,7 @@
-// The words of an IES file's numbers, and what its commas mean.
+// The numbers of an IES file as words, and the meaning of their commas.
 //
-// By the standard, numbers are separated by spaces, line ends and commas; some writers use decimal commas all
-// the same: 996,19. The file's own counts of angles tell how many numbers it has, and so which of the two its
-// commas are.
+// The standard separates numbers by spaces, line ends and commas, but some writers use decimal commas:
+// 996,19. The file's own counts of angles give the number of its values, which decides what the commas mean.
 #pragma once
 
 #include <string>
@@ -16,12 +15,12 @@ namespace lucerna {
 struct IesWord {
     std::string text;  // a decimal comma is written as a point
     int line = 0, column = 0;
-    bool either = false;  // its comma may be a decimal comma, or separate two numbers
+    bool either = false;  // its comma may be decimal or may separate two numbers
 };
 
-// The words from lines[first] on, which follow the line TILT=; `tilt`: numbers of the tilt come first. Warns
-// of decimal commas. Throws InputError where the counts do not tell what the commas mean, and where they
-// may separate thousands. `file` only names it in messages.
+// Returns the words from lines[first] on, which follow the line TILT=. If `tilt`, the numbers of the tilt
+// come first. Warns of decimal commas. Throws InputError where the counts do not decide what the commas mean,
+// and where commas may separate thousands. `file` only names the file in messages.
 std::vector<IesWord> ies_words(const std::vector<TextLine>& lines, std::size_t first, bool tilt,
                                const std::string& file, Monitor& monitor);
 

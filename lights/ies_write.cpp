@@ -16,7 +16,7 @@
 namespace lucerna {
 namespace {
 
-// The signed width, length and height of LM-63-2002.
+// Returns the signed width, length and height of LM-63-2002.
 V3d signs_of_2002(const LuminousOpening& opening) {
     using Shape = LuminousOpening::Shape;
     const Shape shape = opening.shape;
@@ -27,7 +27,7 @@ V3d signs_of_2002(const LuminousOpening& opening) {
             sign(!box && shape != Shape::cylinder_upright) * opening.size.z};
 }
 
-// The file's lines are at most 132 characters long.
+// Lines hold ten numbers each; the format limits them to 132 characters.
 template <typename Values>
 void append_numbers(std::string& text, const Values& values) {
     constexpr std::size_t kPerLine = 10;
@@ -38,7 +38,7 @@ void append_numbers(std::string& text, const Values& values) {
     }
 }
 
-// Every plane from 0 to 360 once; the planes at the ends are the same one.
+// Returns every plane from 0 to 360 once; the first and the last one are the same plane.
 std::vector<double> planes_from_zero(const PhotometricGrid& grid) {
     std::vector<double> planes{0, 360};
     for (const double azimuth : grid.azimuth) planes.push_back(azimuth - 360 * std::floor(azimuth / 360));
@@ -55,7 +55,7 @@ std::string ies_text(const PhotometricWeb& given, std::string_view title) {
     const PhotometricWeb web = is_c ? given : resampled(given, 2.5, 5);
     const PhotometricGrid& grid = web.grid();
     const PhotometricInfo& info = web.info();
-    // One plane is enough for a lamp that is alike all around.
+    // One plane suffices for a rotationally symmetric lamp.
     const bool round = std::equal(grid.candela.begin() + static_cast<std::ptrdiff_t>(grid.polar.size()),
                                   grid.candela.end(), grid.candela.begin());
     const std::vector<double> planes = round ? std::vector<double>{0} : planes_from_zero(grid);

@@ -1,5 +1,5 @@
-// A sky that is an image. A particle's direction is drawn by the image, its line is uniform across the disc
-// that the scene's sphere shows to that direction: area πR², hence the flux πR² ∫ L dω.
+// An image as a sky. A particle's direction is drawn from the image, and its line is uniform across the disc
+// of the scene's sphere perpendicular to that direction. The disc's area is πR², so the flux is πR² ∫ L dω.
 #include <cmath>
 
 #include "engine/base/vec.h"
@@ -38,7 +38,7 @@ class ImageInfiniteLight final : public Light {
         return LightSample{axes_.to_world(drawn->w).normalized(), INFINITY, weight, drawn->pdf_w};
     }
 
-    // A ray with an end does not reach the sky.
+    // Rays with a finite end do not reach the sky.
     std::optional<EmittedRadiance> Le(const Ray& ray) const override {
         if (ray.t_max < INFINITY) return std::nullopt;
         const V3f w = axes_.to_local(ray.d);

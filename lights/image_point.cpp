@@ -1,7 +1,7 @@
-// Points that shine by an image: a lamp's distribution over all directions, or a slide in front of the point.
+// Point lights with an image: a lamp's distribution over all directions, or a slide in front of the point.
 //
 // A texel of the slide is a rectangle of the plane at distance 1. Its solid angle is the sum over its
-// corners, with alternating signs, of atan(xy / sqrt(1 + x² + y²)); within it directions are uniform in the
+// corners, with alternating signs, of atan(xy / sqrt(1 + x² + y²)). Within it, directions are uniform in the
 // plane, where dω = cos³θ dA.
 #include <algorithm>
 #include <cassert>
@@ -13,7 +13,7 @@
 namespace lucerna {
 namespace {
 
-// Solid angle between the axis and the corner (x, y) of the plane at distance 1.
+// Returns the solid angle between the axis and the corner (x, y) of the plane at distance 1.
 double corner_angle(double x, double y) {
     return std::atan2(x * y, std::sqrt(1 + x * x + y * y));
 }

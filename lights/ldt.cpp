@@ -17,10 +17,10 @@ constexpr int kMostLampSets = 1000;
 constexpr int kDirectRatios = 10;
 constexpr double kMillimetre = 1e-3;
 
-constexpr std::size_t kTextLines = 12;  // the lines at the head, most of them text
+constexpr std::size_t kTextLines = 12;  // the lines of the head, most of them text
 
-// The values, one per line, in order. A comma is a decimal comma, as in the countries of the format. Where
-// other numbers of the file have decimal points, a comma before three digits may also separate thousands.
+// Gives the values, one per line, in order. A comma is a decimal comma, as in the countries of the format. In
+// a file with decimal points, a comma before three digits may also separate thousands.
 class Values {
   public:
     Values(std::string_view text, std::string file) : lines_(lines_of(text)), file_(std::move(file)) {
@@ -36,7 +36,7 @@ class Values {
         }
         return trimmed(lines_[next_++].text);
     }
-    // An empty line is `empty`, if that is given.
+    // An empty line gives `empty`, if that is set.
     double number(std::string_view what, double least, double most, std::optional<double> empty = {}) {
         const std::string_view word = text(what);
         if (word.empty() && empty) return *empty;
@@ -58,7 +58,7 @@ class Values {
             input_error(place(), "{} is {:g}; expected a whole number", what, value);
         return static_cast<int>(value);
     }
-    // Of the value that came last.
+    // Returns the location of the last value.
     Location place() const { return {file_, static_cast<int>(next_), 1}; }
     bool any_left() const {
         return std::any_of(lines_.begin() + static_cast<std::ptrdiff_t>(next_), lines_.end(),
@@ -69,7 +69,7 @@ class Values {
     std::vector<TextLine> lines_;
     std::string file_;
     std::size_t next_ = 0;
-    bool points_ = false;  // numbers of the file have decimal points
+    bool points_ = false;  // some numbers of the file have decimal points
 };
 
 struct LdtHeader {
@@ -77,7 +77,7 @@ struct LdtHeader {
     double factor;  // from the file's values to candela
 };
 
-// Lines 1 to 12.
+// Reads lines 1 to 12.
 LdtHeader read_head(Values& values, PhotometricInfo& info) {
     LdtHeader header{};
     const auto keep = [&](const char* key) { info.keywords.emplace_back(key, values.text(key)); };
@@ -92,11 +92,12 @@ LdtHeader read_head(Values& values, PhotometricInfo& info) {
     return header;
 }
 
-// Lines 13 to 26: sizes, ratios and lamps.
+// Reads lines 13 to 26: sizes, ratios and lamps.
 void read_lamps(Values& values, LdtHeader& header, PhotometricInfo& info, Monitor& monitor) {
     double size[9];
     for (double& millimetres : size) millimetres = values.number("a dimension", 0, 1e6, 0) * kMillimetre;
-    // Lengths lie along C90-C270; a width of 0 is a circle. The luminous sizes, where they are stated.
+    // Lengths lie along C90-C270; a width of 0 is a circle. The luminous sizes are preferred where they are
+    // stated.
     const bool luminous = size[3] > 0;
     const double length = luminous ? size[3] : size[0], width = luminous ? size[4] : size[1];
     const bool round = length > 0 && width == 0;
@@ -139,7 +140,7 @@ std::vector<double> read_angles(Values& values, int count, std::string_view what
     return angles;
 }
 
-// Which of the listed planes are stored, and about which planes they are mirrored.
+// Tells which of the listed planes are stored, and about which planes they are mirrored.
 struct Stored {
     std::size_t first, count;
     std::vector<double> mirrors;
@@ -165,8 +166,8 @@ Stored stored_planes(int symmetry, const std::vector<double>& planes, const Loca
     }
 }
 
-// The planes that a symmetry leaves out are listed all the same: a listed plane that completion did not make
-// shows that the list does not have the symmetry.
+// The file lists all planes, also those that its symmetry omits. A listed plane that completion did not
+// create shows that the list does not have the symmetry.
 void require_symmetry(const std::vector<double>& planes, const PhotometricGrid& grid, int symmetry,
                       const Location& place) {
     for (const double listed : planes) {
@@ -183,20 +184,19 @@ void require_symmetry(const std::vector<double>& planes, const PhotometricGrid& 
 }  // namespace
 
 PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor& monitor) {
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // some editors' mark
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
     Values values(text, file);
     PhotometricInfo info;
     LdtHeader header = read_head(values, info);
     const Location symmetry{file, 3, 1};
     read_lamps(values, header, info, monitor);
 
-    // Angles and intensities.
     const std::vector<double> planes = read_angles(values, header.planes, "a C angle");
     const Stored stored = stored_planes(header.symmetry, planes, symmetry);
     PhotometricGrid grid;
     grid.polar = read_angles(values, header.angles, "an angle gamma");
     for (std::size_t i = 0; i < stored.count; ++i) {
-        // The list begins anew after its last plane, which is short of 360.
+        // After the last listed plane, which is below 360, the list starts again.
         const std::size_t at = stored.first + i;
         grid.azimuth.push_back(planes[at % planes.size()] + (at < planes.size() ? 0 : 360));
         for (int j = 0; j < header.angles; ++j) {

@@ -16,7 +16,7 @@ LightImportance::LightImportance(const LightBounds& bounds)
       cos_e_(std::cos(bounds.theta_e)),
       power_(bounds.power) {}
 
-// At a place: by bounds alone, and how much of what arrives counts there.
+// Splits the importance at a place into the bound on what arrives and the share that the surface receives.
 struct LightImportance::Seen {
     float bound, receiving;
 };
@@ -32,8 +32,8 @@ LightImportance::Seen LightImportance::seen_from(const V3f& x, const V3f& n) con
     const float cos_axis = std::clamp(axis_.dot(w), -1.0F, 1.0F);
     const float cos_w = two_sided_ ? std::fabs(cos_axis) : cos_axis;
     const float shining = light_importance::shining(filled, cos_w, cos_o_, sin_o_, cos_e_);
-    // A place within the box is as near as its rim, for all that is known; the last bound is for a point
-    // light at x.
+    // A place within the box counts as being on its bounding sphere, since nothing more is known. The last
+    // bound is for x at a point light.
     const float bound = power_ * shining / std::max({d2, r2_, 1e-30F});
     if (n == V3f(0.0F)) return {bound, 1};
     return {bound, light_importance::receiving(filled, std::clamp(-n.dot(w), -1.0F, 1.0F))};
@@ -58,12 +58,12 @@ LightBounds union_of(const LightBounds& a, const LightBounds& b) {
     all.theta_e = std::max(a.theta_e, b.theta_e);
     all.power = a.power + b.power;
     all.two_sided = a.two_sided || b.two_sided;
-    // An axis of what shines both ways may be taken either way.
+    // A two-sided bound may flip its axis.
     const bool turned = all.two_sided && a.axis.dot(b.axis) < 0;
     const V3f a_axis = turned && a.two_sided ? -a.axis : a.axis;
     const V3f b_axis = turned && !a.two_sided ? -b.axis : b.axis;
     all.axis = a_axis;
-    // The narrowest cone around both.
+    // Finds the narrowest cone around both.
     const float apart = std::acos(std::clamp(a_axis.dot(b_axis), -1.0F, 1.0F));
     if (std::min(apart + b.theta_o, kPi) <= a.theta_o) return all;
     if (std::min(apart + a.theta_o, kPi) <= b.theta_o) {
@@ -94,7 +94,7 @@ LightBounds union_of(std::span<const LightBounds> all) {
         result.box.extendBy(one.box);
         result.theta_e = std::max(result.theta_e, one.theta_e);
         result.power += one.power;
-        // Good to the last digits for small angles, too, as the cosine alone is not.
+        // atan2 is accurate for small angles, where acos of the dot product is not.
         const float apart = std::atan2(result.axis.cross(one.axis).length(), result.axis.dot(one.axis));
         result.theta_o = std::max(result.theta_o, std::min(apart + one.theta_o, kPi));
     }

@@ -1,4 +1,4 @@
-// Where a light is and which way it shines, bounded: what a choice among many lights goes by.
+// Bounds on a light's place and directions, by which a choice among many lights is made.
 //
 // Source: [Conty Estevez and Kulla 2018].
 #pragma once
@@ -13,25 +13,25 @@ namespace lucerna {
 
 struct LightBounds {
     Box3f box;          // scene units
-    V3f axis{0, 0, 1};  // unit; of the emitting normals
-    // All normals lie within theta_o of the axis, all light within theta_e of some normal [rad].
+    V3f axis{0, 0, 1};  // unit; axis of the cone of emitting normals
+    // All normals lie within theta_o of the axis, and all light leaves within theta_e of some normal [rad].
     float theta_o = kPi, theta_e = kPi / 2;
-    bool two_sided = false;  // the same light leaves to the other side of the axis
-    float power = 0;         // >= 0, in any unit that all share
+    bool two_sided = false;  // the same light also leaves to the opposite side of the axis
+    float power = 0;         // >= 0, in any unit that all lights share
 };
 
-// Bounds of both.
+// Returns bounds that contain both.
 LightBounds union_of(const LightBounds& a, const LightBounds& b);
-// Bounds of all, at least one: the cone is around the mean of their axes.
+// Returns bounds that contain all of `all`, at least one; their cone's axis is the mean of the axes.
 LightBounds union_of(std::span<const LightBounds> all);
 
-// The arithmetic of a light's importance, on plain numbers and without branches: loops over many bounds side
-// by side turn into vector instructions.
+// Computes a light's importance on plain numbers and without branches, so that loops over many bounds compile
+// to vector instructions.
 namespace light_importance {
 
-inline constexpr float kSlack = 1e-3F;  // rounding must not make a light impossible
+inline constexpr float kSlack = 1e-3F;  // keeps rounding from making a light impossible
 
-// cos(max(0, a - b)) for angles in [0, π] given by their cosines and sines: what is left of `a` after `b`.
+// Return the cosine and sine of max(0, a - b), for angles in [0, π] given by their cosines and sines.
 inline float cos_of_rest(float cos_a, float sin_a, float cos_b, float sin_b) {
     return cos_a > cos_b ? 1.0F : cos_a * cos_b + sin_a * sin_b;
 }
@@ -42,8 +42,8 @@ inline float sine(float cosine) {
     return std::sqrt(std::max(0.0F, 1 - cosine * cosine));
 }
 
-// The angle u that a sphere of squared radius r2 fills at most, seen from a distance whose square is d2: it
-// is taken off every other angle.
+// Holds the largest angle u that a sphere of squared radius r2 subtends around its centre's direction, seen
+// from squared distance d2. It is subtracted from every other angle.
 struct Filled {
     float cos_u, sin_u;
     Filled(float d2, float r2) {
@@ -57,7 +57,7 @@ struct Filled {
     }
 };
 
-// How much of a light's intensity points at a place, at most; `cos_w` is between the axis and the way to it.
+// Bounds the share of a light's intensity that points at a place at angle `w` from the axis.
 inline float shining(const Filled& filled, float cos_w, float cos_o, float sin_o, float cos_e) {
     const float sin_w = sine(cos_w);
     const float cos_x = cos_of_rest(cos_w, sin_w, cos_o, sin_o);
@@ -66,26 +66,26 @@ inline float shining(const Filled& filled, float cos_w, float cos_o, float sin_o
     return cos_left < cos_e - kSlack ? 0.0F : std::max(cos_left, kSlack);
 }
 
-// How much of what arrives counts on a surface; `cos_i` is between its normal and the way to the light.
+// Bounds the share of the arriving light that a surface receives, at angle `i` from its normal.
 inline float receiving(const Filled& filled, float cos_i) {
     const float cos_n = filled.cos_of_rest(cos_i);
-    // Relief bends the normal that gives the cosine: grazing light keeps a chance.
+    // Bump mapping bends the normal that gives the cosine, so grazing light keeps a chance.
     return cos_n < -kSlack ? 0.0F : 0.1F + 0.9F * std::max(cos_n, 0.0F);
 }
 
 }  // namespace light_importance
 
-// The importance of a bound at other places: the same, ready to be asked many times.
+// Evaluates the importance of a bound at many places. It caches what depends on the bound alone.
 class LightImportance {
   public:
     LightImportance() = default;
     explicit LightImportance(const LightBounds& bounds);
 
-    // How much may arrive at x, up to a factor that does not depend on the light: 0 only where nothing can.
-    // `n` is the normal of an opaque surface, on the side seen, or 0.
+    // Returns how much light may arrive at x, up to a factor common to all lights. It is 0 only where none
+    // can arrive. `n` is the normal of an opaque surface on the side seen, or 0.
     float at(const V3f& x, const V3f& n) const;
-    // The same of a light that knows what arrives: Light::arriving(). Bounds keep a part of it, since an
-    // estimate of 0 does not say that nothing arrives.
+    // As above, for a light with an estimate Light::arriving(). The bound keeps a share, because an estimate
+    // of 0 does not prove that nothing arrives.
     float at(const V3f& x, const V3f& n, float arriving) const;
 
   private:
@@ -93,7 +93,7 @@ class LightImportance {
     Seen seen_from(const V3f& x, const V3f& n) const;
 
     V3f centre_{0, 0, 0}, axis_{0, 0, 1};
-    float r2_ = 0;  // of the sphere around the box, squared
+    float r2_ = 0;  // squared radius of the sphere around the box
     bool two_sided_ = false;
     float cos_o_ = -1, sin_o_ = 0, cos_e_ = 0;
     float power_ = 0;

@@ -89,19 +89,20 @@ LightField::LightField(const Rig& rig, const std::vector<float>& coefficients, L
 LightField::LightField(const Rig& rig, const std::vector<float>& x, const std::vector<float>& y,
                        const std::vector<float>& z, LightFieldInfo info, std::optional<V3d> weight)
     : LightField(rig, y, std::move(info)) {
-    // Checks of size and numbers as above.
+    // These checks are those of the constructor above.
     const LightField checked_x(rig, x), checked_z(rig, z);
     const V3d flux(checked_x.flux(), this->flux(), checked_z.flux());
     if (!(flux.y > 0))
         throw InputError(fmt::format("light field: a luminous flux of {:g} beside other colours", flux.y));
-    // A channel of hardly any light would make particles follow its noise.
+    // A channel with hardly any light would make particles follow its noise.
     constexpr double kHardlyAny = 0.01;
     int channels = 0;
     for (int c = 0; c < 3; ++c) channels += flux[c] > kHardlyAny * flux.y;
     for (int c = 0; c < 3; ++c)
         colour_.weight[c] = flux[c] > kHardlyAny * flux.y ? flux.y / (channels * flux[c]) : 0.0;
     if (weight) {
-        // What the above makes: shares of two or three channels, of which none has a hundredth of Y's light.
+        // The accepted range is that of the weights above: up to three channels, none with less than a
+        // hundredth of Y's light.
         const auto is_share = [](double w, double least, double most) {
             return std::isfinite(w) && w >= least && w <= most;
         };
@@ -124,8 +125,8 @@ LightField::LightField(const Rig& rig, const std::vector<float>& x, const std::v
         colour_.pairs[i] = pair;
         const double others = colour_.weight.x * double{from_stored(pair.x, colour_.scale_x)} +
                               colour_.weight.z * double{from_stored(pair.z, colour_.scale_z)};
-        // Y is found again in W less the others: where it is far smaller than they, the half that is found is
-        // the one to begin with.
+        // Y is recovered as W minus the other terms. Where it is far smaller than they, rounding may give
+        // another half; the loop then continues with that one until it recovers itself.
         half stored = stored_half(y[i], scale_y);
         for (int round = 0; round < 4; ++round) {
             coefficients_[i] =
@@ -145,7 +146,8 @@ float LightField::luminance_of(std::size_t i) const {
     const ColourChannels::Pair& pair = colour_.pairs[i];
     const double others = colour_.weight.x * double{from_stored(pair.x, colour_.scale_x)} +
                           colour_.weight.z * double{from_stored(pair.z, colour_.scale_z)};
-    return static_cast<float>((double{coefficients_[i]} - others) / colour_.weight.y);  // > 0: Y carries flux
+    return static_cast<float>((double{coefficients_[i]} - others) /
+                              colour_.weight.y);  // weight.y > 0: Y carries flux
 }
 
 LightField LightField::channel(int c) const {
@@ -172,7 +174,7 @@ V3d LightField::xyz() const {
         sum += V3d(double{from_stored(colour_.pairs[i].x, colour_.scale_x)}, double{luminance_of(i)},
                    double{from_stored(colour_.pairs[i].z, colour_.scale_z)});
     }
-    return sum / sum.y;  // > 0: checked when it was made, and halves keep it
+    return sum / sum.y;  // > 0: checked by the constructor, and halves preserve it
 }
 
 LightField::ColourCell LightField::colour_members(const Cell& cell) const {
@@ -252,10 +254,12 @@ float LightField::approximate_radiance(const V2d& on_s, const V2d& on_m) const {
         BellCell scaled = members(cell);
         for (int i = 0; i < 2; ++i) {
             for (int j = 0; j < 2; ++j) {
-                // Filters before the first and after the last have no place in every coordinate.
+                // Filters beyond the first and last may lie outside the coordinate's range; their
+                // coefficients are 0.
                 if (scaled.e[i][j] == 0) continue;
                 const V2d filter(rig_.filter(0, cell.n - 1 + i), rig_.filter(1, cell.o - 1 + j));
-                const double g = rig_.geometric_term(filter, pixel);  // > 0: the pixel lies at a finite place
+                const double g =
+                    rig_.geometric_term(filter, pixel);  // > 0, as the pixel is at a finite position
                 scaled.e[i][j] =
                     static_cast<float>(double{scaled.e[i][j]} / g * (rig_.slope(filter, pixel) / here));
             }
@@ -286,7 +290,7 @@ double storage_scale(std::span<const float> coefficients) {
         int exponent = 0;
         std::frexp(largest, &exponent);  // largest < 2^exponent
         scale = std::ldexp(1.0, exponent - kLargestExponent);
-        largest = from_stored(stored_half(largest, scale), scale);  // may have become a power of 2
+        largest = from_stored(stored_half(largest, scale), scale);  // rounding may give the next power of 2
     }
     return scale;
 }
@@ -298,7 +302,7 @@ void add_planes(WordHash& hash, const Rig& rig) {
         hash.add(rig.pixel[axis]);
     }
     hash.add(rig.distance);
-    // Fields of even boxes have the names that they had when there were no others.
+    // Uniform boxes add nothing here, so their hashes do not depend on these members.
     if (rig.s_coordinate.c != 0 || rig.m_coordinate.c != 0 || rig.basis != PixelBasis::box) {
         hash.add(rig.s_coordinate.c);
         hash.add(rig.m_coordinate.c);
@@ -311,8 +315,8 @@ std::uint64_t content_hash(const LightField& field) {
     WordHash hash;
     add_planes(hash, field.rig());
     if (field.coloured()) {
-        // These are what a file holds already.
-        for (const float e : field.coefficients()) hash.add(e == 0 ? 0.0F : e);  // one zero
+        // Coloured fields already hold what a file holds.
+        for (const float e : field.coefficients()) hash.add(e == 0 ? 0.0F : e);  // -0 hashes as 0
         for (const ColourChannels::Pair& pair : field.colour_channels().pairs) {
             hash.add(static_cast<int>(pair.x.bits()));
             hash.add(static_cast<int>(pair.z.bits()));
@@ -322,7 +326,7 @@ std::uint64_t content_hash(const LightField& field) {
     const double scale = storage_scale(field.coefficients());
     for (const float e : field.coefficients()) {
         const float held = from_stored(stored_half(e, scale), scale);
-        hash.add(held == 0 ? 0.0F : held);  // one zero
+        hash.add(held == 0 ? 0.0F : held);  // -0 hashes as 0
     }
     return hash.value();
 }

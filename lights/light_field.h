@@ -1,30 +1,30 @@
-// A measured light field: what a lamp sends through every point of a plane in every direction.
+// A measured light field: the light that a lamp sends through every point of a plane in every direction.
 //
-// Two parallel planes stand before the lamp, in the lamp's own frame (light leaves along +z):
+// Two parallel planes stand in front of the lamp, in the lamp's own frame (light leaves along +z):
 //
 //     S, the sampling plane, z = 0, coordinates (u, v): where the optical filter sat;
 //     M, the measurement plane, z = D, coordinates (s, t): where its image was taken.
 //
-// A ray is named by the two points it passes. For every filter position ("view") (m, n) on a grid of S there
-// is one image of pixels (k, l) on M, and its numbers E_mnkl, in W/m⁴ (or lm/m⁴), are the coefficients of the
-// flux density
+// A ray is given by the two points where it passes the planes. For every filter position ("view") (m, n) on a
+// grid of S there is one image of pixels (k, l) on M. Its values E_mnkl, in W/m⁴ (or lm/m⁴), are the
+// coefficients of the flux density
 //
 //     h(u, v, s, t) = Σ E_mnkl Φ_m(u) Φ_n(v) χ_k(s) χ_l(t)              [Goesele 2003, 3.2]
 //
-// with the bell Φ (bell.h) on S, or the hat of a field of point samples [Heidrich 1998], and the basis χ of
-// one pixel on M: its box, as a camera measures, or its hat, which is 1 in the pixel's middle and 0 in its
-// neighbours', so that h has no steps. Radiance is h over the geometric term of the two points. Coefficients
-// may be negative near sharp edges and from noise, and stay so in memory and on disk; only what a
-// reconstruction shows is clamped at 0, pixel by pixel of M.
+// with the bell Φ (bell.h) on S, or the hat for a field of point samples [Heidrich 1998], and the pixel basis
+// χ on M: a box, as a camera measures, or a hat, which is 1 in the pixel's centre and 0 in those of its
+// neighbours, so that h is continuous. Radiance is h over the geometric term of the two points. Coefficients
+// may be negative near sharp edges and from noise, and stay so in memory and on disk. Only reconstruction
+// clamps h at 0, for each pixel of M.
 //
-// Measuring rigs have filters and pixels evenly on their planes. A field made of rays may have them even in a
-// coordinate that is finer in the middle (PlaneCoordinate): directions are then even, not places on M, and
-// the lamp itself is resolved better than the wide margin of S that its flattest rays pass. h is then the
-// density in these coordinates, and flux_density() turns it into that on the planes.
+// Measuring rigs place filters and pixels evenly on their planes. A field made from rays may place them
+// evenly in a coordinate that is finer in the middle (PlaneCoordinate). Directions are then uniform instead
+// of places on M, and the lamp itself is resolved better than the wide margin of S that its flattest rays
+// pass. h is then the density in these coordinates, and flux_density() converts it to that on the planes.
 //
-// In Setup A the sensor travels with the filter, so the pixel grid of view m is shifted by m·σ columns; in
-// Setup B the screen stands still and σ = 0. S is centred on the z axis; `centre` says where that is in the
-// lamp file's frame.
+// In Setup A the sensor travels with the filter, so the pixel grid of view m is shifted by m·σ columns. In
+// Setup B the screen stands still and σ = 0. S is centred on the z axis; `centre` is its centre in the frame
+// of the lamp's file.
 //
 // Source: [Goesele 2003].
 #pragma once
@@ -51,27 +51,27 @@ namespace lucerna {
 
 using V2d = Imath::V2d;
 
-// A coordinate x along one axis of a plane, of a place s [m] on it: s itself, or
+// Defines a coordinate x along one axis of a plane, for a position s [m] on it: s itself, or
 //
 //     x = 2 s / (1 + √(1 + (s/c)²))        s = x / (1 - (x/2c)²)        |x| < 2c
 //
-// which is s in the middle. Seen from a distance c straight above the middle, x/2c is the tangent of half the
-// angle: even steps in x are nearly even in angle, a little finer towards the horizon.
+// which approximates s in the middle. Seen from distance c straight above the middle, x/2c is the tangent of
+// half the angle: uniform steps in x are nearly uniform in angle, a little finer towards the horizon.
 struct PlaneCoordinate {
     double c = 0;  // metres; 0: x = s
 
     double of(double s) const {
         if (!(c > 0)) return s;
-        // Beyond all bounds x is ±2c, without the quotient of two infinities.
+        // The clamp avoids a quotient of two infinities; x tends to ±2c.
         const double t = std::clamp(s / c, -1e150, 1e150);
         return 2 * c * t / (1 + std::sqrt(1 + t * t));
     }
     double on_plane(double x) const {
         if (!(c > 0)) return x;
         const double half = x / (2 * c);
-        return x / (1 - half * half);  // |x| < 2c: Rig::fault
+        return x / (1 - half * half);  // |x| < 2c by Rig::fault
     }
-    // dx/ds at s: (1 - τ²)² / (1 + τ²) with τ = x/2c.
+    // Returns dx/ds at s: (1 - τ²)² / (1 + τ²) with τ = x/2c.
     double slope(double s) const {
         if (!(c > 0)) return 1;
         const double half = of(s) / (2 * c), rest = 1 - half * half;
@@ -79,147 +79,152 @@ struct PlaneCoordinate {
     }
 };
 
-// What one pixel of M stands for along each axis.
+// Selects the basis function χ of a pixel of M along each axis.
 enum class PixelBasis : std::uint8_t { box, hat };
 
-// How radiance follows from the coefficients: exactly, h over the geometric term of the very ray; or by the
-// shift-invariant approximation, the geometric term taken once per filter and pixel [Goesele 2003, appendix
+// Selects how radiance follows from the coefficients: exactly, with the geometric term of the ray itself, or
+// by the shift-invariant approximation, with one geometric term per filter and pixel [Goesele 2003, appendix
 // A].
 enum class Reconstruction : std::uint8_t { exact, approximate };
 
-// The geometry: everything but the numbers measured. Axis 0 is u and s, axis 1 is v and t. Lengths in metres.
+// The geometry of a light field. Axis 0 is u and s, axis 1 is v and t. Lengths are in metres.
 struct Rig {
     V2i views{1, 1};      // filter positions W_S, H_S
-    V2d spacing{0, 0};    // Δ between them, in S's coordinate: half the width of a bell
-    V2i pixels{1, 1};     // of one view's image, W_M, H_M
+    V2d spacing{0, 0};    // Δ between filters, in S's coordinate: half the width of a bell
+    V2i pixels{1, 1};     // W_M, H_M of one view's image
     V2d pixel{0, 0};      // size of a pixel, w_M, h_M, in M's coordinate
     double distance = 0;  // D, from S to M
-    V2i shift{0, 0};      // σ, τ: pixels by which the sensor moves from one view to the next (0: Setup B)
+    V2i shift{0, 0};      // σ, τ: pixels by which the sensor moves between views (0: Setup B)
     V3d centre{0, 0, 0};  // of S, in the frame of the lamp's file
-    PlaneCoordinate s_coordinate, m_coordinate;  // in which filters and pixels are even. Not with a shift
+    PlaneCoordinate s_coordinate, m_coordinate;  // in which filters and pixels are uniform; not with a shift
     FilterBasis filter_basis = FilterBasis::bell;
-    PixelBasis basis = PixelBasis::box;  // a hat not with a shift
+    PixelBasis basis = PixelBasis::box;  // hat: not with a shift
 
-    // Why this is no geometry, in words; empty if it is one.
+    // Says why this is not a valid geometry; empty if it is one.
     std::string fault() const;
     std::string fault_of_basis() const;
     std::size_t coefficients() const;  // W_S H_S W_M H_M
 
-    // Where E_mnkl lies among the coefficients.
+    // Returns the index of E_mnkl among the coefficients.
     std::size_t index(int m, int n, int k, int l) const {
         const auto z = [](int i) { return static_cast<std::size_t>(i); };
         return ((z(m) * z(views.y) + z(n)) * z(pixels.x) + z(k)) * z(pixels.y) + z(l);
     }
 
-    int intervals(int axis) const { return views[axis] + 1; }  // of S [Goesele 2003, appendix B: U_n, V_o]
+    int intervals(int axis) const { return views[axis] + 1; }  // of S: U_n, V_o [Goesele 2003, appendix B]
     int columns(int axis) const { return pixels[axis] + shift[axis]; }  // of M seen by one interval: S_p, T_q
-    // In S's coordinate: where filter i stands, and the lower edge of interval n, whose upper edge is that of
-    // n + 1.
+    // Return, in S's coordinate, the position of filter i and the lower edge of interval n; its upper edge is
+    // the lower edge of n + 1.
     double filter_x(int axis, int i) const { return (i - 0.5 * (views[axis] - 1)) * spacing[axis]; }
     double interval_edge_x(int axis, int n) const { return (n - 0.5 * (views[axis] + 1)) * spacing[axis]; }
-    // In M's coordinate: the lower edge of column p, as interval n of S numbers them.
+    // Returns, in M's coordinate, the lower edge of column p in the numbering of interval n of S.
     double column_edge_x(int axis, int n, int p) const {
         const double sensor = shift[axis] > 0 ? filter_x(axis, n - 1) : 0.0;
         return sensor + (p - 0.5 * pixels[axis]) * pixel[axis];
     }
-    // The same on the planes [m].
+    // As above, on the planes [m].
     double filter(int axis, int i) const { return s_coordinate.on_plane(filter_x(axis, i)); }
     double interval_edge(int axis, int n) const { return s_coordinate.on_plane(interval_edge_x(axis, n)); }
     double column_edge(int axis, int n, int p) const {
         return m_coordinate.on_plane(column_edge_x(axis, n, p));
     }
-    // Where a place on S lies among the intervals, and one on M among the columns of interval n: the whole
-    // part is the number, the rest how far across. Any number: places beside the planes too.
+    // Return the position of a point of S among the intervals, and of a point of M among the columns of
+    // interval n. The integer part is the number, the fraction the position across it; points beyond the
+    // planes are allowed.
     double intervals_to(int axis, double on_s) const {
         return (s_coordinate.of(on_s) - interval_edge_x(axis, 0)) / spacing[axis];
     }
     double columns_to(int axis, int n, double on_m) const {
         return (m_coordinate.of(on_m) - column_edge_x(axis, n, 0)) / pixel[axis];
     }
-    // How far the light of the outermost columns reaches beyond their edges, in pixels.
+    // Returns how far the basis of the outermost columns extends beyond their edges, in pixels.
     double overhang() const { return basis == PixelBasis::hat ? 0.5 : 0.0; }
-    // The outermost place on M that light passes as interval n sees it [m].
+    // Returns the outermost position on M that light of interval n passes [m].
     double m_edge(int axis, int n, bool upper) const {
         const double beyond = overhang() * pixel[axis];
         return m_coordinate.on_plane(upper ? column_edge_x(axis, n, columns(axis)) + beyond
                                            : column_edge_x(axis, n, 0) - beyond);
     }
-    // A = Δ_u Δ_v w_M h_M [m⁴]: the volume of a cell, in the planes' coordinates.
+    // A = Δ_u Δ_v w_M h_M [m⁴] is the volume of a cell in the planes' coordinates.
     double cell_volume() const { return spacing.x * spacing.y * pixel.x * pixel.y; }
-    // What turns a density in the coordinates into one on the planes.
+    // Returns the factor from a density in the coordinates to one on the planes.
     double slope(const V2d& on_s, const V2d& on_m) const {
         return s_coordinate.slope(on_s.x) * s_coordinate.slope(on_s.y) * m_coordinate.slope(on_m.x) *
                m_coordinate.slope(on_m.y);
     }
-    // g = D² / R⁴ [1/m²] [Goesele 2003, 3]; D > 0, so R > 0.
+    // g = D² / R⁴ [1/m²] [Goesele 2003, 3]. D > 0, so R > 0.
     double geometric_term(const V2d& on_s, const V2d& on_m) const {
         const double r2 = (on_m - on_s).length2() + distance * distance;
         return distance * distance / (r2 * r2);
     }
 };
 
-// A cell: one interval of S times one pixel of M.
+// A cell is one interval of S times one pixel of M.
 struct Cell {
     int n = 0, o = 0;  // along u, v
-    int p = 0, q = 0;  // along s, t, as the interval numbers them
+    int p = 0, q = 0;  // along s, t, in the interval's numbering
 };
 
-// The colour of a light field, if it is not one: beside the coefficients of Y those of X and Z, CIE 1931, in
-// the same basis, on the scale on which Y is the flux. All as a file holds them, halves times a power of 2.
+// Holds the colour of a light field of more than one colour: beside the coefficients of Y those of X and Z,
+// CIE 1931, in the same basis and on the scale on which Y is the flux. All are stored as in a file, as halves
+// times a power of 2.
 //
-// What particles are drawn by, and what LightField::coefficients() are, is not Y alone but
+// Particles are drawn by, and LightField::coefficients() are, not Y alone but
 //
 //     W = weight · (X, Y, Z)        weight_c = Ȳ / (number of channels · c̄)
 //
-// with the channels' sums X̄, Ȳ, Z̄: of the same flux as Y, and large wherever any channel is, so that no drawn
-// particle has to carry a colour many times its share. A blue chip has hardly any Y.
+// with the channel sums X̄, Ȳ, Z̄. W has the flux of Y and is large wherever any channel is, so that no
+// particle carries a colour many times its share. A blue chip, for example, has hardly any Y.
 struct ColourChannels {
     struct Pair {
-        half x, z;  // over the scales
+        half x, z;  // divided by the scales
     };
-    HugeVector<Pair> pairs;  // of each coefficient; empty: the field has one colour
+    HugeVector<Pair> pairs;  // one per coefficient; empty: the field has one colour
     double scale_x = 1, scale_z = 1;
     V3d weight{0, 1, 0};
 };
 
-// How far the irradiance that a field casts on a plane is from the lamp's, in cells as fine as the rays tell
+// Estimates the error of the irradiance that a field casts on a plane, over cells as fine as the rays resolve
 // (measurement/held_out.h).
 struct PlaneError {
     double distance;  // of the plane from S [m]; INFINITY: by direction
-    double squared = 0;  // expected ∫ (difference)² over ∫ irradiance². An estimate: noise may put it below 0
-    double counts = 0;  // for comparison, a root: the noise that counting all rays into these cells has
+    double squared =
+        0;  // expected ∫ (difference)² over ∫ irradiance²; an estimate, which noise may make negative
+    double counts = 0;  // for comparison, the relative noise (a root) of counting all rays in these cells
     double relative() const { return std::sqrt(std::max(0.0, squared)); }
 };
 
 struct LightFieldInfo {
-    // Of all its light: linear sRGB of luminance 1, with negative components outside its gamut; the
-    // coefficients are luminance.
+    // The colour of all its light in linear sRGB with luminance 1; components are negative outside the gamut.
+    // The coefficients are luminance.
     Rgb colour{1.0F};
     FluxUnit unit = FluxUnit::watt;
     std::string provenance;
     double captured = 0;         // flux that the field holds, in its unit: flux() when it was made
-    double missed = 0;           // flux of the lamp that it does not hold
+    double missed = 0;           // flux of the lamp that the field does not hold
     double lumens_per_watt = 0;  // luminous efficacy of the radiation of a field in watts; 0: not known
-    // content_hash() of the lamp that this is a bootstrap replicate of (measurement/ray_bootstrap.h); 0: of
+    // content_hash() of the lamp of which this is a bootstrap replicate (measurement/ray_bootstrap.h); 0:
     // none.
     std::uint64_t replicate_of = 0;
-    // Of a field made of rays, by rays that were held out from all choices of its resolution; else none.
+    // For a field made from rays, errors measured with rays that were held out from all choices of its
+    // resolution.
     std::vector<PlaneError> errors;
 };
 
 class LightField {
   public:
-    // Coefficients E[m][n][k][l], l fastest, in flux unit per m⁴, all finite. Throws InputError if the
-    // geometry is none, the number of coefficients is wrong or one is not finite (naming its view and pixel).
+    // Coefficients E[m][n][k][l], l fastest, are in flux unit per m⁴ and finite. Throws InputError if the
+    // geometry is invalid, the number of coefficients is wrong or one is not finite (naming its view and
+    // pixel).
     LightField(const Rig& rig, const std::vector<float>& coefficients, LightFieldInfo info = {});
 
-    // A field of several colours: coefficients of Y, as above, and of X and Z. They are rounded to what a
-    // file holds; a file says by which weights W is made of them. Throws InputError as above, and if the flux
-    // of Y is not positive.
+    // Makes a field of several colours from coefficients of Y, as above, and of X and Z. They are rounded to
+    // what a file holds. `weight` are the weights of W, if a file states them. Throws InputError as above,
+    // and if the flux of Y is not positive.
     LightField(const Rig& rig, const std::vector<float>& x, const std::vector<float>& y,
                const std::vector<float>& z, LightFieldInfo info = {}, std::optional<V3d> weight = {});
 
-    // The same field under another description.
+    // Returns the same field with another description.
     LightField with(LightFieldInfo info) && {
         info_ = std::move(info);
         return std::move(*this);
@@ -227,16 +232,16 @@ class LightField {
 
     const Rig& rig() const { return rig_; }
     const LightFieldInfo& info() const { return info_; }
-    // E: of Y, the luminance, or of W if the field is coloured.
+    // Returns E: the coefficients of Y, the luminance, or of W if the field is coloured.
     std::span<const float> coefficients() const { return coefficients_; }
     bool coloured() const { return !colour_.pairs.empty(); }
     const ColourChannels& colour_channels() const { return colour_; }
-    // X (0), Y (1) or Z (2) alone, as a field of one colour; of one that is not coloured, Y is itself and X
-    // and Z follow from info().colour.
+    // Returns X (0), Y (1) or Z (2) alone, as a field of one colour. Without colour channels, Y is the field
+    // itself, and X and Z follow from info().colour.
     LightField channel(int c) const;
-    // Of all its light, CIE XYZ with Y = 1.
+    // Returns the CIE XYZ of all its light, with Y = 1.
     V3d xyz() const;
-    // 0 outside the views and outside a view's image.
+    // Returns 0 outside the views and outside a view's image.
     float coefficient(int m, int n, int k, int l) const {
         const auto in = [](int i, int size) {
             return static_cast<unsigned>(i) < static_cast<unsigned>(size);
@@ -246,12 +251,12 @@ class LightField {
         return coefficients_[rig_.index(m, n, k, l)];
     }
 
-    // A Σ E: the measured flux, negative coefficients included.
+    // Returns A Σ E: the measured flux, negative coefficients included.
     double flux() const;
-    // ∫ max(0, h): what particles drawn from the field carry. At least flux().
+    // Returns ∫ max(0, h), the flux that particles drawn from the field carry. It is at least flux().
     double clamped_flux(const Workers& workers) const;
 
-    // The four coefficients over a cell; those of missing views and pixels are 0.
+    // Returns the four coefficients over a cell; those of missing views and pixels are 0.
     BellCell members(const Cell& cell) const {
         const int k[2] = {cell.p, cell.p - rig_.shift.x};
         const int l[2] = {cell.q, cell.q - rig_.shift.y};
@@ -263,40 +268,40 @@ class LightField {
         return c;
     }
 
-    // X and Z over a cell, as members() of W.
+    // Holds the coefficients of X and Z over a cell, as members() does those of W.
     struct ColourCell {
         BellCell x, z;
     };
     ColourCell colour_members(const Cell& cell) const;
-    // Calls visit(cell, x, y, weight) for the one to four pixels whose basis holds the ray, with the place
-    // (x, y) within the cell's interval: h is Σ weight · members(cell).value(x, y), before the clamp, per m⁴
-    // of the planes. None if the ray misses S or M.
+    // Calls visit(cell, x, y, weight) for the one to four pixels whose basis covers the ray, with its
+    // position (x, y) within the cell's interval. h is Σ weight · members(cell).value(x, y) before clamping,
+    // per m⁴ of the planes. Makes no call if the ray misses S or M.
     template <typename Visit>
     void for_each_pixel(const V2d& on_s, const V2d& on_m, Visit&& visit) const;
 
-    // h, each pixel's part clamped at 0 [flux unit / m⁴]; 0 for rays that miss S or M. The only clamp.
+    // Returns h with each pixel's term clamped at 0 [flux unit / m⁴]; rays that miss S or M give 0.
     float flux_density(const V2d& on_s, const V2d& on_m) const;
-    // flux_density / g [flux unit / (m² sr)].
+    // Returns flux_density / g [flux unit / (m² sr)].
     float radiance(const V2d& on_s, const V2d& on_m) const;
-    // The same with g taken once per filter and pixel, between their centres, so that it does not depend on
-    // where within them the ray passes [Goesele 2003, appendix A]. Its relative error is that of g: for a
-    // filter of width W about W/D at most, at 45°, where only one filter is seen; an eighth of that where
-    // neighbours overlap.
+    // As radiance(), with g taken once per filter and pixel, between their centres, so that it does not
+    // depend on where the ray passes within them [Goesele 2003, appendix A]. The relative error is that of g:
+    // for a filter of width W at most about W/D, at 45°, where only one filter is seen, and an eighth of that
+    // where neighbours overlap.
     float approximate_radiance(const V2d& on_s, const V2d& on_m) const;
-    // What radiance() is multiplied by for a reconstruction; 0 where there is none.
+    // Returns the ratio of a reconstruction's radiance to radiance(); 0 where it is undefined.
     float over_exact(Reconstruction reconstruction, const V2d& on_s, const V2d& on_m) const;
 
   private:
-    // Where a ray passes: its interval of S, and the one or two pixels of M per axis whose basis holds it.
+    // Locates a ray: its interval of S, and the one or two pixels of M per axis whose basis covers it.
     struct Place {
         int interval[2];
-        float within[2];  // of the interval
-        int column[2];    // the lower of the pixels, which may be -1
-        float upper[2];   // the basis of the next higher pixel there; the lower one's is the rest of 1
+        float within[2];  // position within the interval
+        int column[2];    // lower of the pixels, which may be -1
+        float upper[2];   // basis value of the next higher pixel; the lower one's is 1 minus it
     };
     std::optional<Place> place_of(const V2d& on_s, const V2d& on_m) const;
 
-    // Of Y: from W less the others' part.
+    // Recovers Y from W by subtracting the terms of X and Z.
     float luminance_of(std::size_t coefficient) const;
 
     Rig rig_;
@@ -322,24 +327,25 @@ void LightField::for_each_pixel(const V2d& on_s, const V2d& on_m, Visit&& visit)
     }
 }
 
-// What a file holds of coefficients: halves times a power of 2. `scale` brings the largest magnitude into
-// (512, 1024]; writing and reading again changes neither it nor the numbers any more.
+// A file stores coefficients as halves times a power of 2. `scale` brings the largest magnitude into (512,
+// 1024]; writing and reading again changes neither it nor the coefficients.
 double storage_scale(std::span<const float> coefficients);
 inline half stored_half(float coefficient, double scale) {
-    return half(static_cast<float>(double{coefficient} / scale));  // a power of 2: exact but for underflow
+    return half(static_cast<float>(double{coefficient} /
+                                   scale));  // dividing by a power of 2 is exact but for underflow
 }
 inline float from_stored(half stored, double scale) {
     return static_cast<float>(static_cast<double>(static_cast<float>(stored)) * scale);
 }
 
-// A name for the numbers and the geometry, as a file holds them: a field in memory and the one that is read
-// back from its file have the same. Others differ, for all that can be expected.
+// Hashes the coefficients and the geometry as a file holds them, so that a field in memory and the same field
+// read from its file have equal hashes.
 std::uint64_t content_hash(const LightField& field);
-// Adds the numbers of a rig's planes to a hash: all but where its centre lies.
+// Adds a rig's numbers to a hash, except for the position of its centre.
 void add_planes(WordHash& hash, const Rig& rig);
 
-// One OpenEXR image, an atlas of the views with v and t upwards: half coefficients times the attribute
-// "scale". Throws InputError naming file and cause.
+// The format is one OpenEXR image, an atlas of the views with v and t upwards: half coefficients times the
+// attribute "scale". Throws InputError naming file and cause.
 void write_light_field(const std::filesystem::path& file, const LightField& field);
 LightField read_light_field(const std::filesystem::path& file);
 

@@ -1,13 +1,13 @@
-// The light field's file: one OpenEXR image that any viewer shows.
+// The light field's file: one OpenEXR image, which any viewer shows.
 //
 // The image is an atlas: view (m, n) fills the W_M by H_M pixels in column m and, counted from the bottom,
-// row n; within a view t grows upwards too. The channel Y holds E / scale in half floats, with scale a power
+// row n; t, too, grows upwards within a view. The channel Y holds E / scale as halves. The scale is a power
 // of 2 that puts the largest magnitude in (512, 1024], so that a half's 11 bits hold every coefficient that
-// matters; coloured fields have the channels X and Z besides, each with a scale of its own. All else is in
+// matters. Coloured fields also have channels X and Z, each with its own scale. Everything else is in
 // attributes whose names begin with "lightfield".
 //
-// A lamp of several slabs is a multi-part file: each part is such an image, and says which way its slab
-// looks, how many slabs there are, and where the lamp's box is.
+// A lamp of several slabs is a multi-part file. Each part is such an image with its slab's axes, the number
+// of slabs and the lamp's box.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFloatVectorAttribute.h>
@@ -44,11 +44,11 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kVersionName = "lightfieldVersion";
-// Of each plane: its distance from S, the square of the error, what counting leaves of noise (PlaneError).
+// For each plane: its distance from S, the squared error, and the noise of counting (PlaneError).
 constexpr const char* kErrorsName = "lightfieldHeldOutErrors";
 constexpr const char* kReplicateName = "lightfieldReplicateOf";
-// Version 1 has even boxes alone; whatever it can say is written in it, for programs that know no other.
-// A slab of a lumigraph has version 3, which is 2 and the slab's orientation.
+// Version 1 has uniform boxes only and is written whenever it suffices, for programs that know no other. A
+// slab of a lumigraph has version 3, which is version 2 plus the slab's orientation.
 constexpr int kEvenBoxes = 1, kVersion = 2, kOfSlab = 3;
 struct NamedBasis {
     FilterBasis filter;
@@ -66,13 +66,13 @@ const char* basis_name(const Rig& rig) {
     const auto* const found = std::find_if(std::begin(kBases), std::end(kBases), [&](const NamedBasis& b) {
         return b.filter == rig.filter_basis && b.pixel == rig.basis;
     });
-    return found->name;  // all pairs are there
+    return found->name;  // the list is complete
 }
 bool is_even(const Rig& rig) {
     return rig.s_coordinate.c == 0 && rig.m_coordinate.c == 0;
 }
 
-// Where coefficient (m, n, k, l) lies in the atlas.
+// Maps coefficients (m, n, k, l) to the atlas.
 struct Atlas {
     const Rig& rig;
     std::size_t width() const {
@@ -82,7 +82,7 @@ struct Atlas {
         return static_cast<std::size_t>(rig.views.y) * static_cast<std::size_t>(rig.pixels.y);
     }
 
-    // Calls visit(index of the coefficient, index of the pixel) for all, coefficient by coefficient.
+    // Calls visit(index of the coefficient, index of the pixel) for all, in the order of the coefficients.
     template <typename Visit>
     void for_each(Visit&& visit) const {
         std::size_t i = 0;
@@ -155,7 +155,7 @@ Imf::Header make_header(const LightField& field, const V3d& scale) {
     return header;
 }
 
-// The value of an attribute that must be there, with this type.
+// Returns the value of an attribute. Throws InputError if it is missing or of another type.
 template <typename Attribute>
 auto required(const Imf::Header& header, const char* name) {
     const auto* found = header.findTypedAttribute<Attribute>(name);
@@ -210,7 +210,7 @@ LightFieldInfo read_info(const Imf::Header& header) {
     info.unit = unit == "W" ? FluxUnit::watt : FluxUnit::lumen;
     const auto colour = required<Imf::V3fAttribute>(header, "lightfieldColour");
     info.colour = {colour.x, colour.y, colour.z};
-    // The sRGB components of the blue at the visible range's end are some thousands per luminance.
+    // The sRGB components of blue at the end of the visible range are some thousands per luminance.
     constexpr float kMost = 1e5F;
     const Rgb& c = info.colour;
     if (!is_finite(c) || std::max({std::fabs(c.x), std::fabs(c.y), std::fabs(c.z)}) > kMost ||
@@ -254,7 +254,7 @@ LightFieldInfo read_info(const Imf::Header& header) {
     return info;
 }
 
-// Y, and the others if there are any.
+// Returns Y, and X and Z if there are any.
 std::vector<const char*> channel_names(const Imf::Header& header) {
     if (header.channels().findChannel("X") == nullptr && header.channels().findChannel("Z") == nullptr)
         return {"Y"};
@@ -269,16 +269,17 @@ double read_scale(const Imf::Header& header, const char* name) {
     return scale;
 }
 
-// Can a file of that size hold so many coefficients?
+// Throws InputError unless a file of that size can hold that many coefficients.
 void require_packed(std::size_t coefficients, std::uintmax_t file_bytes) {
-    constexpr std::uintmax_t kBestCompression = 1 << 12;  // coefficients per byte: far above what ZIP reaches
+    constexpr std::uintmax_t kBestCompression = 1 << 12;  // coefficients per byte, far above what ZIP reaches
     if (coefficients / kBestCompression > file_bytes) {
         throw InputError(fmt::format("damaged light field: {} coefficients in a file of {} bytes",
                                      coefficients, file_bytes));
     }
 }
 
-// Is there an image of the atlas's size, and can the file hold it? A lying header must not make us allocate.
+// Throws InputError unless the image has the atlas's size and the file can hold it, so that a false header
+// causes no allocation.
 void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file_bytes) {
     const Imath::Box2i window = header.dataWindow();
     const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
@@ -298,7 +299,7 @@ void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file
     }
 }
 
-// A field's version; InputError for an image that is none, and for one that this program does not know.
+// Returns a field's version. Throws InputError for other images and unknown versions.
 int read_version(const Imf::Header& header) {
     if (header.findTypedAttribute<Imf::IntAttribute>(kVersionName) == nullptr) {
         throw InputError(
@@ -312,14 +313,14 @@ int read_version(const Imf::Header& header) {
     return version;
 }
 
-// The field in a file, or in a part of one.
+// Reads the field in a file, or in one part of it.
 template <typename In>
 LightField read_field(In& in, const Imf::Header& header, int version, std::uintmax_t file_bytes) {
     const Rig rig = read_rig(header, version);
     LightFieldInfo info = read_info(header);
     check_window(header, rig, file_bytes);
     const std::vector<const char*> names = channel_names(header);
-    // The images, their coefficients in their order, and the field's own.
+    // Counts the images, their coefficients in order, and the field's own.
     require_memory(bytes_of(rig.coefficients(), (2 * names.size() + 2) * sizeof(float)),
                    fmt::format("a light field of {} coefficients", rig.coefficients()),
                    "use fewer coefficients");
@@ -360,7 +361,7 @@ LightField read_single_field(const std::filesystem::path& file) {
     return read_field(in, in.header(), version, std::filesystem::file_size(file));
 }
 
-// What each part of a lumigraph says of the whole.
+// Holds what each part of a lumigraph states about the lamp.
 struct SlabHeader {
     SlabAxes axes;
     int slabs = 0;
@@ -380,7 +381,7 @@ SlabHeader read_slab_header(const Imf::Header& header) {
     return slab;
 }
 
-// Parts' headers agree on the whole.
+// Reads the parts of a lumigraph and checks that their headers agree.
 class SlabReader {
   public:
     SlabReader(int parts, std::uintmax_t file_bytes) : parts_(parts), bytes_(file_bytes) {}
@@ -401,7 +402,7 @@ class SlabReader {
             throw InputError("damaged light field: its parts say that the lamp's box is in different places");
         box_ = slab.box;
         slabs_.push_back({slab.axes, read_field(in, header, version, bytes_)});
-        // Together, too, they are no more than the file can hold.
+        // The file must also be able to hold all coefficients together.
         coefficients_ += slabs_.back().field.rig().coefficients();
         require_packed(coefficients_, bytes_);
     }
@@ -435,7 +436,7 @@ Lumigraph read_slabs(const std::filesystem::path& file) {
     return std::move(reader).finish();
 }
 
-// Errors get the file's name.
+// Adds the file's name to errors.
 template <typename Read>
 auto reading(const std::filesystem::path& file, Read&& read) {
     require_readable(file);
@@ -451,7 +452,7 @@ auto reading(const std::filesystem::path& file, Read&& read) {
     }
 }
 
-// The images of a field as a file holds them: halves of each channel, in the order of the atlas.
+// Holds a field's images as a file stores them: halves of each channel, in the order of the atlas.
 struct Images {
     std::vector<const char*> names;
     std::vector<std::vector<half>> pixels;
@@ -482,7 +483,8 @@ struct Images {
     }
 };
 
-// write(stream), into a stream of our own: OpenEXR writes the last part where it cannot say that it failed.
+// Calls write(stream) with our own stream, because OpenEXR writes the last bytes where it cannot report
+// failure.
 template <typename Write>
 void write_exr_stream(const std::filesystem::path& file, Write&& write) {
     replace_file(file, [&](const std::filesystem::path& temporary) {
@@ -491,7 +493,7 @@ void write_exr_stream(const std::filesystem::path& file, Write&& write) {
             Imf::StdOFStream named(stream, temporary.c_str());
             write(named);
         }
-        stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if it has failed already
+        stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if the stream has already failed
         stream.close();
     });
 }
@@ -528,7 +530,7 @@ void write_lumigraph(const std::filesystem::path& file, const Lumigraph& lamp) {
         header.setType(Imf::SCANLINEIMAGE);
         headers.push_back(header);
     }
-    // All parts of a file have one display window: that of the largest.
+    // All parts of a file share one display window: that of the largest.
     Imath::Box2i display;
     for (const Imf::Header& header : headers) display.extendBy(header.dataWindow());
     for (Imf::Header& header : headers) header.displayWindow() = display;

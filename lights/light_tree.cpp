@@ -14,13 +14,14 @@ namespace {
 
 constexpr float kBelowOne = 0x1.fffffep-1F;
 constexpr int kBuckets = 12;
-constexpr int kDeepest = 60;  // turns of a way fit 64 bits; below, splits are by halves
+constexpr int kDeepest = 60;  // the turns of a path fit 64 bits; splits near this depth are by halves
 
 V3f middle(const Box3f& box) {
     return 0.5F * (box.min + box.max);
 }
 
-// The solid angle over which the lights of a bound shine, as [Conty Estevez and Kulla 2018, (1)] weighs it.
+// Returns the solid angle over which the lights of a bound shine, weighted as in [Conty Estevez and Kulla
+// 2018, (1)].
 double orientation_measure(const LightBounds& b) {
     const double o = double{b.theta_o};
     const double w = std::min(o + double{b.theta_e}, kPiD);
@@ -28,7 +29,7 @@ double orientation_measure(const LightBounds& b) {
            kPiD / 2 * (2 * w * std::sin(o) - std::cos(o - 2 * w) - 2 * o * std::sin(o) + std::cos(o));
 }
 
-// Half the surface; a flat or point-like box keeps some, so that its power counts.
+// Returns half the surface area; a flat or point-like box is widened, so that its power counts.
 double area_measure(const Box3f& box, float least_side) {
     const V3d d(box.size());
     const double x = std::max(d.x, double{least_side}), y = std::max(d.y, double{least_side}),
@@ -46,9 +47,9 @@ struct LightTree::Building {
     };
     LightTree& tree;
     std::vector<Item> items;
-    float least_side = 0;  // of a box in the cost
+    float least_side = 0;  // minimum side of a box in the cost
 
-    // Nodes are laid out first child first. The bounds of all of them.
+    // Lays out the nodes with the first child directly behind its parent. Returns the bounds of all items.
     LightBounds build(std::size_t begin, std::size_t end, std::uint64_t turns, int depth) {
         const auto at = tree.nodes_.size();
         if (end - begin == 1) {
@@ -72,7 +73,7 @@ struct LightTree::Building {
         return double{b.power} * orientation_measure(b) * area_measure(b.box, least_side);
     }
 
-    // Cuts the longest side of the boxes' centres where the sum of the two costs is least [Conty Estevez and
+    // Cuts the longest axis of the boxes' centres where the sum of the two costs is least [Conty Estevez and
     // Kulla 2018, 4.2].
     std::size_t split(std::size_t begin, std::size_t end, int depth) {
         const std::size_t half = begin + (end - begin) / 2;
@@ -80,12 +81,12 @@ struct LightTree::Building {
         for (std::size_t i = begin; i < end; ++i) centres.extendBy(middle(items[i].bounds.box));
         const unsigned axis = centres.majorAxis();
         const float from = centres.min[axis], width = centres.max[axis] - from;
-        if (!(width > 0)) return half;  // all at one place
+        if (!(width > 0)) return half;  // all centres coincide
         const auto place = [&](const Item& item) { return middle(item.bounds.box)[axis]; };
         const auto bucket = [&](const Item& item) {
             return std::min(static_cast<int>(kBuckets * ((place(item) - from) / width)), kBuckets - 1);
         };
-        // Deep down, only as deep as halves go: 2^31 lights in 31 levels.
+        // Deep in the tree, splits by halves limit the depth: 2^31 lights need only 31 more levels.
         if (depth < kDeepest - 32) {
             const int cut = cheapest_cut(begin, end, bucket);
             const auto found = std::stable_partition(items.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -139,7 +140,8 @@ LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights)
             (light.is_delta() ? suns_ : beside_).push_back(i);
             continue;
         }
-        // Shares of the whole, so that neither tiny nor huge powers leave float32; no light is lost to it.
+        // Powers are relative to the total, so that neither tiny nor huge ones leave the range of float32;
+        // the minimum keeps every light.
         const auto share = [&](double of_light) {
             return std::max(static_cast<float>(of_light * light.power() / total), 1e-30F);
         };
@@ -182,7 +184,8 @@ float LightTree::importance(const Node& node, const V3f& x, const V3f& n) const 
 float LightTree::first_child_probability(std::uint32_t node, const V3f& x, const V3f& n) const {
     const float first = importance(nodes_[node + 1], x, n);
     const float second = importance(nodes_[nodes_[node].next], x, n);
-    // Both 0: neither can send anything; -1 says so. Neither can overflow: shares of power, over 1e-30.
+    // If both are 0, neither can send anything, which -1 tells. The sum does not overflow, because the powers
+    // are shares of the total, and divisors are at least 1e-30.
     return first + second > 0 ? first / (first + second) : -1.0F;
 }
 
@@ -190,7 +193,7 @@ std::optional<LightTree::Pick> LightTree::pick(const V3f& x, const V3f& n, float
     const float down = tree_share();
     if (!(u < down)) {
         if (beside_.empty()) return std::nullopt;
-        const float rest = (u - down) / (1 - down);  // beside_ is not empty: down < 1
+        const float rest = (u - down) / (1 - down);  // beside_ is not empty, so down < 1
         const auto count = static_cast<float>(beside_.size());
         const auto i = std::min(static_cast<std::size_t>(rest * count), beside_.size() - 1);
         return Pick{beside_[i], kNoCell, (1 - down) / count};
@@ -249,8 +252,7 @@ LightPicker::LightPicker(std::span<const std::unique_ptr<Light>> lights) {
 std::optional<LightPicker::Pick> LightPicker::pick(const Cdf& lights, float u) {
     if (!(lights.total() > 0)) return std::nullopt;
     const Cdf::Draw draw = lights.draw(u);
-    // A light too weak for float32 beside the others would be picked with probability 0: then it is not
-    // picked.
+    // A light too weak beside the others would have probability 0 in float32, so it is not picked.
     const auto probability = static_cast<float>(draw.probability);
     if (!(probability > 0)) return std::nullopt;
     return Pick{static_cast<std::uint32_t>(draw.item), probability, draw.remainder};

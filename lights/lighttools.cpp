@@ -1,6 +1,6 @@
 // LightTools binary ray files (.ray): a header of 44 bytes, rows of seven or eight floats, an end mark.
 //
-// The header states no number of rays: they reach to the end mark, which must be where the file ends.
+// The header states no number of rays: they extend to the end mark, which must be at the end of the file.
 #include <array>
 
 #include "engine/colour/spectrum.h"
@@ -13,7 +13,7 @@ constexpr std::uint64_t kLightToolsHeaderBytes = 44;
 constexpr char kEndMark[] = "LTRFEND";
 constexpr std::uint64_t kEndBytes = sizeof kEndMark - 1;
 constexpr std::size_t kLightToolsFlux = 6, kLightToolsWavelength = 7;
-// Number 0 is the length unit of the model that the file came from, which the file does not name.
+// Unit 0 is the length unit of the model that the file came from, which the file does not name.
 constexpr NamedUnit kLightToolsUnits[] = {{"the model's, assumed to be mm", 1e-3F},
                                           {"mm", 1e-3F},
                                           {"cm", 0.01F},
@@ -26,7 +26,7 @@ constexpr NamedUnit kLightToolsUnits[] = {{"the model's, assumed to be mm", 1e-3
 struct LightToolsHeader {
     double flux = 0;
     float metres = 1;
-    bool per_ray = false;  // a wavelength in each row
+    bool per_ray = false;  // each row has a wavelength
     FluxUnit unit = FluxUnit::watt;
 };
 
@@ -60,7 +60,7 @@ LightToolsHeader read_lighttools_header(RaySource& source, Monitor& monitor) {
     return h;
 }
 
-// Rows between the header and the end mark.
+// Returns the number of rows between the header and the end mark.
 std::uint64_t count_rows(const RaySource& source, std::size_t floats) {
     const std::uint64_t row_bytes = floats * sizeof(float);
     if (source.left() < kEndBytes || (source.left() - kEndBytes) % row_bytes != 0) {

@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace {
 
-constexpr double kOrthonormal = 1e-9;  // how far lengths, angles may be off: a file holds doubles
+constexpr double kOrthonormal = 1e-9;  // tolerance of lengths and angles; a file holds doubles
 
 constexpr const char* kSideNames[] = {"+z", "-z", "+x", "-x", "+y", "-y"};
 
@@ -32,7 +32,7 @@ std::string SlabAxes::fault() const {
 }
 
 SlabAxes SlabAxes::facing(int side) {
-    // Turned by whole quarters: u stays horizontal, and looking at the lamp v is up (along the lamp's +z).
+    // The axes are turned by quarters: u stays horizontal, and v points up as seen towards the lamp (its +z).
     switch (side) {
         case 0:
             return {};
@@ -57,7 +57,7 @@ std::string SlabAxes::name() const {
 }
 
 SlabShares::SlabShares(std::vector<V3d> normals) : normals_(std::move(normals)) {
-    // With normals in one plane at most there are directions which none of them is near.
+    // Without three independent normals, some directions are far from all of them.
     bool space = false;
     for (const V3d& a : normals_) {
         for (const V3d& b : normals_) {
@@ -160,7 +160,7 @@ std::uint64_t content_hash(const Lumigraph& lamp) {
     if (lamp.simple()) return content_hash(lamp.slabs()[0].field);
     WordHash hash;
     const auto add = [&hash](const V3d& p) {
-        for (int a = 0; a < 3; ++a) hash.add(p[a] == 0 ? 0.0 : p[a]);  // one zero
+        for (int a = 0; a < 3; ++a) hash.add(p[a] == 0 ? 0.0 : p[a]);  // -0 hashes as 0
     };
     for (const Slab& slab : lamp.slabs()) {
         hash.add(content_hash(slab.field));

@@ -6,8 +6,8 @@
 namespace lucerna {
 namespace {
 
-// A cylinder of the length `along` whose elliptic cross-section has the sizes a and b, seen along a direction
-// with the cosine w_along to its axis and w_a and w_b to those of the ellipse.
+// Returns the projected area of a cylinder of length `along` whose elliptic cross-section has sizes a and b.
+// w_along, w_a and w_b are the direction's cosines to its axis and to the ellipse's axes.
 double cylinder(double along, double a, double b, double w_along, double w_a, double w_b) {
     return kPiD / 4 * a * b * std::fabs(w_along) + along * std::hypot(b * w_a, a * w_b);
 }

@@ -1,9 +1,8 @@
-// The luminous opening of a luminaire: the body that a photometric file states its light to come from.
+// The luminous opening of a luminaire: the body from which a photometric file states its light to come.
 //
-// Luminance from afar is intensity over the area of the opening as it is seen: CIE 117's UGR needs it. All
-// shapes of LM-63 and EULUMDAT are one of five bodies with three sizes, along C0-C180 (x), along C90-C270 (y)
-// and in height (z); a flat opening is a body with a size of 0. With w the unit direction in which it is
-// seen:
+// Luminance from afar is intensity over the projected area of the opening, which CIE 117's UGR needs. All
+// shapes of LM-63 and EULUMDAT are one of five bodies with three sizes: along C0-C180 (x), along C90-C270 (y)
+// and in height (z). A flat opening has a size of 0. Along the unit direction w, the projected areas are:
 //
 //     box                 X Y |w_z| + Y Z |w_x| + X Z |w_y|
 //     cylinder along z    π/4 X Y |w_z| + Z √((Y w_x)² + (X w_y)²)             along x and y alike
@@ -19,9 +18,9 @@
 
 namespace lucerna {
 
-// The luminous part of a luminaire is the smallest solid angle from which this share of its light comes, over
-// the share: all of an even luminaire, but not the faint light around it, which a measured lamp's field
-// smears over a cell or two and a housing scatters.
+// The luminous part of a luminaire is the smallest solid angle that holds this share of its light, divided by
+// the share. For an even luminaire that is all of it. The faint light around it is left out, which the
+// housing scatters and a measured lamp's field blurs over a cell or two.
 inline constexpr double kLuminousShare = 0.9;
 
 struct LuminousOpening {
@@ -37,22 +36,22 @@ struct LuminousOpening {
     LuminousOpening() = default;
     LuminousOpening(Shape body, const V3d& sizes)
         : shape(body), size(sizes), side_heights{sizes.z, sizes.z, sizes.z, sizes.z} {}
-    // A box or an upright cylinder whose sides that face C0, C90, C180 and C270 shine over different heights.
-    // Between these planes a cylinder's height is weighted by the squares of the direction's cosines.
+    // Makes a box or an upright cylinder whose sides facing C0, C90, C180 and C270 shine over different
+    // heights. Between these planes, a cylinder's height is weighted by the squared cosines of the direction.
     LuminousOpening(Shape body, double along_c0, double along_c90, const std::array<double, 4>& heights);
 
-    // m², as it is seen along w (unit, in the lamp's frame, away from the lamp).
+    // Returns the projected area along w (unit, in the lamp's frame, away from the lamp) [m²].
     double projected_area(const V3d& w) const;
-    // The least and the largest projected area over both directions of the three axes. The largest is 0 if no
-    // opening is stated or if it is a line.
+    // Returns the least and the largest projected area over both directions of the three axes. The largest is
+    // 0 if no opening is stated or if it is a line.
     std::pair<double, double> faces() const;
     bool flat() const;  // a size is 0
-    // "disc", "box", "upright elliptic cylinder" …
+    // Returns "disc", "box", "upright elliptic cylinder" …
     std::string_view name() const;
 
     Shape shape = Shape::box;
-    V3d size{0, 0, 0};  // metres: along C0-C180, along C90-C270, height (the mean of the sides')
-    std::array<double, 4> side_heights{};  // metres: of the sides that face C0, C90, C180, C270
+    V3d size{0, 0, 0};                     // metres: along C0-C180, along C90-C270, height (the sides' mean)
+    std::array<double, 4> side_heights{};  // metres, of the sides facing C0, C90, C180, C270
 };
 
 }  // namespace lucerna

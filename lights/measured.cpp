@@ -14,36 +14,36 @@
 namespace lucerna {
 namespace {
 
-constexpr std::uint64_t kMostCells = 4'000'000'000U;  // CellId keeps its largest numbers for other things
+constexpr std::uint64_t kMostCells = 4'000'000'000U;  // CellId reserves its largest values
 
-// A line of a slab's field: its point of S, and the way from there to a point elsewhere on it, which lies
-// behind S if way.z < 0. The slab's frame, from the centre of S.
+// A line of a slab's field: its point of S, and the vector from there to another point on it, which lies
+// behind S if way.z < 0. The frame is the slab's, with its origin at the centre of S.
 struct Line {
     V2d on_s;
     V3d way;
-    int n = 0, o = 0;  // the interval of S
+    int n = 0, o = 0;  // interval of S
 };
 
-// What a line carries, in the scene: the same flux through lengths that are `scale` times as long.
+// Radiance along a line in the scene is scale times colour; the scene's lengths change `scale`, not the flux.
 struct Radiance {
     double scale = 0;
     Rgb colour{0};
     bool any() const { return scale > 0 && luminance(colour) > 0; }
 };
 
-// Parts are blocks of intervals, so large that there are at most so many across S: finer ones would be more
-// than a few dozen photons can tell apart.
+// Parts are blocks of intervals, at most this many across S; a few dozen photons could not resolve finer
+// ones.
 constexpr int kPartsAcross = 16;
 
-// One slab of the lamp, in the scene. Stays where it is: what it is made of refers to each other.
+// One slab of the lamp, placed in the scene. It must not move, because its members refer to each other.
 class PlacedSlab {
   public:
     struct Flux {
-        double lamp;   // of all that leaves the lamp [field's unit]
-        double share;  // of it, what leaves by this slab; 0: a dark one
+        double lamp;   // total flux of the lamp [field's unit]
+        double share;  // the slab's share of it; 0: a dark slab
     };
 
-    // `first`: the number of its first cell among those of all slabs.
+    // `first` is the number of its first cell among those of all slabs.
     PlacedSlab(LightField field, CellTable table, const M44d& world_from_slab,
                const MeasuredSettings& settings, const Flux& flux, CellId first, const Workers& workers)
         : field_(std::move(field)),
@@ -52,7 +52,7 @@ class PlacedSlab {
           placement_(world_from_slab, field_.rig().centre, {settings.file.string()}),
           share_(flux.share),
           gain_(flux.share > 0 ? flux.lamp * flux.share / table_.flux()
-                               : 0.0),  // the caller saw to it: a share of the flux has a table of some
+                               : 0.0),  // a slab with a share of the flux has a table with flux
           extent_(static_cast<float>(
               std::sqrt(placement_.scale2()) * 2 *
               std::max(-field_.rig().interval_edge(0, 0), -field_.rig().interval_edge(1, 0)))),
@@ -70,7 +70,7 @@ class PlacedSlab {
     const LightField& field() const { return field_; }
     const FieldColour& colour() const { return colour_; }
     const Placement& placement() const { return placement_; }
-    // Particles from where their lines pass S.
+    // Draws particles at the points where their lines pass S.
     void emit(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const {
         emission_.sample_Le_many(u, out);
         if (reconstruction_ != Reconstruction::exact) reconstruct(out);
@@ -82,19 +82,19 @@ class PlacedSlab {
     std::optional<Cell> cell(CellId id) const { return holds(id) ? table_.cell(id - first_) : std::nullopt; }
     CellId first() const { return first_; }
 
-    // Of the light along the line: its direction in the scene.
+    // Returns the direction of the line's light in the scene.
     V3d direction_of(const Line& line) const {
         const V3d d = placement_.vector(line.way).normalized();
         return line.way.z > 0 ? d : -d;
     }
 
-    // The line through `o` along which light comes towards -d, with the way to o. None if it misses S.
+    // Returns the line through `from` along which light arrives against `against`, or none if it misses S.
     std::optional<Line> line_of(const V3d& from, const V3d& against) const {
         const Rig& rig = field_.rig();
         const V3d o = placement_.to_local_point(from);
         const V3d d = placement_.to_local_vector(against);
         if (!(d.z < 0)) return std::nullopt;
-        const double t = -o.z / d.z;  // d is scaled as o is: t counts scene units
+        const double t = -o.z / d.z;  // d has the scale of o, so t is in scene units
         Line line{{o.x + t * d.x, o.y + t * d.y}, -t * d, 0, 0};
         for (int a = 0; a < 2; ++a) {
             const double x = rig.intervals_to(a, line.on_s[a]);
@@ -105,7 +105,7 @@ class PlacedSlab {
     }
 
     Radiance radiance_along(const Line& line) const {
-        if (line.way.z == 0) return {};  // a point of S: no line
+        if (line.way.z == 0) return {};  // x lies on S
         const V2d at_m = on_m(line);
         if (!field_.coloured()) {
             const double radiance = double{reconstruction_ == Reconstruction::approximate
@@ -126,27 +126,28 @@ class PlacedSlab {
                 h};
     }
 
-    // Of the place at the far end of the way giving this line: density on S.
+    // Returns the density on S with which the place at the end of the way draws this line.
     FieldPyramid::Density density(const Line& line) const {
         const V3d x(line.on_s.x + line.way.x, line.on_s.y + line.way.y, line.way.z);
         return pyramid_->density(x, line.on_s);
     }
-    // At the far end of the way [slab's frame]: pdf_a R² / cosθ; scale² cancels between area and R².
+    // Returns densities per solid angle at the end of the way [slab's frame]: pdf_a R² / cosθ, without
+    // scale².
     PartPdf per_solid_angle(const Line& line, const FieldPyramid::Density& density) const {
         const double r2 = line.way.length2();
-        // Only asked where there is radiance, and so a way.
+        // There is radiance, so the way has a length and way.z is not 0.
         const double per_area = r2 * std::sqrt(r2) / std::fabs(line.way.z);
         return {name_of(line.n, line.o), static_cast<float>(density.whole * per_area),
                 static_cast<float>(density.part * per_area)};
     }
 
-    // Of the slab's flux, at x in front of S or behind it: irradiance there over flux.
+    // Returns the irradiance at x, in front of S or behind it, over the slab's flux.
     double arriving(const V3f& x) const {
         const V3d at = placement_.to_local_point(V3d(x));
         return at.z == 0 ? 0.0 : pyramid_->arriving(at) / placement_.scale2();
     }
 
-    // A part's name is one of its cells: its first, or of a lamp of several slabs one along the normal.
+    // Names a part by its first cell or, in a lamp of several slabs, by a cell along the normal.
     CellId name_of(int n, int o) const {
         const V2i part = pyramid_->part_of(n, o);
         return first_ + table_.id({part.x, part.y, named_column_[0], named_column_[1]});
@@ -158,14 +159,14 @@ class PlacedSlab {
     CellId cell_at(const Line& line) const {
         const Rig& rig = field_.rig();
         const V2d m = on_m(line);
-        // Of the light beyond the outermost columns' edges these are the nearest.
+        // Light beyond the edges of the outermost columns belongs to these columns.
         const auto column = [&](int axis, int interval) {
             const double x = rig.columns_to(axis, interval, m[axis]);
             return static_cast<int>(std::clamp(x, 0.0, rig.columns(axis) - 1.0));
         };
         return first_ + table_.id({line.n, line.o, column(0, line.n), column(1, line.o)});
     }
-    // The line through the middle of a cell, in the scene: a point of S, and its direction.
+    // Returns the line through the centre of a cell, in the scene: a point of S and the direction.
     std::pair<V3d, V3d> middle_of(const Cell& cell) const {
         const Rig& rig = field_.rig();
         const auto s = [&](int axis, int n) {
@@ -179,7 +180,7 @@ class PlacedSlab {
                 placement_.vector({at_m.x - on_s.x, at_m.y - on_s.y, rig.distance}).normalized()};
     }
 
-    // S, and the widest angle of a line to its normal.
+    // Returns a bound around S with the largest angle between a line and the normal.
     LightBounds bounds() const {
         const Rig& rig = field_.rig();
         LightBounds bounds;
@@ -202,19 +203,19 @@ class PlacedSlab {
     }
 
   private:
-    // Particles of the exact reconstruction become those of the other one.
+    // Converts particles of the exact reconstruction to those of the approximate one.
     void reconstruct(std::span<std::optional<LeSample>> particles) const {
         for (auto& particle : particles) {
             if (!particle) continue;
             const V3d p = placement_.to_local_point(V3d(particle->from.p));
             const V3d d = placement_.to_local_vector(V3d(particle->d));
-            if (!(d.z > 0)) continue;  // rounded: a line along S
+            if (!(d.z > 0)) continue;  // by rounding, a line along S
             const Line line{{p.x, p.y}, d, 0, 0};
             particle->weight *= field_.over_exact(reconstruction_, line.on_s, on_m(line));
         }
     }
 
-    // Where the line passes M. Beyond all bounds for grazing ones. way.z != 0.
+    // Returns where the line passes M, unboundedly far for grazing lines. Requires way.z != 0.
     V2d on_m(const Line& line) const {
         const double stretch = field_.rig().distance / line.way.z;
         return {line.on_s.x + line.way.x * stretch, line.on_s.y + line.way.y * stretch};
@@ -225,16 +226,16 @@ class PlacedSlab {
     CellTable table_;
     Placement placement_;
     double share_;
-    double gain_;   // its flux over the clamped field's
-    float extent_;  // the larger side of S, scene units
+    double gain_;   // flux over the clamped field's flux
+    float extent_;  // larger side of S [scene units]
     CellId first_;
     Reconstruction reconstruction_;
     int named_column_[2] = {0, 0};
-    std::optional<FieldPyramid> pyramid_;  // none of a slab that is dark
+    std::optional<FieldPyramid> pyramid_;  // empty for a dark slab
     CellEmission emission_;
 };
 
-// The box of a lamp of several slabs, in the scene: where the light of its lines begins.
+// The box of a lamp of several slabs, in the scene, on which the light of its lines begins.
 class LampBox {
   public:
     LampBox(const Box3d& box, const M44d& world_from_light, const Location& at)
@@ -242,7 +243,7 @@ class LampBox {
         extent_ = static_cast<float>(2 * half_.length() * std::sqrt(placement_.scale2()));
     }
 
-    // Where the line through p along d (unit) leaves it, or passes nearest to its middle.
+    // Returns where the line through p along d (unit) leaves the box, or else passes nearest to its centre.
     SurfacePoint begin(const V3d& p, const V3d& d) const {
         const V3d o = placement_.to_local_point(p), along = placement_.to_local_vector(d);
         double enter = -INFINITY, leave = INFINITY;
@@ -268,7 +269,7 @@ class LampBox {
         return from;
     }
     float extent() const { return extent_; }
-    // In the box's frame, metres from its middle.
+    // Converts to the box's frame, in metres from its centre.
     V3d from_middle(const V3d& p) const { return placement_.to_local_point(p); }
     V3d to_lamp(const V3d& d) const { return placement_.to_local_vector(d); }
     const V3d& half() const { return half_; }
@@ -281,7 +282,7 @@ class LampBox {
 
 class MeasuredLight final : public Light {
   public:
-    // Of each slab: its share of the flux.
+    // `shares` are the slabs' shares of the flux.
     MeasuredLight(Lumigraph lamp, std::vector<CellTable> tables, const MeasuredSettings& settings,
                   double flux, const std::vector<double>& shares, std::unique_ptr<const LampShape> shape,
                   const Workers& workers)
@@ -308,7 +309,7 @@ class MeasuredLight final : public Light {
             mean += static_cast<float>(shares[i]) * slabs_.back()->colour().mean();
         }
         colour_ = tables.size() == 1 ? slabs_[0]->colour().mean() : mean;
-        // The last one that shines takes what rounding leaves.
+        // The last slab with flux takes what rounding leaves.
         for (std::size_t i = slabs_.size(); i-- > 0 && !(upto_[i] < static_cast<float>(upto));) upto_[i] = 1;
     }
 
@@ -330,7 +331,7 @@ class MeasuredLight final : public Light {
         lift(out);
     }
 
-    // The share of the flux along lines that miss the shape, estimated.
+    // Estimates the share of the flux along lines that miss the shape.
     double beside_shape() const {
         constexpr std::size_t kLines = 4096;
         if (!shape_ || !(flux_ > 0)) return 0;
@@ -379,12 +380,12 @@ class MeasuredLight final : public Light {
                 ? Found{slab.radiance_along(line), slab.per_solid_angle(line, drawn->density), 0}
                 : found_along(V3d(x), along, shares, {{chosen, line, drawn->density}});
         if (!found.radiance.any()) return std::nullopt;
-        if (from && found.slab != chosen) return std::nullopt;  // of another part
+        if (from && found.slab != chosen) return std::nullopt;  // light of another part
         const double distance = distance_to_origin(slab, line, x);
         if (!(distance > 0)) return std::nullopt;
         const float pdf_w = from ? found.part.part_pdf_w : found.part.whole_pdf_w;
         const auto weight = static_cast<float>(found.radiance.scale / double{pdf_w});
-        if (!std::isfinite(weight)) return std::nullopt;  // a density that float32 takes for 0
+        if (!std::isfinite(weight)) return std::nullopt;  // the density underflowed in float32
         return LightSample{to_float(-along),
                            static_cast<float>(distance),
                            weight * found.radiance.colour,
@@ -398,7 +399,7 @@ class MeasuredLight final : public Light {
         const std::optional<Cell> cell = cell_of(id, slab);
         if (!cell || !(flux_ > 0)) return kNoCell;
         if (slabs_.size() > 1) {
-            // A direction leads to one part, whichever of the slabs a particle came by.
+            // A direction leads to one part, whichever slab the particle came from.
             const auto [p, d] = slabs_[slab]->middle_of(*cell);
             if (const auto best = nearest_slab(p, d))
                 return slabs_[best->slab]->name_of(best->line.n, best->line.o);
@@ -406,7 +407,7 @@ class MeasuredLight final : public Light {
         return slabs_[slab]->dark() ? kNoCell : slabs_[slab]->name_of(cell->n, cell->o);
     }
 
-    // On a shape light may begin anywhere along a line.
+    // With a shape, light may begin anywhere along a line, so there are no bounds.
     std::optional<LightBounds> bounds() const override {
         if (shape_) return std::nullopt;
         if (!box_) return slabs_[0]->bounds();
@@ -416,7 +417,7 @@ class MeasuredLight final : public Light {
         }
         if (all.empty()) return std::nullopt;
         LightBounds bounds = union_of(all);
-        // A place beside a slab's S is lit by lines that pass S after it.
+        // A place beside a slab's S is lit by lines that pass S beyond it.
         bounds.theta_o = kPi;
         return bounds;
     }
@@ -429,7 +430,7 @@ class MeasuredLight final : public Light {
         return static_cast<float>(sum);
     }
 
-    // S itself, or the lamp's box, where the line of the ray does not cross the shape.
+    // The impostor is S itself, or the lamp's box, where the ray's line does not cross the shape.
     std::optional<EmittedRadiance> Le(const Ray& ray) const override {
         if (!box_) return Le_on_plane(ray);
         if (!(flux_ > 0)) return std::nullopt;
@@ -443,7 +444,7 @@ class MeasuredLight final : public Light {
         return found;
     }
 
-    // The shape, where the light of the ray's line begins on it and not further on.
+    // The shape emits where the light of the ray's line begins at this crossing and not further on.
     EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& /*n*/,
                                   std::uint32_t /*primitive*/) const override {
         const EmittedRadiance dark{Rgb(0.0F), 0, t};
@@ -467,26 +468,26 @@ class MeasuredLight final : public Light {
     }
 
   private:
-    // Two crossings of a line nearer than this share of the shape's extent are one.
+    // Two crossings of a line closer than this share of the shape's extent count as one.
     static constexpr double kSameCrossing = 1e-4;
-    // Of the choice of a slab: what goes by flux alone.
+    // The share of the choice of a slab that goes by flux alone.
     static constexpr double kDefensive = 0.1;
 
-    // Of each slab: the probability that it is chosen for a place.
+    // The probability of choosing each slab for a place.
     using Shares = std::array<double, Lumigraph::kMostSlabs>;
 
-    // A line of one of the slabs, and its density there if that is known.
+    // A line of one of the slabs, with its density there if known.
     struct SlabLine {
         std::size_t slab;
         Line line;
         std::optional<FieldPyramid::Density> density;
     };
 
-    // All that the slabs say of one line.
+    // The sum of all slabs along one line.
     struct Found {
         Radiance radiance;
         PartPdf part;
-        std::size_t slab;  // whose part it is
+        std::size_t slab;  // the slab that holds the part
     };
 
     static M44d matrix_of(const SlabAxes& axes) {
@@ -502,8 +503,8 @@ class MeasuredLight final : public Light {
         return std::nullopt;
     }
 
-    // Far away the light of slab i is the share (d·n_i)² or so of all (SlabShares). Near by, lines come from
-    // other places of the box than its middle.
+    // Far away, slab i contributes about the share (d·n_i)² (SlabShares). Near by, lines come from any place
+    // of the box, so its half-width along n_i is added.
     Shares shares_at(const V3f& x) const {
         const V3d way = box_->from_middle(V3d(x));
         Shares shares{};
@@ -522,7 +523,7 @@ class MeasuredLight final : public Light {
         }
         return shares;
     }
-    // Leaves u uniform again.
+    // Makes u uniform again.
     std::size_t choose(const Shares& shares, float& u) const {
         double before = 0;
         std::size_t last = 0;
@@ -536,7 +537,7 @@ class MeasuredLight final : public Light {
         return last;
     }
 
-    // Of the slabs that hold the line through p along d (unit): the one that it is nearest to the normal of.
+    // Returns the slab whose normal is closest to d, of those that hold the line through p along d (unit).
     std::optional<SlabLine> nearest_slab(const V3d& p, const V3d& d) const {
         std::optional<SlabLine> best;
         double most = 0;
@@ -549,7 +550,7 @@ class MeasuredLight final : public Light {
         return best;
     }
 
-    // What a lamp of several slabs sends along `d` to x. What is known of one slab's line is not asked again.
+    // Sums what a lamp of several slabs sends along `d` to x. A line of one slab may be known already.
     Found found_along(const V3d& x, const V3d& d, const Shares& shares,
                       const std::optional<SlabLine>& known = {}) const {
         Found found{{}, {kNoCell, 0, 0}, 0};
@@ -582,7 +583,7 @@ class MeasuredLight final : public Light {
         return {found.radiance.colour, found.part.whole_pdf_w, t, found.part};
     }
 
-    // Of the only slab: what a ray along the line sees at distance t, and how probable sample_Li() makes it.
+    // For a lamp of one slab, returns what a ray along the line sees at distance t, with pdf_Li.
     EmittedRadiance found_on(const Line& line, float t) const {
         const Radiance radiance = slabs_[0]->radiance_along(line);
         if (!radiance.any()) return {Rgb(0.0F), 0, t};
@@ -604,14 +605,14 @@ class MeasuredLight final : public Light {
         return found;
     }
 
-    // How far the way from x to where the line's light begins must be free; nothing above 0 if x lies behind
-    // that.
+    // Returns the length of the shadow ray from x to where the line's light begins. It is not above 0 if x
+    // lies behind that point.
     double distance_to_origin(const PlacedSlab& slab, const Line& line, const V3f& x) const {
         if (shape_) {
             const V3d along = slab.direction_of(line);
             const auto origin = shape_->last_crossing(slab.placement().point(line.on_s), along);
             if (origin) {
-                // The ray ends where it is `gap` in front of the shape; a grazing one (cosine 0) gives -inf.
+                // The ray ends `gap` in front of the shape; a grazing one (cosine 0) gives -inf.
                 const double gap = double{origin->error} + double{surface_error(x, shape_->extent())};
                 const double cosine = std::fabs(V3d(origin->n).dot(along));
                 return (V3d(x) - V3d(origin->p)).dot(along) - gap / cosine;
@@ -628,7 +629,7 @@ class MeasuredLight final : public Light {
         return std::max(0x1p-126, distance - double{surface_error(x, slab.extent())});
     }
 
-    // Particles from where their lines pass S.
+    // Draws particles at the points where their lines pass S.
     void emit(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const {
         if (slabs_.size() == 1) return slabs_[0]->emit(u, out);
         constexpr std::size_t kAtOnce = 4 * CellTable::Block::kSize;
@@ -657,14 +658,14 @@ class MeasuredLight final : public Light {
             }
         }
     }
-    // In proportion to flux; a dark one has no width.
+    // Chooses in proportion to flux; dark slabs have width 0.
     std::uint16_t slab_for(float u) const {
         std::size_t i = 0;
         while (i + 1 < upto_.size() && !(u < upto_[i])) ++i;
         return static_cast<std::uint16_t>(i);
     }
 
-    // Particles start where their lines last cross the shape, or leave the box.
+    // Moves each particle to where its line last crosses the shape or leaves the box.
     void lift(std::span<std::optional<LeSample>> particles) const {
         if (!shape_ && !box_) return;
         for (auto& particle : particles) {
@@ -681,17 +682,17 @@ class MeasuredLight final : public Light {
 
     static constexpr float kBelowOne = 0x1.fffffep-1F;
 
-    double flux_;  // of all that leaves [lamp's unit]
+    double flux_;  // total flux [lamp's unit]
     Rgb colour_{1.0F};
     std::unique_ptr<const LampShape> shape_;  // may be null
     std::vector<std::unique_ptr<PlacedSlab>> slabs_;
     std::vector<V3d> normals_;    // lamp's frame
-    std::vector<float> upto_;     // running sums of the slabs' shares of the flux
-    std::optional<LampBox> box_;  // none of a single light field, whose lines begin on S
+    std::vector<float> upto_;     // cumulative shares of the flux
+    std::optional<LampBox> box_;  // empty for a single light field, whose lines begin on S
 };
 
-// Of the slabs: what each has of the flux, 1 together. By what was measured, where that is positive; a lamp
-// that is lit although it was not measured bright, by what its particles follow.
+// Returns the slabs' shares of the flux, which add up to 1. They follow the measured flux where that is
+// positive; a lamp without measured flux that is given a power uses the flux of its particles.
 std::vector<double> shares_of(const Lumigraph& lamp, const std::vector<CellTable>& tables) {
     std::vector<double> shares(tables.size());
     for (const bool measured : {true, false}) {

@@ -13,7 +13,7 @@
 namespace lucerna {
 namespace {
 
-constexpr double kLeastStep = 1e-4;  // degrees between neighbours of a grid
+constexpr double kLeastStep = 1e-4;  // degrees between neighbouring angles of a grid
 
 std::string fault_of_angles(const std::vector<double>& angles, std::string_view name) {
     if (angles.size() < 2) return fmt::format("{} {} angle; at least 2 are needed", angles.size(), name);
@@ -27,7 +27,7 @@ std::string fault_of_angles(const std::vector<double>& angles, std::string_view 
     return {};
 }
 
-// The step of a sorted row of angles that holds x; none if it lies outside.
+// Returns the step that holds x in ascending angles; none if x lies outside.
 std::optional<std::size_t> step_of(const std::vector<double>& angles, double x) {
     if (!(x >= angles.front() && x <= angles.back())) return std::nullopt;
     const auto beyond = std::upper_bound(angles.begin() + 1, angles.end() - 1, x);
@@ -45,7 +45,7 @@ PhotometricCell cell_of(const PhotometricGrid& grid, const std::vector<double>& 
 }  // namespace
 
 std::string PhotometricGrid::fault() const {
-    // The planes of type B are turned by the vertical angle.
+    // Planes of type B are turned by the vertical angle.
     const bool b = planes == PhotometricPlanes::b;
     const std::string_view name_of_polar = b ? "horizontal" : "vertical";
     const std::string_view name_of_azimuth = b ? "vertical" : "horizontal";
@@ -106,7 +106,7 @@ PhotometricWeb::Place PhotometricWeb::place_of(const V3d& w) const {
 
 double PhotometricWeb::intensity(const V3d& w) const {
     const Place place = place_of(w);
-    // Rounding may put a direction of the last plane a little beyond it.
+    // Rounding may put a direction of the last plane slightly beyond it.
     constexpr double kSlack = 1e-12;
     const double polar = std::fabs(place.polar - polar_.back()) < kSlack ? polar_.back() : place.polar;
     double azimuth = std::fabs(place.azimuth - azimuth_.back()) < kSlack ? azimuth_.back() : place.azimuth;
@@ -130,7 +130,7 @@ std::optional<PhotometricWeb::Drawn> PhotometricWeb::draw(const V2f& u) const {
     const double s = cell.draw_azimuth(double{drawn.within.x}, t);
     const double value = cell.value(t, s);
     const auto pdf = static_cast<float>(value / cells_.total());
-    if (!(pdf > 0)) return std::nullopt;  // the very edge of what is lit
+    if (!(pdf > 0)) return std::nullopt;  // the edge of the lit directions
     const double polar = polar_[i] + t * cell.step.width;
     const double azimuth = grid_.azimuth.front() * kRadiansPerDegree + azimuth_[j] + s * cell.azimuth_width;
     const V3d w = std::sin(polar) * (std::cos(azimuth) * zero_ + std::sin(azimuth) * quarter_) +
@@ -152,7 +152,7 @@ PhotometricWeb scaled(const PhotometricWeb& web, double factor) {
 
 namespace {
 
-// 0, step, 2 step … to `whole`.
+// Returns 0, step, 2 step … `whole`.
 std::vector<double> even_angles(double step, double whole) {
     const double count = std::round(whole / step);
     if (!(step >= 0.05 && step <= whole) || std::fabs(count * step - whole) > 1e-6 * whole) {

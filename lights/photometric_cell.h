@@ -1,8 +1,8 @@
-// One cell of a photometric grid: the piece of the sphere between two polar angles and two azimuths, and the
-// intensity that is linear in both over it.
+// A cell of a photometric grid: the piece of the sphere between two polar angles and two azimuths, with an
+// intensity that is linear in both.
 //
-// Light per polar angle is intensity times sin θ, so the integrals are of (a + b t) sin θ: elementary, and
-// written here so that they do not cancel in thin cells.
+// Light per polar angle is intensity times sin θ, so the integrals of (a + b t) sin θ are elementary. They
+// are written in a form that does not cancel in thin cells.
 #pragma once
 
 #include <algorithm>
@@ -10,16 +10,16 @@
 
 namespace lucerna {
 
-// A step of the polar angle from `from`, `width` wide, radians; t in [0, 1] runs across it.
+// A step of the polar angle [rad] from `from` on; t in [0, 1] runs across it.
 struct PolarStep {
     double from, width;  // width > 0
 
-    // ∫ of sin θ dθ over [0, t].
+    // Returns ∫ sin θ dθ over [0, t].
     double solid(double t) const {
         const double half = 0.5 * t * width;
         return 2 * std::sin(from + half) * std::sin(half);
     }
-    // ∫ of τ sin θ dθ over τ in [0, t]: the part that belongs to the upper end.
+    // Returns ∫ τ sin θ dθ over τ in [0, t], the share of the upper end; falling() is that of the lower end.
     double rising(double t) const {
         const double half = 0.5 * t * width, middle = from + half;
         return 2 * (std::cos(middle) * sin_minus(half) + half * std::sin(middle) * std::sin(half)) / width;
@@ -27,7 +27,7 @@ struct PolarStep {
     double falling(double t) const { return solid(t) - rising(t); }
 
   private:
-    // sin h - h cos h.
+    // Returns sin h - h cos h.
     static double sin_minus(double h) {
         if (std::fabs(h) > 0.1) return std::sin(h) - h * std::cos(h);
         const double h2 = h * h;
@@ -47,12 +47,12 @@ struct PhotometricCell {
     }
     double value(double t, double s) const { return along(t, 0) * (1 - s) + along(t, 1) * s; }
 
-    // t in [0, 1] with density in proportion to the light at it, all azimuths together. Requires flux() > 0.
+    // Draws t in [0, 1] in proportion to the light at t over all azimuths. Requires flux() > 0.
     double draw_polar(double u) const {
         const double lower = 0.5 * (low[0] + low[1]), upper = 0.5 * (high[0] + high[1]);
         const auto light_upto = [&](double t) { return lower * step.falling(t) + upper * step.rising(t); };
         const double wanted = u * light_upto(1);
-        // Newton's steps, kept within a bracket that bisection shrinks.
+        // Newton's steps stay within a bracket that bisection shrinks.
         double from = 0, to = 1, t = 0.5;
         for (int i = 0; i < 60 && to - from > 1e-14; ++i) {
             const double excess = light_upto(t) - wanted;
@@ -66,10 +66,10 @@ struct PhotometricCell {
         }
         return t;
     }
-    // s in [0, 1] with density in proportion to the intensity at t.
+    // Draws s in [0, 1] in proportion to the intensity at t.
     double draw_azimuth(double u, double t) const {
         const double p = along(t, 0), q = along(t, 1);
-        // p s + (q - p) s²/2 = u (p + q)/2, by the root that does not cancel.
+        // Solves p s + (q - p) s²/2 = u (p + q)/2 by the root that does not cancel.
         const double root = std::sqrt(std::max(0.0, p * p + u * (q * q - p * p)));
         return p + root > 0 ? std::min(1.0, u * (p + q) / (p + root)) : 0.0;
     }

@@ -15,7 +15,7 @@ bool same(double a, double b) {
     return std::fabs(a - b) < kSame;
 }
 
-// In [0, 360), the same for all turns of a plane.
+// Returns the angle in [0, 360), equal for all turns of a plane.
 double within_a_turn(double angle) {
     const double turned = angle - 360 * std::floor(angle / 360);
     return same(turned, 360) ? 0 : turned;
@@ -76,7 +76,8 @@ bool may_separate_thousands(std::string_view word) {
 }
 
 void complete_c_planes(PhotometricGrid& grid, std::span<const double> mirrors) {
-    // Listed planes come before their images, images about the first mirror before those about the second.
+    // In `order`, listed planes precede their images, and images about the first mirror those about the
+    // second.
     struct Plane {
         double angle;
         std::size_t order, listed;
@@ -122,7 +123,7 @@ void complete_ies_planes(PhotometricGrid& grid, const Location& place) {
     if (same(first, 0) && same(last, 90)) return complete_c_planes(grid, both);
     if (same(first, 0) && same(last, 180)) return complete_c_planes(grid, about_c0);
     if (same(last - first, 360)) return;
-    // All around, but for the plane that would come twice.
+    // The planes go all around, except for the last one, which repeats the first.
     double widest = 0;
     for (std::size_t i = 1; i < grid.azimuth.size(); ++i)
         widest = std::max(widest, grid.azimuth[i] - grid.azimuth[i - 1]);

@@ -38,7 +38,7 @@ void check_parts(const std::vector<DrivenRays>& parts) {
     if (std::none_of(parts.begin(), parts.end(), lit)) throw InputError("all drives are 0");
 }
 
-// One colour for all, to within rounding.
+// Returns true if all parts have one colour, up to rounding.
 bool alike(const std::vector<DrivenRays>& parts) {
     const auto one = [&](const DrivenRays& part) {
         return !part.set.coloured() && (part.set.xyz - parts.front().set.xyz).length() < 1e-6 &&
@@ -53,7 +53,7 @@ double flux_of_rays(const RaySet& set) {
     return flux;
 }
 
-// The colour of all, and what Y per unit of each part's flux is beside the mean of all.
+// Sets the colour of all parts together. Returns Y per unit of each part's flux, relative to the mean.
 std::vector<double> brightness(const std::vector<DrivenRays>& parts, RaySet& joined) {
     std::vector<double> scales;
     V3d sum(0, 0, 0);
@@ -69,12 +69,12 @@ std::vector<double> brightness(const std::vector<DrivenRays>& parts, RaySet& joi
     }
     if (!(sum.y > 0)) return std::vector<double>(parts.size(), 1);
     joined.xyz = sum / sum.y;
-    joined.lumens_per_watt = watts_lumens / flux;  // flux > 0 as sum.y is
+    joined.lumens_per_watt = watts_lumens / flux;  // flux > 0 because sum.y > 0
     for (double& scale : scales) scale *= flux / sum.y;
     return scales;
 }
 
-// 0 unless every part states it.
+// Returns 0 unless every part states the value.
 double stated_by(const std::vector<DrivenRays>& parts, double RaySet::*header) {
     double sum = 0;
     for (const DrivenRays& part : parts) {
@@ -104,9 +104,9 @@ RaySet RaySet::channel(int c) const {
 
 void turn_into_lumens(RaySet& set) {
     if (set.unit == FluxUnit::lumen) return;
-    const double efficacy = set.lumens_per_watt;  // known, so > 0
+    const double efficacy = set.lumens_per_watt;  // > 0, as the caller requires
     for (std::size_t i = 0; i < set.rays.size(); ++i) {
-        // Y of single rays is beside the mean of all.
+        // A ray's Y is relative to the mean of all.
         const double y = set.coloured() ? double{set.tristimulus[i].y} : 1.0;
         set.rays[i].flux = static_cast<float>(efficacy * y * double{set.rays[i].flux});
         if (set.coloured()) set.tristimulus[i] = y > 0 ? V3f(V3d(set.tristimulus[i]) / y) : V3f(0.0F);
@@ -172,7 +172,7 @@ RaySet join_rays(std::vector<DrivenRays> parts) {
         joined.skipped_nan += set.skipped_nan;
         joined.skipped_zero_direction += set.skipped_zero_direction;
         joined.provenance += fmt::format("{}{:g} x {}", p == 0 ? "" : " + ", drive, set.provenance);
-        parts[p].set = {};  // its memory is the joined set's now
+        parts[p].set = {};  // frees memory that the joined set needs
     }
     return joined;
 }

@@ -13,15 +13,15 @@ float mean_of_channels(const Rgb& c) {
     return (c.x + c.y + c.z) / 3;
 }
 
-// What the rays of a set emit: flux · Y each, and its colour in the working space without negative
+// The emission of a set's rays: flux · Y of each, and its colour in the working space without negative
 // components, as particles need it.
 //
-// Spectral colours lie outside a gamut, those of an LED outside sRGB's, and what they add up to, a white
-// LED's light, inside. Mixing each of them with grey would give the lamp another colour: the deep blue of an
-// LED has so little luminance that no blue of sRGB can be as blue. So negative components are left out, and
-// each channel is scaled down to what all rays together have of it: the lamp keeps its flux and its colour,
-// places in its light that are lit by one spectral colour get another luminance. Where the lamp's own colour
-// is outside the gamut and was mixed with grey, the same grey is added to each ray.
+// Spectral colours lie outside a gamut, for example an LED's outside sRGB's, but their sum, a white LED's
+// light, lies inside. Mixing each ray with grey would change the lamp's colour: an LED's deep blue has so
+// little luminance that no blue of sRGB is as blue. So negative components are set to 0, and each channel is
+// scaled down to the total of all rays. The lamp keeps its flux and colour, while places that are lit by one
+// spectral colour change in luminance. If the lamp's own colour is out of gamut and was mixed with grey, the
+// same grey is added to each ray.
 class EmittedColours {
   public:
     EmittedColours(const RaySet& set, const WorkingSpace& colours)
@@ -45,20 +45,21 @@ class EmittedColours {
         for (Rgb& colour : each_) colour = colour * scale + grey;
     }
     const Rgb& of(std::size_t ray) const { return each_.empty() ? mean_ : each_[ray]; }
-    // Of all that is emitted.
+    // Returns the mean colour of all emitted light.
     const Rgb& mean() const { return mean_; }
     double light() const { return light_; }  // the sum of flux · Y
 
   private:
-    std::vector<Rgb> each_;  // empty: all of mean_
+    std::vector<Rgb> each_;  // empty: all have mean_
     Rgb mean_;
     double light_ = 0;
 };
 
-// Rays in proportion to the mean of the three channels of what they emit. By luminance alone the few rays of
-// a deep blue, each many times as blue as the lamp, would make blue noise; so it costs little in luminance.
-// The running sums are searched from where a guide of as many entries leads to: a constant number of steps on
-// average [Chen and Asau 1974], and a monotone map, so that stratified numbers stay stratified over the file.
+// Draws rays in proportion to the mean of the three channels of their emission. Drawing by luminance would
+// make the few rays of a deep blue, each many times as blue as the lamp, a source of blue noise; the mean
+// costs little noise in luminance. A guide with one entry per ray leads into the cumulative sums: the search
+// takes a constant number of steps on average [Chen and Asau 1974], and the map is monotone, so that
+// stratified numbers stay stratified over the file.
 class RayChoice {
   public:
     RayChoice(const RaySet& set, const EmittedColours& colours) {
@@ -77,24 +78,25 @@ class RayChoice {
         guide_.back() = rays.empty() ? 0 : rays.size() - 1;
     }
     double total() const { return total_; }
-    // u in [0, 1). Requires total() > 0. A ray without light is never chosen.
+    // Requires u in [0, 1) and total() > 0. A ray without light is never drawn.
     std::size_t draw(double u) const {
         const double target = u * total_;
         const auto n = static_cast<double>(upto_.size());
         const auto bucket = std::min(upto_.size() - 1, static_cast<std::size_t>(u * n));
         const auto first = upto_.begin() + static_cast<std::ptrdiff_t>(guide_[bucket]);
-        // Rounding of the bucket's border may point a little too far: the sums say.
+        // Rounding of the bucket's boundary may point slightly too far; then the search starts at the
+        // beginning.
         const auto from = first != upto_.begin() && *(first - 1) > target ? upto_.begin() : first;
         auto found = std::upper_bound(
             from, upto_.begin() + static_cast<std::ptrdiff_t>(guide_[bucket + 1]) + 1, target);
         if (found == upto_.end() || *found <= target) found = std::upper_bound(from, upto_.end(), target);
-        // Past the last ray by rounding: the last that has light.
+        // If rounding leads past the last ray, the last one with light is drawn.
         if (found == upto_.end()) found = std::lower_bound(upto_.begin(), upto_.end(), total_);
         return static_cast<std::size_t>(found - upto_.begin());
     }
 
   private:
-    std::vector<double> upto_;  // sums up to and with ray i
+    std::vector<double> upto_;  // upto_[i] is the sum over rays 0 to i
     std::vector<std::size_t> guide_;
     double total_ = 0;
 };
@@ -108,7 +110,7 @@ class RayLight final : public Light {
           choice_(set_, colours_),
           placement_(settings.world_from_light, V3d(0, 0, 0), {settings.file.string()}),
           flux_(flux_of(settings)) {
-        set_.tristimulus = {};  // colours_ has taken its place
+        set_.tristimulus = {};  // colours_ replaces it
     }
 
     std::string_view kind() const override { return "rayfile"; }
@@ -118,12 +120,12 @@ class RayLight final : public Light {
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (!(flux_ > 0)) return std::nullopt;
-        // One float tells 2^24 rays apart; files have more.
+        // A float distinguishes 2^24 rays; files have more.
         const double number = double{u.position.x} + 0x1p-24 * double{u.position.y};
         const std::size_t i = choice_.draw(std::min(number, 0x1.fffffffffffffp-1));
         const LampRay& ray = set_.rays[i];
         const V3f d = to_float(placement_.vector(V3d(ray.d)).normalized());
-        // flux · colour · share of the light / probability
+        // The scale is flux · colour · share of the light / probability.
         const Rgb& colour = colours_.of(i);
         const double scale = flux_ * choice_.total() / (colours_.light() * double{mean_of_channels(colour)});
         return LeSample{{to_float(placement_.point(V3d(ray.o)))}, d, static_cast<float>(scale) * colour};
@@ -146,7 +148,7 @@ class RayLight final : public Light {
     EmittedColours colours_;
     RayChoice choice_;
     Placement placement_;
-    double flux_;  // of all that leaves [the light's unit]
+    double flux_;  // total [the light's unit]
 };
 
 }  // namespace

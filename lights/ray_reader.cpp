@@ -45,7 +45,7 @@ void RaySource::skip(std::uint64_t bytes, const char* what) {
 }
 
 void RaySource::require_rows(std::uint64_t rays, std::size_t floats, bool coloured) const {
-    const std::uint64_t row_bytes = floats * sizeof(float);  // > 0: a row has a position at least
+    const std::uint64_t row_bytes = floats * sizeof(float);  // > 0, as a row has at least a position
     if (rays == 0) throw InputError(at_, "the file states 0 rays");
     if (rays > left_ / row_bytes) {
         input_error(at_, "truncated in the rays: {} rays of {} bytes stated, {} bytes left", rays, row_bytes,
@@ -109,11 +109,11 @@ float metres_of_unit(std::int32_t number, std::span<const NamedUnit> units, cons
 
 namespace {
 
-constexpr double kLumensPerWatt = 683;  // of light of 555 nm: the definition of the lumen
-constexpr V3f kUnknown(-1.0F);          // of a ray without a colour, until all are read
+constexpr double kLumensPerWatt = 683;  // for light of 555 nm, by the definition of the lumen
+constexpr V3f kUnknown(-1.0F);          // marks a ray without a colour, until all are read
 
-// Without what measuring noise makes negative. None: no light has this colour. Of all wavelengths 360 nm has
-// the most Z for its Y, 155 times as much.
+// Returns the colour with components that noise makes negative set to 0; none if no light has this colour.
+// Among all wavelengths 360 nm has the most Z for its Y, 155 times as much.
 std::optional<V3d> as_colour(const V3d& xyz) {
     constexpr double kMostPerY = 1e4, kMostY = 1e30;
     if (!std::isfinite(xyz.x) || !std::isfinite(xyz.y) || !std::isfinite(xyz.z)) return {};
@@ -133,7 +133,7 @@ void RayColours::all(const V3d& per_watt) {
 
 void RayColours::add_per_watt(const V3d& xyz) {
     if (set_.unit == FluxUnit::watt) return add(kLumensPerWatt * xyz);
-    // Beside lumens there is no colour without Y.
+    // With lumens, a colour needs Y > 0.
     const bool seen = std::isfinite(xyz.y) && xyz.y > 0;
     add(seen ? xyz / xyz.y : V3d(-1));
 }
@@ -148,7 +148,7 @@ void RayColours::settle() {
     const auto stated = [](double flux) { return std::isfinite(flux) && flux > 0; };
     if (set_.unit != FluxUnit::watt || set_.lumens_per_watt > 0) return;
     if (!stated(set_.header_lumens) || !stated(set_.header_watts)) return;
-    // A header may state anything: no more than could be.
+    // The header is used only up to the greatest possible efficacy.
     if (set_.header_lumens <= kLumensPerWatt * set_.header_watts)
         set_.lumens_per_watt = set_.header_lumens / set_.header_watts;
 }
@@ -164,7 +164,7 @@ void RayColours::settle_rays() {
     bool alike = true;
     if (sum.y > 0) {
         set_.xyz = sum / sum.y;
-        const double mean = sum.y / flux;  // flux > 0 as sum.y is
+        const double mean = sum.y / flux;  // flux > 0 because sum.y > 0
         if (set_.unit == FluxUnit::watt) set_.lumens_per_watt = mean;
         constexpr double kAlike = 1e-5, kMost = 1e30;
         for (V3f& ray : set_.tristimulus) {
@@ -183,7 +183,7 @@ bool RayTaker::take(const float* row, float flux) {
     const V3d d(double{row[3]}, double{row[4]}, double{row[5]});
     const bool has_flux = std::isfinite(flux) && flux >= 0;
     if (has_flux) sum_ += double{flux};
-    // In double: the squares of directions as long as 1e20 would overflow a float.
+    // In double precision, because the squares of directions of length 1e20 overflow a float.
     const double length = std::sqrt(sqr(d.x) + sqr(d.y) + sqr(d.z));
     if (!has_flux || !is_finite(o) || !std::isfinite(length)) {
         ++set_.skipped_nan;
@@ -231,18 +231,18 @@ void RayTaker::settle_flux(double header_flux, const Location& at, Monitor& moni
     set_.flux = header_flux;
 }
 
-// Which reader a ray file is for: its first bytes say.
+// A ray file's first bytes select its reader.
 
 namespace {
 
-// The length of a record, 247 + 256 times its bytes, which are seven to twelve words.
+// An ASAP file begins with a record length, 247 + 256 times its bytes, of seven to twelve words.
 bool is_asap(std::span<const std::byte> first) {
     if (first.size() < 28) return false;
     const auto word = value_at<std::int32_t>(first, 0);
     return word % 1024 == 247 && word / 1024 >= 7 && word / 1024 <= 12;
 }
 
-// Seven floats, then rows of place, direction, wavelength [nm] and energy.
+// A SPEOS file has seven floats, then rows of position, direction, wavelength [nm] and energy.
 bool is_speos(std::span<const std::byte> first, std::uint64_t bytes) {
     constexpr std::uint64_t kHeader = 28, kRow = 32;
     if (first.size() < kHeader + kRow || (bytes - kHeader) % kRow != 0) return false;
@@ -253,7 +253,7 @@ bool is_speos(std::span<const std::byte> first, std::uint64_t bytes) {
     return std::fabs(length2 - 1) < 1e-3 && wavelength > 100 && wavelength < 1e5F;
 }
 
-// The program of optics that a text names, or nothing.
+// Returns the optics program that a text names, or an empty name.
 std::string_view program_named(std::string_view text) {
     for (const std::string_view program :
          {"LightTools", "TracePro", "LucidShape", "SPEOS", "SimuLux", "ASAP", "Photopia", "FRED"}) {

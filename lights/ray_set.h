@@ -1,4 +1,4 @@
-// Rays that leave a lamp, as a goniophotometer or a simulation has recorded them.
+// Rays that leave a lamp, as recorded by a goniophotometer or a simulation.
 //
 // A ray file is a Monte Carlo sample of a lamp's light field: each ray carries a share of the flux. It can be
 // emitted as it is, or projected onto a light field (ray_projection.h).
@@ -20,23 +20,23 @@
 namespace lucerna {
 
 struct LampRay {
-    V3f o;       // where the ray starts, metres in the lamp's frame
+    V3f o;       // origin, metres in the lamp's frame
     V3f d;       // unit
     float flux;  // >= 0, in the set's unit
 };
 
-// The colours of rays that come one by one: CIE XYZ per unit of flux. They are kept one by one only once
-// there is a second one; what differs by rounding alone is one.
+// Collects the colours of rays one by one, as CIE XYZ per unit of flux. They are stored individually only
+// once a second colour occurs; colours that differ only by rounding are one.
 struct RayTints {
-    V3f first{0.0F};        // of all rays, unless there are several; 0 before there are any
-    std::vector<V3f> each;  // of every ray, if there are several
+    V3f first{0.0F};        // of all rays, unless there are several; 0 before the first
+    std::vector<V3f> each;  // one per ray, if there are several
     std::size_t rays = 0;
 
     bool several() const { return !each.empty(); }
     V3f of(std::size_t i) const { return several() ? each[i] : first; }
-    // Whether these are one colour with another's first.
+    // Returns true if `other` equals the first colour up to rounding.
     bool like(const V3f& other) const {
-        constexpr float kRounding = 1e-5F;  // of many scatterings
+        constexpr float kRounding = 1e-5F;  // after many scatterings
         const V3f off = other - first;
         return std::max({std::fabs(off.x), std::fabs(off.y), std::fabs(off.z)}) <=
                kRounding * std::max({first.x, first.y, first.z});
@@ -52,110 +52,111 @@ struct RayTints {
 
 struct RaySet {
     std::vector<LampRay> rays;
-    // CIE XYZ of each ray's light per unit of its flux, on a scale that makes the mean of Y, weighted by
-    // flux, 1: flux · Y adds up to the flux of the set. In lumens each ray's Y is 1; in watts it weighs the
-    // rays as the eye does, and rays of no visible light have (0, 0, 0). No component is negative. Empty:
-    // all rays have the set's colour.
+    // CIE XYZ of each ray's light per unit of its flux, scaled such that the flux-weighted mean of Y is 1:
+    // flux · Y adds up to the flux of the set. In lumens each ray's Y is 1. In watts Y weights rays by
+    // visibility, and invisible rays have (0, 0, 0). No component is negative. If empty, all rays have the
+    // set's colour.
     std::vector<V3f> tristimulus;
     FluxUnit unit = FluxUnit::watt;
-    double flux = 0;                // of the whole lamp: all rays, and the skipped ones
-    double skipped_flux = 0;        // of rays that were skipped although their flux is known
+    double flux = 0;                // of the whole lamp: all rays, including skipped ones
+    double skipped_flux = 0;        // of skipped rays whose flux is known
     std::uint64_t skipped_nan = 0;  // position, direction or flux not finite, or flux negative
     std::uint64_t skipped_zero_direction = 0;
-    double header_lumens = 0, header_watts = 0;  // as the file states them; 0 or NaN: not stated
-    V3d xyz = kWhiteXyz;  // CIE XYZ of all rays together, Y = 1; sRGB's gamut does not hold all such colours
-    // Luminous efficacy of the radiation of a set in watts [lm/W], where spectra or columns of the file tell
-    // it; 0: not known.
+    double header_lumens = 0, header_watts = 0;  // as stated in the file; 0 or NaN: not stated
+    V3d xyz = kWhiteXyz;                         // of all rays together, Y = 1; may be outside sRGB's gamut
+    // Luminous efficacy of the radiation of a set in watts [lm/W], from spectra or columns of the file; 0 if
+    // not known.
     double lumens_per_watt = 0;
-    std::string provenance;  // one line: what the file says about itself
+    std::string provenance;  // one line, what the file states about itself
 
     bool coloured() const { return !tristimulus.empty(); }
-    // The colour of all rays in linear sRGB: luminance 1, all components >= 0.
+    // Returns the colour of all rays in linear sRGB: luminance 1, all components >= 0.
     Rgb colour() const { return colour_of_luminance_one(xyz_to_rgb(xyz)); }
-    // The same with negative components where it is outside sRGB's gamut.
+    // As above, with negative components where the colour is outside sRGB's gamut.
     Rgb open_colour() const { return xyz_to_rgb(xyz); }
-    // Of ray i: tristimulus, or the set's colour.
+    // Returns tristimulus of ray i, or the set's colour.
     V3d xyz_of(std::size_t i) const { return coloured() ? V3d(tristimulus[i]) : xyz; }
-    // flux · Y of ray i: what it is of the set's flux.
+    // Returns flux · Y of ray i, its contribution to the set's flux.
     double light_of(std::size_t i) const {
         return double{rays[i].flux} * (coloured() ? double{tristimulus[i].y} : 1.0);
     }
-    // The rays with their flux of X (0), Y (1) or Z (2), as a set without colours; skipped rays count as the
-    // mean of the others.
+    // Returns the rays with their flux of X (0), Y (1) or Z (2), as a set without colours. Skipped rays count
+    // as the mean of the others.
     RaySet channel(int c) const;
 };
 
-// IES TM-25-13 (.tm25ray), Zemax binary and text (.dat, .sdf), LightTools binary (.ray). A header's flux, if
-// known and positive, wins over the sum of the rays (a warning when they differ by more than 0.1 %). Throw
-// InputError naming file and cause.
+// Read IES TM-25-13 (.tm25ray), Zemax binary and text (.dat, .sdf) and LightTools binary (.ray). A header's
+// flux, if known and positive, overrides the sum of the rays, with a warning when they differ by more than
+// 0.1 %. Throw InputError naming file and cause.
 RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor);
 RaySet read_zemax(const std::filesystem::path& file, Monitor& monitor);
 RaySet read_zemax_text(const std::filesystem::path& file, Monitor& monitor);
 RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor);
-// Any of them, told by the first bytes, whatever the name.
+// Reads any of these formats, recognised by the first bytes regardless of the name.
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
 
-// Rays of one of the lamps that shine as one.
+// Rays of one of several lamps that are joined to one.
 struct DrivenRays {
     RaySet set;
-    std::string name;  // of its file, for messages
-    double drive = 1;  // what its flux is multiplied by: finite, >= 0
+    std::string name;  // of the file, for messages
+    double drive = 1;  // factor on the flux, finite, >= 0
 };
-// The lamps of several ray files, all in one frame, as one lamp. Rays keep their colours, those of a set of
-// one colour the set's; a set of drive 0 adds nothing. In watts the sets' luminous efficacies say how bright
-// each is beside the others; if none is known, a watt of each is as bright as of any other. Sets in watts
-// beside sets in lumens are turned into lumens by their efficacy. Throws InputError naming the file: an
-// efficacy that is needed and not known, or known of some only; and if nothing is left.
+// Joins the lamps of several ray files, all in one frame, to one lamp. Rays keep their colours; in a set of
+// one colour they get the set's. A set of drive 0 adds nothing. In watts, the luminous efficacies give the
+// relative brightness of the sets; if none is known, all watts are equally bright. Sets in watts beside sets
+// in lumens are converted to lumens by their efficacy. Throws InputError naming the file if a required
+// efficacy is unknown or if only some are known, and if no flux is left.
 RaySet join_rays(std::vector<DrivenRays> parts);
 
-// Flux in lumens; each ray's by its own brightness. The efficacy of a set in watts must be known.
+// Converts the flux to lumens, each ray's by its own brightness. Requires the efficacy of a set in watts.
 void turn_into_lumens(RaySet& set);
 
-// Sets what a file does not say, or says wrongly. Of all rays one colour, CIE XYZ per watt as cie_xyz() and
-// spectra have it, its Y > 0; with it the efficacy of a set in watts. Colours of single rays go.
+// Override what a file does not state or states wrongly. state_colour() gives all rays one colour, CIE XYZ
+// per watt as from cie_xyz() and spectra, with Y > 0, and sets the efficacy of a set in watts. Colours of
+// single rays are dropped.
 void state_colour(RaySet& set, const V3d& xyz_per_watt);
-// Of a set in watts; in (0, kMostLumensPerWatt]. Colours stay.
+// Sets the efficacy of a set in watts, in (0, kMostLumensPerWatt]. Colours stay.
 void state_efficacy(RaySet& set, double lumens_per_watt);
 
-// Rays as files that optics programs read: IES TM-25, Zemax binary, LightTools binary.
+// Writes rays for optics programs: IES TM-25, Zemax binary, LightTools binary.
 //
-// A file is written block by block, so that it may be larger than the memory, and replaced as a whole. The
-// same rays make the same bytes: no date is written.
+// A file is written block by block, so that it may exceed the memory, and replaced atomically. Equal rays
+// give equal bytes: no date is written.
 
 struct RayFileInfo {
     std::uint64_t rays = 0;
     FluxUnit unit = FluxUnit::lumen;
     double flux = 0;  // of all rays, in `unit`
-    // CIE XYZ, Y = 1, of all rays together. TM-25 keeps colours beside luminous flux, which watts need an
-    // efficacy for; the other formats have no place for a colour that is no wavelength.
+    // CIE XYZ, Y = 1, of all rays together. TM-25 stores colours with luminous flux, for which watts need an
+    // efficacy; the other formats cannot store a colour that is not a wavelength.
     V3d xyz = kWhiteXyz;
     double lumens_per_watt = 0;   // as in RaySet
-    bool colour_per_ray = false;  // each ray has a colour of its own
-    std::string text;             // what the file is of, one line
+    bool colour_per_ray = false;  // each ray has its own colour
+    std::string text;             // description of the content, one line
 };
 
-// Rays on their way to a file: positions in metres, unit directions, flux in info.unit.
+// A block of rays to be written: positions in metres, unit directions, flux in info.unit.
 struct RayBlock {
     std::vector<LampRay> rays;
-    std::vector<V3f> tristimulus;  // as in RaySet; as many as rays if info.colour_per_ray, else none
+    std::vector<V3f> tristimulus;  // as in RaySet; one per ray if info.colour_per_ray, else empty
 };
 // Fills the block with the next rays, all of the file's colour.
 using NextRays = std::function<void(std::vector<LampRay>& block)>;
-// The same, each ray with its colour.
+// Fills the block with the next rays, each with its colour.
 using NextColouredRays = std::function<void(RayBlock& block)>;
 
-// The format goes by the suffix: .tm25ray, .dat, .ray. `next` is called until info.rays rays have come; a
-// block that is empty or holds more than are wanted is our own fault. Throws InputError for another suffix,
-// for rays that the format cannot count, or if the file cannot be written.
+// The suffix selects the format: .tm25ray, .dat, .ray. `next` is called until info.rays rays have come; an
+// empty block or one with too many rays is a programming error. Throws InputError for another suffix, for too
+// many rays for the format, or if the file cannot be written.
 void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextRays& next);
 void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextColouredRays& next);
-// The usable rays of a set.
+// Writes the usable rays of a set.
 void write_rays(const std::filesystem::path& file, const RaySet& set);
 
-// The suffixes, as an error should name them.
+// Names the suffixes in errors.
 inline constexpr const char* kRaySuffixes = ".tm25ray, .dat (Zemax) and .ray (LightTools)";
 bool has_ray_suffix(const std::filesystem::path& file);
-// Whether a file of that name would tell the colours of these rays.
+// Returns true if a file of that name would store the colours of these rays.
 bool keeps_colour(const std::filesystem::path& file, const RayFileInfo& info);
 
 }  // namespace lucerna

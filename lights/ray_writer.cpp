@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little, "ray files are written
 
 constexpr double kMillimetresPerMetre = 1000;
 
-// A header: zeros, and what is put into them.
+// A header of zeros, into which values are put.
 class Bytes {
   public:
     explicit Bytes(std::size_t size) : bytes_(size, '\0') {}
@@ -31,7 +31,7 @@ class Bytes {
     void put_text(std::size_t at, std::string_view text, std::size_t most) {
         text.substr(0, most).copy(&bytes_[at], most);
     }
-    // One character each, UTF-32; a character that is not ASCII becomes '?'.
+    // Puts UTF-32, one character each; characters outside ASCII become '?'.
     void put_utf32(std::size_t at, std::string_view text, std::size_t most) {
         for (std::size_t i = 0; i < std::min(text.size(), most); ++i) {
             const char c = text[i];
@@ -51,7 +51,8 @@ bool is_coloured(const RayFileInfo& info) {
     return info.colour_per_ray || (info.xyz - kWhiteXyz).length() > kWhite;
 }
 
-// Does a TM-25 file of this keep the colours? Tristimulus X and Z stand beside a luminous flux, which is Y.
+// Returns true if a TM-25 file keeps the colours. It stores tristimulus X and Z beside luminous flux, which
+// is Y.
 bool has_tristimulus(const RayFileInfo& info) {
     return is_coloured(info) && (info.unit == FluxUnit::lumen || info.lumens_per_watt > 0);
 }
@@ -101,7 +102,7 @@ struct WriterFormat {
     std::string_view suffix;
     std::string (*header)(const RayFileInfo&);
     std::uint64_t most_rays;
-    bool tristimulus;  // X and Z after the flux, where there is a colour
+    bool tristimulus;  // X and Z follow the flux of coloured rays
     std::string_view end_mark;
 };
 constexpr WriterFormat kWriterFormats[] = {
@@ -118,7 +119,7 @@ const WriterFormat* format_of(const std::filesystem::path& file) {
     return nullptr;
 }
 
-// Rows of floats from rays.
+// Converts rays to rows of floats.
 class Rows {
   public:
     Rows(const WriterFormat& format, const RayFileInfo& info)

@@ -1,4 +1,4 @@
-// A light with more or less of its flux: what a program does to a lamp that it did not make.
+// A light whose flux is scaled, for programs that adjust a lamp they did not create.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace lucerna {
 
-// All that `light` sends, times `factor`, colour by colour. Asserts a light, and factors that are finite and
-// not negative.
+// Returns `light` with all emission multiplied by `factor` per colour channel. Asserts that there is a light
+// and that the factors are finite and not negative.
 std::unique_ptr<Light> make_scaled_light(std::unique_ptr<Light> light, const Rgb& factor);
 
 }  // namespace lucerna

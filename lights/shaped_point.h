@@ -1,5 +1,4 @@
-// A point that shines by a shape: a lamp's distribution as an image or a photometric web, a slide before the
-// point.
+// A point light with a shape: a lamp's distribution as an image or photometric web, or a projected slide.
 #pragma once
 
 #include <memory>
@@ -14,8 +13,8 @@
 
 namespace lucerna {
 
-// `Shape` draws directions (draw), knows the intensity in each (at) and over all of them (integral), in its
-// own frame.
+// `Shape` draws directions (draw), evaluates the intensity in one (at) and integrates it over all (integral),
+// in its own frame.
 template <typename Shape>
 class ShapedPointLight final : public Light {
   public:

@@ -1,4 +1,4 @@
-// Drawing texels of an image in proportion to weights: first the row, then the column, so that 24 bits of a
+// Draws texels of an image in proportion to weights: first the row, then the column, so that the 24 bits of a
 // float reach every texel of a large image.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace lucerna {
 class TexelCdf {
   public:
     TexelCdf() = default;
-    // weight(x, y) is finite and not negative; called once for every texel.
+    // weight(x, y) is finite and not negative; it is called once for every texel.
     TexelCdf(int width, int height, const std::function<double(int x, int y)>& weight);
 
     double total() const { return rows_.total(); }
@@ -25,13 +25,13 @@ class TexelCdf {
         double probability;  // > 0
         V2f within;          // uniform in [0,1)² again
     };
-    // u in [0,1)². Requires total() > 0. A texel of weight 0 is never drawn.
+    // Requires u in [0,1)² and total() > 0. A texel of weight 0 is never drawn.
     Draw draw(const V2f& u) const;
-    double probability(int x, int y) const;  // 0 if total() is
+    double probability(int x, int y) const;  // 0 if total() is 0
 
   private:
     Cdf rows_;
-    std::vector<Cdf> columns_;  // of each row
+    std::vector<Cdf> columns_;  // one for each row
 };
 
 inline TexelCdf::TexelCdf(int width, int height, const std::function<double(int x, int y)>& weight) {
@@ -47,7 +47,7 @@ inline TexelCdf::TexelCdf(int width, int height, const std::function<double(int 
 
 inline TexelCdf::Draw TexelCdf::draw(const V2f& u) const {
     const Cdf::Draw row = rows_.draw(u.y);
-    const Cdf::Draw column = columns_[row.item].draw(u.x);  // the row has weight, or it were not drawn
+    const Cdf::Draw column = columns_[row.item].draw(u.x);  // a drawn row has weight > 0
     return {static_cast<int>(column.item),
             static_cast<int>(row.item),
             row.probability * column.probability,

@@ -16,7 +16,7 @@ constexpr std::uint64_t kTextStart = 288, kTextBytes = 4000, kTexts = 9;
 constexpr std::uint64_t kFlagStart = 256;
 constexpr std::uint64_t kColumnNameBytes = 512;
 
-// Spectral id of the header.
+// The header's spectral identifier.
 enum class Spectral : std::int32_t { none = 0, single = 1, per_ray = 2, tables = 3, index_per_ray = 4 };
 
 struct Flags {
@@ -27,13 +27,13 @@ struct Tm25Header {
     double lumens = NAN, watts = NAN;  // NaN: unknown
     std::uint64_t rays = 0;
     Spectral spectral = Spectral::none;
-    double wavelength = NAN;  // nm, of all rays; NaN: unknown
+    double wavelength = NAN;  // of all rays [nm]; NaN: unknown
     std::int32_t tables = 0, extra_columns = 0, text_bytes = 0;
     Flags has{};
     std::string date, text;
 };
 
-// Columns of one row of floats; -1: not there.
+// The columns of one row of floats; -1 if absent.
 struct Columns {
     int count = 6;
     int radiant = -1, wavelength = -1, luminous = -1, tristimulus = -1, spectrum = -1;
@@ -54,7 +54,8 @@ struct Columns {
     }
 };
 
-// UTF-32 up to its NUL as UTF-8; control characters become blanks, what is no character ends the text.
+// Converts UTF-32 up to its NUL to UTF-8. Control characters become blanks; an invalid character ends the
+// text.
 std::string utf8(std::span<const std::byte> utf32) {
     std::string text;
     for (std::size_t i = 0; i + 4 <= utf32.size(); i += 4) {
@@ -129,7 +130,7 @@ Tm25Header read_tm25_header(RaySource& source) {
     return h;
 }
 
-// CIE XYZ per watt.
+// Returns CIE XYZ per watt.
 V3d xyz_per_watt(std::span<const SpectralSample> samples) {
     if (samples.size() == 1) return cie_xyz(samples[0].nanometres);
     double watts = 0;
@@ -140,7 +141,7 @@ V3d xyz_per_watt(std::span<const SpectralSample> samples) {
     return watts > 0 ? spectrum_to_xyz(samples) / watts : V3d(0, 0, 0);
 }
 
-// Of each spectral table: CIE XYZ per watt.
+// Reads the CIE XYZ per watt of each spectral table.
 std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
     std::vector<V3d> xyz;
     for (std::int32_t i = 0; i < h.tables; ++i) {
@@ -166,13 +167,14 @@ std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
     return xyz;
 }
 
-// The spectra of rays by the indices that the file gives: 1 to N for N spectral tables [TM-25-13, 4.7.4].
-// Some programs count from 0; their files are told by an index of 0 where no ray has the index N.
+// Collects the rays' spectrum indices, which are 1 to N for N spectral tables [TM-25-13, 4.7.4]. Some
+// programs count from 0; their files are recognised by an index 0 where no ray has index N.
 class SpectrumIndices {
   public:
     SpectrumIndices(std::size_t tables, const Location& at) : tables_(tables), at_(at) {}
 
-    // Of ray `number` of the file, from 1. Throws InputError for what is no index in either way of counting.
+    // Adds ray `number` of the file, from 1. Throws InputError for an index that is invalid in both ways of
+    // counting.
     void add(std::uint64_t number, float index) {
         if (!(index >= 0 && index <= static_cast<float>(tables_)) || index != std::floor(index))
             refuse(number, index);
@@ -181,8 +183,7 @@ class SpectrumIndices {
         has_last_ = has_last_ || whole == tables_;
         indices_.push_back(whole);
     }
-    // Of every ray that was added: the place of its table, from 0. Throws InputError where the file has both
-    // 0 and N.
+    // Returns the table of every ray added, from 0. Throws InputError if the file has both 0 and N.
     const std::vector<std::uint32_t>& settle(Monitor& monitor) {
         if (first_zero_ == 0) {
             for (std::uint32_t& index : indices_) --index;
@@ -207,12 +208,12 @@ class SpectrumIndices {
 
     std::size_t tables_;
     Location at_;
-    std::uint64_t first_zero_ = 0;  // the first ray with the index 0; 0: there is none
-    bool has_last_ = false;         // whether a ray has the index N
+    std::uint64_t first_zero_ = 0;  // number of the first ray with index 0; 0: none
+    bool has_last_ = false;         // a ray has index N
     std::vector<std::uint32_t> indices_;
 };
 
-// Which of a row's columns tells its colour.
+// Reads a ray's colour from the columns of its row.
 class RowColour {
   public:
     RowColour(const Tm25Header& h, const Columns& columns, RaySet& set, std::vector<V3d> tables,
@@ -233,7 +234,7 @@ class RowColour {
     }
     bool per_ray() const { return mode_ != Mode::constant; }
     bool several_unused() const { return mode_ == Mode::constant && tables_.size() > 1; }
-    // Of the ray that was taken last, which is ray `number` of the file, from 1.
+    // Adds the colour of the last ray taken, which is ray `number` of the file, from 1.
     void add(std::uint64_t number, const float* row, double flux) {
         if (mode_ == Mode::tristimulus) {
             const double x = stated(row[columns_.tristimulus]), z = stated(row[columns_.tristimulus + 1]);

@@ -8,8 +8,8 @@
 namespace lucerna {
 namespace {
 
-// A flat piece: normals within 4 degrees of their mean, and at least that share of the rectangle around it
-// lit.
+// A compact piece has all normals within 4 degrees of their mean, and fills at least this share of the
+// rectangle around it.
 constexpr double kSameNormal = 0.9976, kFilled = 0.55;
 
 class Splitting {
@@ -29,7 +29,7 @@ class Splitting {
     V3d corner(std::uint32_t triangle, int c) const {
         return V3d(p_[static_cast<std::size_t>(triangles_[triangle][c])]);
     }
-    // Its length is twice the area.
+    // Returns a normal whose length is twice the area.
     V3d across(std::uint32_t triangle) const {
         const V3d p0 = corner(triangle, 0);
         return (corner(triangle, 1) - p0).cross(corner(triangle, 2) - p0);
@@ -48,15 +48,14 @@ class Splitting {
         Imath::Box3d box;
         for (const std::uint32_t triangle : range) box.extendBy(middle(triangle));
         const auto axis = static_cast<int>(box.majorAxis());
-        // By half of their number: no way is deeper than that of 2^32 triangles.
+        // Halving the number of triangles bounds the depth: 2^32 triangles need 32 levels.
         const std::size_t half = range.size() / 2;
         std::nth_element(range.begin(), range.begin() + static_cast<std::ptrdiff_t>(half), range.end(),
                          [&](std::uint32_t a, std::uint32_t b) {
                              const double x = middle(a)[axis], y = middle(b)[axis];
                              return x < y || (x == y && a < b);
                          });
-        // Each half in the order of its triangles: sums over them are the same whatever the library's
-        // selection.
+        // Each half is sorted, so that sums over it do not depend on the library's selection.
         std::sort(range.begin(), range.begin() + static_cast<std::ptrdiff_t>(half));
         std::sort(range.begin() + static_cast<std::ptrdiff_t>(half), range.end());
         split(begin, begin + half, most - most / 2);
@@ -73,7 +72,7 @@ class Splitting {
             area += 0.5 * twice.length();
             for (int c = 0; c < 3; ++c) {
                 const V3d side = corner(triangle, (c + 1) % 3) - corner(triangle, c);
-                // The second longest side of a rectangle's halves is the rectangle's own.
+                // Sides with a right angle at one end are the rectangle's own, not its diagonals.
                 if (side.length2() > longest && is_right_angled(triangle, c)) {
                     longest = side.length2();
                     along = side;
@@ -98,11 +97,11 @@ class Splitting {
             }
         }
         const V3d size = box.size();
-        // Pieces one behind the other fill it more than once, and are not flat.
+        // Pieces behind one another fill it more than once but are not flat.
         return area >= kFilled * size.x * size.y && size.z * size.z <= 0.01 * area;
     }
 
-    // Whether a right angle stands at one end of side c.
+    // Returns true if there is a right angle at one end of side c.
     bool is_right_angled(std::uint32_t triangle, int c) const {
         const V3d a = corner(triangle, c), b = corner(triangle, (c + 1) % 3),
                   o = corner(triangle, (c + 2) % 3);

@@ -1,9 +1,9 @@
 // Zemax source files (.dat, .sdf), binary and text.
 //
 // The binary form has a header of 208 bytes, then rows of seven or eight floats. The header also holds a
-// place, a rotation and a scale; the program that defines the format reads past them, and so does this one.
-// The text form has a line with the number of rays and the unit of length, then a line for each ray: x y z,
-// direction, flux and, in the eighth column, the wavelength in micrometres.
+// position, a rotation and a scale, which the program that defines the format ignores, as we do. The text
+// form has a line with the number of rays and the length unit, then a line for each ray: x y z, direction,
+// flux and, in an optional eighth column, the wavelength in micrometres.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -31,13 +31,13 @@ struct ZemaxHeader {
     std::int32_t rays = 0;
     std::string text;
     double flux = 0;        // of the ray set, in `unit`
-    double wavelength = 0;  // of all rays, nm; NaN or 0: not stated
+    double wavelength = 0;  // of all rays [nm]; NaN or 0: not stated
     float metres = 1;
-    bool per_ray = false;  // a wavelength in each row
+    bool per_ray = false;  // each row has a wavelength
     FluxUnit unit = FluxUnit::watt;
 };
 
-// CIE XYZ per watt of the light of a wavelength in micrometres; NaN where that is unknown.
+// Returns CIE XYZ per watt of the light of a wavelength in micrometres, or NaN if it is unknown.
 V3d xyz_of_micrometres(float wavelength) {
     const double known = stated(wavelength);
     return known > 0 ? cie_xyz(known * kNanometresPerMicrometre) : V3d(NAN);
@@ -55,7 +55,7 @@ ZemaxHeader read_zemax_header(RaySource& source) {
     h.rays = whole(4);
     if (h.rays < 1) input_error(at, "the file states {} rays", h.rays);
     h.text = ascii_text(std::span(bytes).subspan(8, 100));
-    // The ray set may be a part of the source; its own flux is what the rays stand for.
+    // The ray set may be a subset of the source; the rays represent the flux of the set.
     h.flux = real(112) > 0 ? real(112) : real(108);
     h.wavelength = real(116) * kNanometresPerMicrometre;
     h.metres = metres_of_unit(whole(136), kZemaxUnits, at);
@@ -74,7 +74,7 @@ ZemaxHeader read_zemax_header(RaySource& source) {
 
 constexpr std::uint64_t kShortestRow = 14;  // bytes of "0 0 0 0 0 1 1" and the end of its line
 
-// The two whole numbers that a line consists of; none if it is another line.
+// Returns the two integers that make up the line; none for any other line.
 std::optional<std::pair<std::int64_t, std::int32_t>> whole_numbers(std::string_view line) {
     std::pair<std::int64_t, std::int32_t> two{};
     const auto take = [&line](auto& number) {
@@ -89,7 +89,7 @@ std::optional<std::pair<std::int64_t, std::int32_t>> whole_numbers(std::string_v
     return two;
 }
 
-// How many numbers the line has, of which `row` gets the first.
+// Returns the number of values on the line, and stores the first ones in `row`.
 std::size_t read_row(std::string_view line, std::span<float> row, const Location& at) {
     std::size_t count = 0;
     for (std::size_t begin = line.find_first_not_of(" \t"); begin != line.npos;
@@ -104,7 +104,7 @@ std::size_t read_row(std::string_view line, std::span<float> row, const Location
             input_error(at,
                         "\"{}\" is not a number; expected x y z, direction, flux and perhaps a wavelength",
                         shown_value(word));
-        // A number that is out of double's range is as good as 0 or as infinity.
+        // Values outside double's range become 0 or infinity.
         if (count < row.size()) row[count] = static_cast<float>(value);
         ++count;
     }
@@ -167,7 +167,7 @@ RaySet read_zemax_text(const std::filesystem::path& file, Monitor& monitor) {
     RayColours colours(set);
     RayTaker taker(set, metres);
     Phase phase(monitor, "reading rays", static_cast<std::uint64_t>(rays));
-    std::size_t columns = 0;  // of all rows, as the first has them
+    std::size_t columns = 0;  // in all rows, as in the first
     for (std::int64_t i = 0; i < rays; ++i) {
         if (!lines.next(line))
             input_error(source.at(), "truncated in the rays: {} rays stated, {} there", rays, i);

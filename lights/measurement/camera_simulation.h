@@ -1,12 +1,12 @@
-// A camera that photographs what a virtual rig sees: files and a manifest as a real measurement leaves them.
+// A camera that photographs what a virtual rig sees, and leaves files and a manifest like a real measurement.
 //
-// In Setup A the sensor lies in M. In Setup B M is a diffuse screen, a Lambertian transmitter, so its
-// radiance is its irradiance times a constant from wherever a camera looks; the camera is a pinhole, and a
-// pixel counts the mean over its own area of the photograph (calibrated: lens falloff divided out).
+// In Setup A the sensor lies in M. In Setup B M is a diffuse screen, a Lambertian transmitter, whose radiance
+// is its irradiance times a constant in all directions. The camera is a pinhole, and a pixel counts the mean
+// over its own area of the photograph (calibrated: lens falloff divided out).
 //
-// A lamp of several colours is photographed in three channels, behind filters that see X, Y and Z as an
-// imaging colorimeter's do: what each collects is light, never negative. A file has them as R, G and B, and
-// the manifest says so by `to_xyz`.
+// A lamp of several colours is photographed in three channels, behind filters with the responses of X, Y and
+// Z as in an imaging colorimeter, so that no channel is negative. Files store them as R, G and B, which
+// `to_xyz` in the manifest states.
 #pragma once
 
 #include <cstdint>
@@ -22,35 +22,32 @@
 
 namespace lucerna {
 
-// Photographs of every view behind both films and dark frames of every exposure into the folder, which is
-// made if it is not there, and `manifest.toml` when all of them are written. Throws InputError if a file
-// cannot be written, if the camera does not see the whole screen, and when the user stops it.
+// Writes photographs of every view behind both films and dark frames of every exposure into the folder, which
+// is created if necessary, and `manifest.toml` after all of them. Throws InputError if a file cannot be
+// written, if the camera does not see the whole screen, and when the user stops it.
 void write_photographs(const FilterImages& images, const CameraModel& camera,
                        const std::filesystem::path& folder, const Workers& workers, Monitor& monitor);
 
-// Whether files that it writes may have this name.
+// Returns true if write_photographs() may write files of this name.
 bool is_photographs_name(const std::string& file);
 
-// What can be known to be wrong with write_photographs before there are images: throws as it does. Makes the
+// Checks before there are images what write_photographs() would reject; throws as it does. Creates the
 // folder.
 void check_photographs(const Rig& rig, const CameraModel& camera, const std::filesystem::path& folder);
 
-// The images as they come back from such photographs, without files: assemble() of write_photographs(), bit
-// for bit.
+// Returns the images that assemble() makes of write_photographs(), bit for bit, without files.
 Assembly photographed(const FilterImages& images, const CameraModel& camera, const Workers& workers,
                       Monitor& monitor, const AssembleOptions& options = {});
 
-// --- the parts of it
-
-// How the camera sees M.
+// The camera's view of M.
 struct CameraView {
     V2i size{0, 0};  // pixels of a photograph
     Corners corners;
 };
 CameraView camera_view(const Rig& rig, const CameraModel& camera);
 
-// From electrons to counts: the largest count (0: floats, electrons themselves), and how many an electron
-// makes.
+// The conversion from electrons to counts: the largest count (0: floats, which are electrons) and counts per
+// electron.
 struct CountScale {
     int most = 0;
     double gain = 1;
@@ -58,11 +55,11 @@ struct CountScale {
     CountScale(const CameraModel& camera);
 };
 
-// What a pixel counts that is expected to collect `electrons`, dark ones included.
+// Returns the count of a pixel that is expected to collect `electrons`, including dark current.
 float simulated_count(double electrons, const CameraModel& camera, const CountScale& scale, Sampler& sampler);
 
-// A Poisson variable of this mean, >= 0: exact below 64, above by a normal variable with the Poisson's
-// skewness.
+// Returns a Poisson variable of this mean, >= 0. It is exact below 64; above it is a normal variable with the
+// Poisson's skewness.
 double poisson(double mean, Sampler& sampler);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// The light of a light field as rays: what a particle map would be shot with, written down.
+// Writes the emission of a light field as rays, as it would be emitted for a photon map.
 #pragma once
 
 #include <cstdint>
@@ -18,20 +18,21 @@ class LampEmission {
     // emits nothing.
     LampEmission(const std::filesystem::path& lamp, EmissionMode mode, std::uint64_t seed,
                  const Workers& workers, Monitor& monitor);
-    // The same from a lamp in memory, called `name` in messages and in the file.
+    // As above, from a lamp in memory that is called `name` in messages and in the file.
     LampEmission(Lumigraph lamp, const std::string& name, EmissionMode mode, std::uint64_t seed,
                  const Workers& workers, Monitor& monitor);
 
-    // Writes `rays` rays that add up to the lamp's flux; of equal energy but in mode weighted, and of a lamp
-    // of several colours, whose rays have the colours that renders see of it. Positions are on S, of
-    // several slabs on the lamp's box, in the frame of the lamp's file. Throws InputError if the file cannot
-    // be written, or when the user stops it (nothing is left behind). The same for any number of threads.
+    // Writes `rays` rays that add up to the lamp's flux. They have equal energy, except in mode `weighted`
+    // and for a lamp of several colours, whose rays have the colours that renders show. Positions are on S,
+    // or on the lamp's box if it has several slabs, in the frame of the lamp's file. Throws InputError if the
+    // file cannot be written, or when the user stops it (no file is left behind). The result does not depend
+    // on the number of threads.
     RayFileInfo write(const std::filesystem::path& file, std::uint64_t rays, Monitor& monitor) const;
 
-    // Rays by their numbers, in memory: those of draws [begin, end) that carry something; their sum over all
-    // draws is not yet the lamp's flux. With their colours if the lamp has several.
+    // Returns the rays of draws [begin, end) that carry flux, with their colours if the lamp has several.
+    // Their sum over all draws is not yet the lamp's flux.
     RayBlock draw(std::uint64_t begin, std::uint64_t end) const;
-    // Total flux, in the field's unit.
+    // Returns the total flux in the field's unit.
     double flux() const { return flux_; }
 
   private:

@@ -1,4 +1,4 @@
-// A lamp measured from several sides, one after the other.
+// Joins the sides of a lamp that were measured one after the other.
 #pragma once
 
 #include <span>
@@ -9,17 +9,17 @@
 
 namespace lucerna {
 
-// Light fields of a lamp's sides as one lamp. Each was measured by itself and holds all that passed its
-// planes, so that where they overlap they hold the same light: each keeps its share by direction
-// (SlabShares), taken for each coefficient from the middle of its filter to the middle of its pixel. The
-// lamp's box reaches to the planes S, and as far as the filters where no side was measured. A single straight
-// field stays as it is. Throws InputError for two fields of one side, and for what makes no lamp (Lumigraph).
+// Joins light fields of a lamp's sides to one lamp. Each holds all the light that passed its planes, so
+// overlapping fields hold the same light. Each keeps its share by direction (SlabShares), evaluated for each
+// coefficient from the centre of its filter to the centre of its pixel. The lamp's box extends to the planes
+// S and, on sides that were not measured, as far as the filters. A single straight field stays as it is.
+// Throws InputError for two fields of one side, and for an invalid lamp (Lumigraph).
 Lumigraph join_sides(std::vector<Slab> sides);
 
-// "+z", "-z", "+x", "-x", "+y" or "-y". Throws InputError naming `option`.
+// Parses "+z", "-z", "+x", "-x", "+y" or "-y". Throws InputError naming `option`.
 SlabAxes parse_side(const char* option, std::string_view word);
 
-// Throws InputError naming `option` if a side is told twice.
+// Throws InputError naming `option` if a side is given twice.
 void require_different_sides(const char* option, std::span<const SlabAxes> sides);
 
 }  // namespace lucerna

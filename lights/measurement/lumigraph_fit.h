@@ -1,4 +1,4 @@
-// How many slabs a ray set needs, where they go, and what each of them holds.
+// Chooses how many slabs a ray set needs, where they go, and what each of them holds.
 #pragma once
 
 #include <vector>
@@ -12,30 +12,30 @@
 namespace lucerna {
 
 struct LumigraphOptions {
-    FitOptions fit;  // of each slab; `z` with one slab alone
-    int slabs = 0;   // 1 (+z), 2 (+z, -z) or 6; 0: as few as hold kHeld of the usable flux
+    FitOptions fit;  // of each slab; `z` only with a single slab
+    int slabs = 0;   // 1 (+z), 2 (+z, -z) or 6; 0: the fewest that hold kHeld of the usable flux
 };
 
 struct LumigraphFit {
     Lumigraph lamp;
-    // Of the whole set. `backward`: rays towards sides that have no slab.
+    // The account of the whole set; `backward` is that of rays towards sides without a slab.
     FluxAccount account;
-    std::vector<FluxAccount> slabs;  // of each: of its share of the rays' light
+    std::vector<FluxAccount> slabs;  // of each slab's share of the rays' light
 };
 
-// A slab whose share of the flux is no more than this is left out: its light goes to its neighbours.
+// A slab with no more than this share of the flux is left out, and its light goes to its neighbours.
 inline constexpr double kNegligible = 1e-3;
-// What one slab, or two, must hold of the usable flux to be enough.
+// The share of the usable flux that one or two slabs must hold to suffice.
 inline constexpr double kHeld = 0.99;
 
-// One slab is that of fit_light_field(). Otherwise each ray is shared out among the slabs by its direction
-// (SlabShares), and each slab gets the planes that suit its share, with S at its waist. The lamp's box is
-// the least that both nearly all rays' starts and nearly all lines' points nearest to their common middle lie
-// in: rays may start on a surface far around the lamp. Throws InputError as fit_light_field().
+// A single slab is fitted by fit_light_field(). Otherwise each ray is shared among the slabs by its direction
+// (SlabShares), and each slab gets the planes that suit its share, with S at its waist. The lamp's box is the
+// smallest that contains both nearly all rays' starts and nearly all lines' points nearest to their common
+// centre, because rays may start on a surface far around the lamp. Throws InputError as fit_light_field().
 LumigraphFit fit_lumigraph(const RaySet& rays, const LumigraphOptions& options, const Workers& workers,
                            Monitor& monitor);
 
-// The box that the light of a ray set begins in, in the frame of the rays.
+// Returns the box in which the light of a ray set begins, in the frame of the rays.
 Box3d box_of(const RaySet& rays);
 
 }  // namespace lucerna

@@ -1,16 +1,16 @@
-// What a lamp casts on a plane that faces it: from its coefficients alone, without a renderer.
+// Irradiance that a lamp casts on a plane that faces it, from its coefficients alone, without a renderer.
 //
-// On a plane parallel to S at distance z all cosines and distances cancel: a bundle of rays that is du dv
+// On a plane parallel to S at distance z all cosines and distances cancel. A bundle of rays that is du dv
 // wide on S and ds dt wide on M is (z/D)² ds dt wide at a point that all of it passes, so that
 //
 //     E(x, y, z) = (D/z)² ∫∫ h(u, v, u + (x - u) D/z, v + (y - v) D/z) du dv            [Goesele 2003, 3.2]
 //
-// and, h being a sum of products, each coefficient adds a product of two one-dimensional integrals of the
+// and, since h is a sum of products, each coefficient adds a product of two one-dimensional integrals of the
 // bell over the part of S from which the point is seen through a pixel (basis_shares.h).
 //
-// Coefficients are taken as measured, negative ones included: that is the unbiased estimate, and it conserves
-// the measured flux. (A renderer's particles follow max(0, h), scaled back to the same flux; where the field
-// is smooth the two agree.)
+// Coefficients are used as measured, negative ones included, which is unbiased and conserves the measured
+// flux. (A renderer's particles follow max(0, h), scaled back to the same flux; the two agree where the field
+// is smooth.)
 #pragma once
 
 #include <algorithm>
@@ -33,12 +33,12 @@ struct PlanePatch {
     V2i pixels{0, 0};
 
     double pixel_area() const { return size.x / pixels.x * (size.y / pixels.y); }  // pixels >= 1
-    // Why this is no patch, in words; empty if it is one.
+    // Says why this is not a valid patch; empty if it is one.
     std::string fault() const;
 };
 
-// Mean irradiance of every pixel [flux unit/m²], rows from the least y upwards: [y * pixels.x + x]. May be
-// negative where the light is weaker than the noise. Throws InputError for a patch that is none.
+// The mean irradiance of every pixel [flux unit/m²], rows from the least y upwards: [y * pixels.x + x]. It
+// may be negative where the light is weaker than the noise.
 struct PlaneIrradiance {
     PlanePatch patch;
     std::vector<double> values;
@@ -51,80 +51,81 @@ struct PlaneIrradiance {
     double peak() const;
 };
 
-// In the field's frame: S is z = 0, its centre on the axis. distance >= 0; 0 is S itself. By the approximate
-// reconstruction the geometric terms do not cancel: a quadrature over S, at the middle of each pixel.
+// Projects a field, in its own frame: S is z = 0 and centred on the axis. The distance is >= 0, where 0 is S
+// itself. With the approximate reconstruction the geometric terms do not cancel, so a quadrature over S is
+// made for the centre of each pixel. Throws InputError for an invalid patch.
 PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const Workers& workers,
                         Monitor& monitor, Reconstruction reconstruction = Reconstruction::exact);
-// The irradiance at one point of the plane z = point.z >= 0, facing the lamp.
+// Returns the irradiance at a point on the plane z = point.z >= 0, facing the lamp.
 double irradiance(const LightField& field, const V3d& point,
                   Reconstruction reconstruction = Reconstruction::exact);
 
-// What a whole lamp casts on a plane across the normal of `side`: patch.distance and patch.centre are along
-// its axes, in the lamp's frame. A slab that looks elsewhere sends light there too, at E times the cosine to
-// the side over that to S, which is linear along one axis of S. A plane that cuts the lamp's box, slabs that
-// do not look along the side's axes: InputError.
+// Projects a whole lamp on a plane perpendicular to the normal of `side`; patch.distance and patch.centre are
+// along the side's axes, in the lamp's frame. A slab that faces elsewhere lights the plane, too, with E times
+// the ratio of the cosines to the side and to S, which is linear along one axis of S. Throws InputError for a
+// plane that cuts the lamp's box, and for slabs that are not aligned with the side's axes.
 PlaneIrradiance project(const Lumigraph& lamp, const SlabAxes& side, const PlanePatch& patch,
                         const Workers& workers, Monitor& monitor);
-// A square about its light there.
+// Returns a square around the lamp's light on that plane.
 PlanePatch frame_light(const Lumigraph& lamp, const SlabAxes& side, double distance, int pixels,
                        const Workers& workers, Monitor& monitor);
-// The square about what is bright in a wide projection.
+// Returns the square around what is bright in a wide projection.
 PlanePatch frame_of(const PlaneIrradiance& wide, int pixels);
 
-// Rays counted into the pixels, in the frame of the rays. As in a light field they are whole lines: one that
-// starts beyond the plane counts where its line passes it. Those that do not go towards +z are left out.
+// Counts rays into the pixels, in the frame of the rays. As in a light field they are whole lines: a ray that
+// starts beyond the plane counts, too. Rays that do not leave towards +z are left out.
 PlaneIrradiance project(const RaySet& rays, const PlanePatch& patch);
 
-// A square about the light on the plane z = distance, that leaves out about 2 % of it on each side.
+// Returns a square around the light on the plane z = distance, which leaves out about 2 % of it on each side.
 PlanePatch frame_light(const LightField& field, double distance, int pixels, const Workers& workers,
                        Monitor& monitor);
 PlanePatch frame_light(const RaySet& rays, double distance, int pixels);
 
-// A lamp from afar: the photometric web that a goniophotometer would measure of it.
+// The far field of a lamp: the photometric web that a goniophotometer would measure.
 //
-// Far away only the direction counts. All rays of direction (a, b, 1) pass S at (u, v) and M at
-// (u + a D, v + b D), so the intensity is
+// Far away only the direction matters. All rays of direction (a, b, 1) pass S at (u, v) and M at (u + a D, v
+// + b D), so the intensity is
 //
 //     I = cos θ ∫∫ L du dv = D²/cos³θ ∫∫ h(u, v, u + a D, v + b D) du dv              [Goesele 2003, 3.2]
 //
-// because L = h R⁴/D² and R = D/cos θ. As h is a sum of products, each coefficient adds a product of two
-// one-dimensional integrals of the bell (basis_shares.h). Coefficients are taken as measured, negative ones
+// because L = h R⁴/D² and R = D/cos θ. Since h is a sum of products, each coefficient adds a product of two
+// one-dimensional integrals of the bell (basis_shares.h). Coefficients are used as measured, negative ones
 // included.
 //
-// A web is made from directions as a field is from rays: each node of its grid holds the mean of the
-// intensity under its hat, the bilinear function that is 1 there and 0 at its neighbours. Hats add up to 1,
-// so the web has the lamp's flux, whatever the grid. What is smaller than a step of the grid is smoothed.
+// A web is made from directions as a field is made from rays: each node of its grid holds the mean intensity
+// under its hat, the bilinear function that is 1 there and 0 at its neighbours. Hats add up to 1, so the web
+// has the lamp's flux on any grid. Details smaller than a grid step are smoothed.
 //
-// Where pixels are boxes, radiance is taken to be even over a pixel of M as seen from a filter, with the
-// pixel's flux (the approximate reconstruction of appendix A, in which that flux is kept). The flux density,
-// which is even there by the field's definition, would make of each pixel a tooth: a pixel in the middle of a
-// wide lamp's M may span 17°, over which cos³ falls by an eighth.
+// Where pixels are boxes, radiance is taken as constant over a pixel of M as seen from a filter, with the
+// pixel's flux (the approximate reconstruction of appendix A, with that flux kept). The flux density, which
+// is constant there by definition, would give each pixel a tooth: a pixel in the middle of a wide lamp's M
+// may span 17°, over which cos³ falls by an eighth.
 
-// Steps of the grid, degrees; polar_step divides 90 and azimuth_step 360. At least 0.05.
+// The steps of the grid in degrees, at least 0.05; polar_step divides 90 and azimuth_step 360.
 struct FarFieldGrid {
     double polar_step = 1;
     double azimuth_step = 5;
-    // The intensity of the light field's radiance as it is rendered: clamped at 0, and even in flux density
-    // over a pixel that is a box. It is what to compare the rendered near field with. Otherwise it is that of
-    // the coefficients as measured.
+    // If set, computes the intensity of the light field's radiance as it is rendered, clamped at 0 and with
+    // constant flux density over a box pixel, to be compared with the rendered near field. Otherwise computes
+    // that of the coefficients as measured.
     bool as_rendered = false;
 };
 
-// Towards (a, b, 1), in the field's frame [flux unit/sr]. May be negative where noise exceeds the light.
+// Returns the intensity towards (a, b, 1), field's frame [flux unit/sr]; noise may make it negative.
 double far_intensity(const LightField& field, const V2d& slope);
 
-// The web of the whole field; of its measured flux (scaled to it, after what is negative was cut off). Angles
-// γ from 0 to 90. In the field's unit per sr: candela if it is in lm. Throws InputError for steps that do not
-// divide, for a field without flux, and when the user stops it. Of a field of several colours that of Y. The
-// luminous opening is what of the lamp shines (shining_opening.h).
+// Returns the web of the whole field, with angles γ from 0 to 90, scaled to the measured flux after negative
+// values were set to 0. It is in the field's unit per sr: candela if that is lm. A field of several colours
+// gives the web of Y. The luminous opening is the shining part of the lamp (shining_opening.h). Throws
+// InputError for steps that do not divide, for a field without flux, and when the user stops it.
 PhotometricWeb far_field(const LightField& field, const FarFieldGrid& grid, const Workers& workers,
                          Monitor& monitor);
 
-// The same of a whole lamp, in its frame: angles to 180 if it has slabs that look to other sides than +z.
+// As above for a whole lamp, in its frame; angles go to 180 for several slabs.
 PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& grid, const Workers& workers,
                          Monitor& monitor);
 
-// The web of a ray file, backward rays included; of the flux of all its rays, of several colours that of Y.
+// Returns the web of a ray file, backward rays included, with the flux of all its rays (of Y, if coloured).
 PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& grid);
 
 }  // namespace lucerna

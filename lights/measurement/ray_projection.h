@@ -1,8 +1,8 @@
-// A way into a light field: a lamp known by its rays.
+// Makes a light field of a lamp that is known by its rays.
 //
-// Rays are a Monte Carlo sample of the integrals by which the optical bench measures [Goesele 2003, 3.1]: a
-// ray of flux φ through (u, v) of S and (s, t) of M adds φ Φ̃_m(u) Φ̃_n(v) / (w_M h_M) to pixel (k, l) of each
-// of the 4 x 4 filters over it.
+// Rays are a Monte Carlo sample of the integrals that the optical bench measures [Goesele 2003, 3.1]: a ray
+// of flux φ through (u, v) of S and (s, t) of M adds φ Φ̃_m(u) Φ̃_n(v) / (w_M h_M) to pixel (k, l) of each of
+// the 4 x 4 filters over it.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@
 
 namespace lucerna {
 
-// Where a ray set's flux went; in its unit. The sum of all but `captured` is what the field does not hold.
+// Accounts for a ray set's flux, in its unit. All but `total` and `captured` add up to missed().
 struct FluxAccount {
     double total = 0;
     double captured = 0;  // the field's flux()
@@ -28,8 +28,8 @@ struct FluxAccount {
     double backward = 0;  // rays that do not leave towards +z
     double beside_s = 0;  // rays that pass S where no filter weighs them
     double beside_m = 0;  // rays that pass M outside a view's image
-    // Signed. Over a point well within S and M the duals add up to 1; towards the borders, where some of
-    // those that reach a point are missing, they do not.
+    // Signed. The duals over a point well within S and M add up to 1; towards the edges, where some of those
+    // that reach a point are missing, they do not.
     double not_in_basis = 0;
     double missed() const { return total - captured; }
     double explained() const {
@@ -37,10 +37,10 @@ struct FluxAccount {
     }  // = missed()
 };
 
-// By what a ray is weighed: on each plane the given share of the dual basis, and for the rest the basis
-// itself. The dual alone gives coefficients without bias, and all noise of few rays; the basis function alone
-// blurs the field by its own width, and its weights are positive. Both add up to 1 over a point, so the flux
-// is the same. On M a box is its own dual.
+// The weights of a ray: on each plane the given share of the dual basis, and the rest of the basis itself.
+// The dual alone gives unbiased coefficients with all the noise of few rays. The basis function alone has
+// positive weights, but blurs the field by its own width. Both add up to 1 over a point, so the flux is the
+// same. On M a box is its own dual.
 struct RayWeights {
     double dual_s = 1, dual_m = 1;  // in [0, 1]
 };
@@ -48,52 +48,51 @@ struct RayWeights {
 struct Projection {
     LightField field;
     FluxAccount account;
-    double noise = 0;  // rms of a coefficient's noise over the rms of the coefficients without it
+    double noise = 0;  // rms of the coefficients' noise over the rms of the coefficients without it
 };
 
-// The field of `rays` on given planes (rig.centre in the frame of the rays). Throws InputError for a rig that
-// is none.
+// Projects `rays` on given planes (rig.centre is in the frame of the rays). Throws InputError for an invalid
+// rig.
 Projection project_rays(const RaySet& rays, const Rig& rig, const Workers& workers, Monitor& monitor,
                         const RayWeights& weights = {});
 
-// How to lay the planes; what is 0 or absent is chosen from the rays (choose_planes says how).
+// Options for the planes; those that are 0 or absent are chosen from the rays (see choose_planes).
 struct FitOptions {
-    V2i views{0, 0};      // filter positions per side
-    V2i pixels{0, 0};     // pixels per side of a view's image
-    double distance = 0;  // from S to M, metres
-    double capture =
-        0.993;  // share of the flux leaving towards +z that S and M should let through, in (0, 1)
+    V2i views{0, 0};          // filter positions per side
+    V2i pixels{0, 0};         // pixels per side of a view's image
+    double distance = 0;      // from S to M, metres
+    double capture = 0.993;   // share of the flux towards +z that S and M should pass, in (0, 1)
     std::optional<double> z;  // height of S in the rays' frame, metres
-    // Where the light begins, in the rays' frame, if that is known better than from where rays start.
+    // The box in which light begins, in the rays' frame, if that is known better than from where rays start.
     std::optional<Box3d> begin;
 };
 
-// The planes for a ray set, and what to weigh its rays by.
+// The planes for a ray set, and the weights of its rays.
 struct RayPlanes {
     Rig rig;
     RayWeights weights;
-    // Of the field that all rays make there before its light is clamped, by rays that no choice was made by
-    // (choose_resolution).
+    // Errors of the field that all rays make there, before clamping, estimated from rays that took part in no
+    // choice (choose_resolution).
     std::vector<PlaneError> errors;
 };
 
-// Lays the planes for a ray set, as in Setup B (the screen stands still, σ = 0), with hats on M:
-//   S      at the waist, where the rays' lines are closest together (waist_height), but not behind what they
-//          start from. Its box holds all positions but a tail of a sixteenth of the permitted loss on each of
-//          its four sides, and reaches at most kWidestS times as far as where rays start: the lines of rays
-//          that leave sideways pass S far off. Of light that begins in a box known before: as far as lines of
-//          that slope from the box pass S.
+// Chooses the planes for a ray set, as in Setup B (the screen stands still, σ = 0), with hats on M:
+//   S      at the waist, where the rays' lines are closest together (waist_of), but not behind where they
+//          start. Its box holds all positions but a tail of a sixteenth of the permitted loss on each of its
+//          four sides. It extends at most kWidestS times as far as the rays' starts, because the lines of
+//          rays that leave sideways pass S far off. If the box where light begins is known, it extends as far
+//          as lines of slope kWidestS from that box pass S.
 //   D      five times the larger side of that box: far enough that a pixel is a bundle of directions
 //          [Ashdown 1995].
-//   M      the least box about the axis, in the proportion of the lobe's own widths, that reaches the share,
-//          but at most kWidestM times as far as D (85°).
-//   coordinates, views, pixels, weights: of those tried the ones of least error of irradiance, over planes
-//          from contact to the far field, in rays that the field does not know (held_out.h). An
-//          estimate by the rays that choose is biased: a quarter of the rays is held out from all choices,
-//          and the error that is stated is estimated from them. Light that passes the two boxes must be
-//          held, but for as much again as the boxes may lose: what holds less is taken only where nothing
-//          that was tried holds more.
-// An even S covers its box, with one filter outside on every side, so that no point lacks one of its 4 x 4
+//   M      the smallest box about the axis, in the proportion of the lobe's own widths, that holds the share,
+//          but at most kWidestM times as wide as D (85°).
+//   coordinates, views, pixels, weights: of those tried, the ones with the least error of irradiance over
+//          planes from contact to the far field, judged by rays that the field does not know (held_out.h).
+//          An estimate from the rays that choose is biased, so a quarter of the rays is held out from all
+//          choices, and the stated error is estimated from them. A choice must hold the light that passes
+//          the two boxes, up to as much loss as the boxes may have; one that holds less is taken only if no
+//          other one that was tried holds more.
+// A uniform S covers its box, with one filter outside on every side, so that no point lacks one of its 4 x 4
 // duals; a compressed one covers the plane. Throws InputError if no ray leaves towards +z, or an option is
 // out of range.
 RayPlanes choose_planes(const RaySet& rays, const FitOptions& options, const Workers& workers,
@@ -101,56 +100,56 @@ RayPlanes choose_planes(const RaySet& rays, const FitOptions& options, const Wor
 inline constexpr double kWidestS = 4;
 inline constexpr double kWidestM = 11.5;
 
-// The height at which the rays' lines are closest together: Σ flux cos²θ |p(z) - mean|² is least. The cosine
-// makes it the distance across the lines, which grazing ones would else decide alone. Where all lines are
-// parallel: the mean height at which they start. Of the rays towards +z.
+// The height z at which the rays' lines are closest together, where Σ flux cos²θ |p(z) - mean|² is least over
+// rays towards +z. The cosine turns it into the distance across the lines, lest grazing ones decide alone.
+// For parallel lines it is the mean height at which they start.
 struct Waist {
     double z;       // metres
-    double spread;  // the root of the mean square there, metres
+    double spread;  // root mean square distance there, metres
 };
 Waist waist_of(const RaySet& rays);
 
-// choose_planes, then project_rays; the field's info has the errors.
+// Calls choose_planes() and project_rays(); the field's info has the errors.
 Projection fit_light_field(const RaySet& rays, const FitOptions& options, const Workers& workers,
                            Monitor& monitor);
 
-// Rays behind the two opacities of a measuring filter, gathered as they come.
+// Sums rays behind the two opacities of a measuring filter, block by block.
 //
-// A real rig measures every filter position twice: behind the opacity of Φ̃⊗Φ̃'s positive part and behind that
-// of its negative part [Goesele 2003, 4.1]. Rays do the same here: each adds its flux, times the opacities
-// over it, to the pixels that see it, the two signs apart. Blocks of rays may come one after the other; the
-// sums are the same for any number of threads.
+// A real rig measures every filter position twice: behind the opacity of Φ̃⊗Φ̃'s positive part and behind
+// that of its negative part [Goesele 2003, 4.1]. Rays do the same here: each adds its flux, times the
+// opacities over it, to the pixels that see it, with separate sums for the two signs. Blocks of rays may be
+// added one after the other. The sums do not depend on the number of threads.
 
 struct FilterSums {
     Rig rig;
-    // Σ φ max(0, ±Φ̃⊗Φ̃) of every pixel of every view, Φ̃ in units of the filter spacing; laid out as
-    // Rig::index. In double: thousands of millions of terms are added.
+    // Σ φ max(0, ±Φ̃⊗Φ̃) for every pixel of every view, with Φ̃ in units of the filter spacing, laid out by
+    // Rig::index. The sums are in double precision, because they have billions of terms.
     std::vector<double> positive, negative;
-    double squares = 0;  // Σ (φ Φ̃⊗Φ̃)² over all rays and pixels: the noise
-    // Rays of one colour, CIE XYZ per unit of flux, have no more than that; once there is another the sums
-    // above are of Y = 1, and these of X and Z.
+    double squares = 0;  // Σ (φ Φ̃⊗Φ̃)² over all rays and pixels, for the noise
+    // Rays of one colour, CIE XYZ per unit of flux, need only the sums above. From the second colour on,
+    // those are of Y = 1, and these are of X and Z.
     V3f tint{0.0F};
     struct Signed {
         std::vector<double> positive, negative;
     };
     Signed x, z;
     bool coloured() const { return !x.positive.empty(); }
-    // Makes sums of X and Z of those that there are.
+    // Makes sums of X and Z from the existing ones.
     void separate_colours();
     FluxAccount account;  // of the rays: backward, beside_s, beside_m, not_in_basis
 
-    // Nothing yet. Throws InputError for a rig that is none.
+    // Starts with empty sums. Throws InputError for an invalid rig.
     explicit FilterSums(const Rig& of);
 
-    // Of ranks that add the same rays, each has the newest sums of some rows of filters alone: who works on a
-    // row has it. squares and account are right at rank 0. Collective, all of them.
+    // Among ranks that add the same rays, each has the newest sums only of the rows of filters that it works
+    // on. squares and account are correct at rank 0. The following functions are collective.
 
-    // Rank 0's sums, those of a file, are the newest of all rows. The others know their tint then.
+    // Declares rank 0's sums, from a file, the newest of all rows, and sends their tint to other ranks.
     void begin_at_rank_0(Ranks& ranks);
-    // Rank 0 has all rows; who has them, stays.
+    // Brings all rows to rank 0; their owners keep them.
     void bring_to_rank_0(Ranks& ranks);
 
-    // A row's sums, as bytes.
+    // Serialises the sums of a row.
     template <typename Archive>
     void fields_of_row(int n, Archive& archive) {
         const std::size_t pixels =
@@ -169,41 +168,40 @@ struct FilterSums {
     ItemStates rows;
 };
 
-// Rays in the lamp's frame, as the rig's centre is. Those that do not go towards +z are booked and left out.
-// Each has Y = 1 per unit of flux; `tints`, if there are any, are theirs. Ranks share out the rows of
-// filters. False: the user stopped the ranks before anything was added. Throws InputError if sums of several
-// colours do not fit into memory.
+// Adds rays in the lamp's frame, in which the rig's centre is. Those that do not leave towards +z are only
+// accounted for. Each has Y = 1 per unit of flux; `tints`, if there are any, are their colours. Ranks share
+// the rows of filters. Returns false if the user stopped the ranks before anything was added. Throws
+// InputError if sums of several colours exceed the memory.
 bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
               const RayTints& tints = {});
 
-// The images as the rig records them: irradiance, each ray's flux times `share` (1 / number of light paths).
+// Returns the images that the rig records: irradiance, with each ray's flux times `share` (1 / light paths).
 FilterImages images_of(const FilterSums& sums, double share, const LightFieldInfo& info);
 
-// What the finite number of rays does to the coefficients.
+// The noise of the coefficients that is due to the finite number of rays.
 struct SamplingNoise {
-    double rms = 0;  // standard deviation of a coefficient, root mean square over all, flux unit / m⁴
-    double relative =
-        0;  // of all coefficients together: √(Σ variance / Σ E²), the noise's own part of E² taken out
+    double rms = 0;       // root mean square of the coefficients' standard deviations, flux unit / m⁴
+    double relative = 0;  // √(Σ variance / Σ E²) over all coefficients, without the noise's own part of E²
 };
-// From independent rays; stratified ones have less. `field` is that of the same sums and share.
+// Assumes independent rays; stratified ones have less noise. `field` is made of the same sums and share.
 SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightField& field);
 
-// Where the light of a ray set may pass the planes; what of it is chosen by choose_resolution().
+// Where the light of a ray set may pass the planes; choose_resolution() chooses within these boxes.
 struct PlaneBoxes {
     V2d centre_s, half_s;  // metres
     V2d half_m;
     double held = 0;    // share of the light of `rays` that must be held
-    V2i views, pixels;  // 0: to be chosen
+    V2i views, pixels;  // 0: chosen
 };
 
-// The rays that the resolution is chosen by, three quarters of those given, and the rest, by which the error
-// of what was chosen is stated. Which part a ray goes to is drawn.
+// Three quarters of the given rays, which choose the resolution, and the rest, which estimate the error of
+// the choice. Rays are assigned at random.
 struct HeldOutParts {
     std::vector<std::size_t> choosing, judging;
 };
 HeldOutParts held_out_parts(std::span<const std::size_t> rays);
 
-// Sets all of `planes` that depends on the resolution; planes.rig has centre and distance already.
+// Sets the part of `planes` that depends on the resolution; planes.rig already has centre and distance.
 void choose_resolution(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes,
                        RayPlanes& planes, const Workers& workers, Monitor& monitor);
 

@@ -1,10 +1,10 @@
-// From a photograph's pixels to those of the measurement plane M, by area.
+// Resampling from a photograph's pixels to those of the measurement plane M, by area.
 //
-// Four points of the photograph are M's corners. If the sensor itself lies in M (Setup A) they make a
-// rectangle; if a camera looks at a screen from somewhere (Setup B) they make any convex quadrilateral, and a
-// homography maps M to the photograph. Straight lines stay straight under it, so a pixel of the photograph
-// covers an exact quadrilateral of M, and a pixel of M gets the mean of what covers it, weighed by area. Mean
-// irradiance is conserved: a constant photograph gives that constant, and flux is neither made nor lost.
+// Four points of the photograph are M's corners. If the sensor itself lies in M (Setup A), they form a
+// rectangle. If a camera looks at a screen (Setup B), they form any convex quadrilateral, and a homography
+// maps M to the photograph. It preserves straight lines, so a pixel of the photograph covers an exact
+// quadrilateral of M, and a pixel of M gets the area-weighted mean of what covers it. Mean irradiance is
+// conserved: a constant photograph gives that constant, and flux is neither gained nor lost.
 //
 // The photograph must be free of lens distortion.
 #pragma once
@@ -24,11 +24,11 @@ using V2d = Imath::V2d;
 class Homography {
   public:
     // Maps the corners (0, 0), (w, 0), (w, h), (0, h) of a rectangle to the given points. Throws InputError
-    // unless these make a convex quadrilateral of some area.
+    // unless these form a convex quadrilateral with an area.
     static Homography of_rectangle(const V2d& size, const std::array<V2d, 4>& to);
 
     V2d operator()(const V2d& p) const;
-    // Whether p lies on the rectangle's side of the horizon; elsewhere the map says nothing of use.
+    // Returns true if p lies on the rectangle's side of the horizon; elsewhere the map is meaningless.
     bool reaches(const V2d& p) const { return weight(p) > 0; }
     Homography inverse() const;
 
@@ -38,18 +38,18 @@ class Homography {
     V2d inside_;  // a point of the rectangle
 };
 
-// Where M lies in the photograph, in pixels: x to the right and y down from the upper left corner of the
-// upper left pixel. In the order (s, t) least-least, most-least, most-most, least-most: lower left, lower
-// right, upper right and upper left of M if s grows to the right and t upwards.
+// The position of M's corners in the photograph, in pixels: x to the right and y down from the upper left
+// corner of the upper left pixel. The order in (s, t) is least-least, most-least, most-most, least-most:
+// lower left, lower right, upper right and upper left of M if s grows to the right and t upwards.
 using Corners = std::array<V2d, 4>;
 
-// M fills this rectangle of the photograph, s to the right, t upwards.
+// Returns the corners of an M that fills this rectangle of the photograph, s to the right, t upwards.
 Corners corners_of_crop(const V2d& upper_left, const V2d& size);
 
-// A grid of unit cells, and how its values are laid out.
+// A grid of unit cells and the layout of its values.
 struct Grid {
     V2i size;
-    bool columns = false;  // down one column after the other, as Rig::index; else row by row
+    bool columns = false;  // column by column, as Rig::index; else row by row
     std::size_t cells() const { return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y); }
     std::size_t index(int x, int y) const {
         return columns ? static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) +
@@ -59,21 +59,21 @@ struct Grid {
     }
 };
 
-// Means over the cells of one grid of what is constant in each cell of another: the share of a source cell is
-// the area of the target cell that it covers, exactly, cut as polygons. What no source cell covers adds
-// nothing.
+// Computes means over the cells of one grid of values that are constant in each cell of another. The weight
+// of a source cell is the exact area of the target cell that it covers, by polygon clipping. Uncovered area
+// adds nothing.
 class AreaMap {
   public:
     AreaMap(const Grid& target, const Grid& source, const Homography& to_source);
 
     void means(std::span<const float> source, std::span<float> target) const;
-    // The variance of each mean, of the variances of independent source cells.
+    // Computes the variance of each mean from the variances of independent source cells.
     void variances(std::span<const float> source, std::span<float> target) const;
-    // How much of a target cell is covered, in [0, 1].
+    // Returns the covered share of a target cell, in [0, 1].
     double covered(std::size_t target) const;
-    // The same map with means over the covered parts alone.
+    // Returns the same map with means over the covered area only.
     AreaMap of_covered() &&;
-    // Whether any target cell takes from it.
+    // Returns true if any target cell uses the source cell.
     bool uses(std::size_t source) const { return used_[source]; }
 
   private:
@@ -86,16 +86,16 @@ class AreaMap {
     void add_cell(const Grid& source, const V2i& cell, const Homography& to_source,
                   const Homography& to_target);
 
-    std::vector<std::size_t> first_;  // share of each target cell, and the end
+    std::vector<std::size_t> first_;  // index of each target cell's first share, and the end
     std::vector<Share> shares_;
     std::vector<bool> used_;
 };
 
-// From photographs to M, whose pixels lie as Rig::index says. Throws InputError if the corners make no convex
-// quadrilateral or do not lie within the photograph.
+// Returns the map from photographs to M, whose pixels are laid out by Rig::index. Throws InputError if the
+// corners form no convex quadrilateral or lie outside the photograph.
 AreaMap photograph_to_plane(const V2i& photograph, const V2i& plane, const Corners& corners);
-// The other way: what a camera sees of a screen whose pixels are M's. Beyond them it is dark; a pixel on
-// their border sees what it sees of M, as light does not end there.
+// Returns the inverse map: what a camera sees of a screen whose pixels are M's. Outside them it is dark. A
+// pixel at their edge sees the mean of its part of M, because a real screen's light does not end there.
 AreaMap plane_to_photograph(const V2i& plane, const V2i& photograph, const Corners& corners);
 
 }  // namespace lucerna

@@ -1,7 +1,7 @@
-// The description of a virtual measurement: the rig, the lamp that stands before it, and its camera.
+// The description of a virtual measurement: the rig, the lamp in front of it, and its camera.
 //
-// People write it as TOML; docs/reference/rig-files.md is its reference. What can be said with lengths alone
-// is checked here; files that it names (a slide, a scene) are read by whoever measures.
+// Users write it as TOML; docs/reference/rig-files.md is its reference. Lengths are checked here; files that
+// it names (a slide, a scene) are read by the acquisition.
 #pragma once
 
 #include <cstdint>
@@ -19,61 +19,63 @@
 
 namespace lucerna {
 
-// The camera of a rig: what turns irradiance on a sensor into the numbers of a photograph.
+// The camera of a rig, which turns irradiance on a sensor into the counts of a photograph.
 //
-// A pixel collects electrons in proportion to irradiance and time, and a dark current on top; it counts them
-// with shot noise and with the noise of reading out; it is full at `full_well`; and what it has collected is
-// written in whole steps of its bits. A series of exposures covers more range than one can.
+// A pixel collects electrons in proportion to irradiance and time, plus a dark current, with shot noise and
+// read noise. It saturates at `full_well`, and its value is rounded to the steps of its bits. A series of
+// exposures covers a larger range than a single one.
 
 struct CameraModel {
-    std::vector<double> exposures{1};  // seconds, rising, all > 0
-    int bits = 16;  // of a number in a photograph, 8 to 16; 32: floats, neither rounded nor clipped
-    double full_well = 50000;  // electrons at which a pixel is full
-    double read_noise = 0;     // electrons, standard deviation
-    bool shot_noise = false;   // the number of electrons is a Poisson variable
-    double dark_current = 0;   // electrons per second and pixel
-    double hot_pixels = 0;     // share of the pixels whose dark current is hot_factor times that
+    std::vector<double> exposures{1};  // seconds, ascending, all > 0
+    int bits = 16;                     // of a count, 8 to 16; 32: floats, neither rounded nor clipped
+    double full_well = 50000;          // electrons at which a pixel is full
+    double read_noise = 0;             // electrons, standard deviation
+    bool shot_noise = false;           // the number of electrons is a Poisson variable
+    double dark_current = 0;           // electrons per second and pixel
+    double hot_pixels = 0;             // share of the pixels with hot_factor times the dark current
     double hot_factor = 100;
-    // Electrons per (flux unit / m²) and second. 0: the brightest pixel of all views fills `fill` of the well
-    // in the shortest exposure.
+    // Electrons per (flux unit / m²) and second. 0: the brightest pixel of all views fills the share `fill`
+    // of the well in the shortest exposure.
     double sensitivity = 0;
     double fill = 0.8;
     std::uint64_t seed = 1;
-    // Photographs finer than M's pixels: sensor pixels per pixel of M and axis, and a margin around them that
-    // is to be cropped, in sensor pixels.
+    // Photographs may be finer than M: sensor pixels per pixel of M and axis, and a margin around them, in
+    // sensor pixels, that is to be cropped.
     V2i oversampling{1, 1};
     V2i margin{0, 0};
-    // Setup B only: a pinhole that looks at the screen's back; in metres, in the rig's frame (S at z = 0, the
-    // screen at z = D), and the photograph's size. A place of z = 0: straight behind the screen, far enough.
+    // For Setup B, a pinhole that looks at the back of the screen, in metres in the rig's frame (S at z = 0,
+    // the screen at z = D), and the size of the photograph. z = 0 stands for straight behind the screen, far
+    // enough.
     Imath::V3d place{0, 0, 0};
     V2i photograph{0, 0};  // pixels; 0: oversampling times M's
-    // Counts of no light; below 0: six deviations of the read noise, so that noise is not cut off at black.
+    // Counts without light; if negative, six deviations of the read noise, so that noise is not clipped at
+    // black.
     double pedestal = -1;
-    int darks = 4;               // photographs of no light, of every exposure time
-    std::string format = "png";  // of photographs: png, tiff, or exr for floats
+    int darks = 4;               // dark photographs per exposure time
+    std::string format = "png";  // png, tiff, or exr for floats
 };
 
-// The table [camera]; what it lacks stays as above. Throws InputError naming line and column.
+// Reads the table [camera]; missing values keep the defaults above. Throws InputError naming line and column.
 CameraModel read_camera(const TomlTable& table);
 
-// A lamp, by numbers. Lengths in metres.
+// The parameters of a lamp. Lengths are in metres.
 struct EmitterDescription {
     enum class Kind : std::uint8_t { disc, rectangle, projector, scene } kind = Kind::disc;
-    double setback = 0;  // of its plane behind S; of a scene's z = 0
-    double flux = 1;     // of all its light, in `unit`; of a scene 0: as its lights have it
+    double setback = 0;  // of its plane behind S; for a scene, of its z = 0
+    double flux = 1;     // total, in `unit`; for a scene 0: as its lights have it
     FluxUnit unit = FluxUnit::lumen;
-    Rgb colour{1.0F};  // luminance 1; of a projector, of the light behind its slide
+    Rgb colour{1.0F};  // luminance 1; for a projector, of the light behind its slide
 
     // Disc and rectangle: intensity ∝ cos^exponent θ.
-    V2d half_size{0, 0};  // of a disc, both are the radius; of a projector, the lens's
+    V2d half_size{0, 0};  // for a disc, both are the radius; for a projector, the lens's
     double exponent = 1;
     std::optional<Rgb> rim_colour, grazing_colour;  // luminance 1: ColourCourse
 
     // Projector.
     double focal_length = 0;
-    double focus = 0;             // from the lens to the plane on which the slide is sharp, > focal_length
+    double focus = 0;             // from the lens to the plane in focus, > focal_length
     V2d slide_size{0, 0};         // of the slide itself
-    bool inverted = false;        // the slide lets through 1 - its picture
+    bool inverted = false;        // the slide transmits 1 - its picture
     std::filesystem::path slide;  // a picture
 
     // Scene.
@@ -93,15 +95,15 @@ struct RigDescription {
 RigDescription read_rig_file(const std::filesystem::path& file);
 RigDescription read_rig(const TomlTable& table);
 
-// Parts of it, for other descriptions of measurements: the table [rig], and the key "colour" (white if there
-// is none).
+// Read parts of it for other descriptions of measurements: the table [rig], and the key "colour" (white if
+// there is none).
 Rig read_planes(const TomlTable& table);
 Rgb read_colour(const TomlTable& table, std::string_view key = "colour");
 
-// Adds all numbers of a rig.
+// Adds all numbers of a rig to the hash.
 void add(WordHash& hash, const Rig& rig);
 
-// A name for all numbers of a description; the files that it names count by their names only.
+// Returns a hash of all numbers of a description; the files that it names enter by their names only.
 std::uint64_t description_key(const RigDescription& description);
 
 }  // namespace lucerna
