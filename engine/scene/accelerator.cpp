@@ -357,8 +357,7 @@ void Accelerator::Impl::attach_user(RTCScene to, const ShapeSet& set, std::uint3
     const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
     users.push_back({&set, id});
     rtcSetGeometryUserPrimitiveCount(geometry.get(), primitives);
-    rtcSetGeometryMask(geometry.get(),
-                       kSurfaces | kBorders);  // callbacks check each primitive's layer
+    rtcSetGeometryMask(geometry.get(), kSurfaces | kBorders);  // callbacks check each primitive's layer
     rtcSetGeometryUserData(geometry.get(), &users.back());
     rtcSetGeometryBoundsFunction(
         geometry.get(), [](const RTCBoundsFunctionArguments* args) { user_bounds(args); }, nullptr);

@@ -172,7 +172,7 @@ Bsdf::Bsdf(std::span<const Lobe> lobes, const V3f& ns, const V3f& ng, const V3f&
         }
         if (first) diffuse_ = count_;
     }
-    count_ = std::max<std::size_t>(count_, 1);  // lobes_ is initialized as black
+    count_ = std::max<std::size_t>(count_, 1);  // lobes_ begins as black
 }
 
 Rgb Bsdf::f(const V3f& wo, const V3f& wi, Transport transport) const {
@@ -295,7 +295,7 @@ Bsdf Bsdf::part(std::size_t begin, std::size_t end) const {
     Bsdf part(frame_, ng_);
     std::copy(lobes_.begin() + static_cast<std::ptrdiff_t>(begin),
               lobes_.begin() + static_cast<std::ptrdiff_t>(end), part.lobes_.begin());
-    part.count_ = std::max<std::size_t>(end - begin, 1);  // lobes_ is initialized as black
+    part.count_ = std::max<std::size_t>(end - begin, 1);  // lobes_ begins as black
     part.diffuse_ = std::min(std::max(diffuse_, begin) - begin, end - begin);
     return part;
 }
@@ -309,7 +309,7 @@ Bsdf Bsdf::part_by_sharpness(float below, bool sharp) const {
         part.lobes_[part.count_++] = lobes_[i];
         if (i < diffuse_) part.diffuse_ = part.count_;
     }
-    part.count_ = std::max<std::size_t>(part.count_, 1);  // lobes_ is initialized as black
+    part.count_ = std::max<std::size_t>(part.count_, 1);  // lobes_ begins as black
     return part;
 }
 

@@ -33,8 +33,7 @@ Rgb unshadowed_at(const Place& place, const LightChoice::Draw& drawn) {
 template <typename Place>
 std::optional<Sunlight> sunlight_at(const Scene& scene, const Place& place, std::uint32_t sun,
                                     Sampler& sampler) {
-    const auto arriving =
-        scene.lights()[sun]->sample_Li(place.from().p, V2f(0.5F));  // a sun has one direction
+    const auto arriving = scene.lights()[sun]->sample_Li(place.from().p, V2f(0.5F));  // one direction only
     if (!arriving) return std::nullopt;
     const Rgb value = place.value(arriving->w) * arriving->weight;
     if (is_black(value)) return std::nullopt;

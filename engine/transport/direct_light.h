@@ -50,7 +50,8 @@ Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
 Rgb transmitted_share(const Scene& scene, const Vertex& vertex, const LightSample& light_sample,
                       Sampler& sampler);
 
-// Radiance that a sun of LightChoice::suns() sends towards wo.
+// Radiance that a sun of LightChoice::suns() sends towards wo. Without shadows taken into account, none means
+// black.
 struct Sunlight {
     Rgb radiance;
     V3f w;  // unit, towards the sun

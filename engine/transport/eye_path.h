@@ -19,7 +19,7 @@
 
 namespace lucerna {
 
-// Number of successive smooth boundaries, counted from the eye, at which both reflection and refraction are
+// Number of smooth boundaries in a row, from the eye on, at which both reflection and refraction are
 // followed.
 inline constexpr int kGlassSplits = 3;
 
@@ -49,8 +49,7 @@ struct EyePath : PathAccount {
     // otherwise the first surface that the ray meets.
     bool meters = false;
     const Hit* receiver = nullptr;
-    // Position on the whole film, pixels. A method may take more or fewer samples in some places than in
-    // others.
+    // Position on the whole film, pixels, for methods whose numbers of samples vary over the film.
     V2f film{0, 0};
     // Half of the image's samples (0 or 1) to which this one belongs, where the halves must be independent. A
     // method that keeps two independent estimates then uses one for each half. Without a value the sample may

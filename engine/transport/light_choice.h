@@ -45,7 +45,7 @@ class Guide {
     // Returns 0 for a light or part that no photon came from.
     float probability(std::uint32_t light, CellId part) const;
 
-    // Returns the recommended share of the plain strategy in the mixture, in [0, 1]: the share that maximizes
+    // Returns the recommended share of the plain strategy in the mixture, in [0, 1]: the share that maximises
     // the likelihood of the photons here, each judged by the others (leave-one-out). It is near 1 where the
     // photons are distributed as the plain strategy would draw, or too few to tell; near 0 where they agree
     // on few lights; and 1 without photons.
@@ -94,7 +94,7 @@ class LightChoice {
   private:
     struct Plain {
         std::uint32_t light;
-        CellId part;  // the light itself chooses
+        CellId part;  // kNoCell: the light itself chooses
         float probability;
     };
     std::optional<Plain> pick_plainly(const Scene& scene, float u) const;
