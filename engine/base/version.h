@@ -5,7 +5,7 @@
 
 namespace lucerna {
 
-// "0.1.0"
+// Returns e.g. "0.1.0".
 std::string_view program_version();
 
 }  // namespace lucerna

@@ -137,8 +137,7 @@ class Scene {
     const LightTree& light_tree() const;
     // Returns the indices of the lights for which Le() may return a value.
     std::span<const std::uint32_t> impostors() const;
-    bool has_sky()
-        const;  // whether one of them has no bounds: it is seen from everywhere, in every direction
+    bool has_sky() const;  // whether one of these has no bounds: seen from everywhere, in every direction
     std::span<const Material> materials() const;
     bool has_specular() const;
     const SceneMedia& media() const;
