@@ -1,4 +1,4 @@
-// Sampling of a discrete distribution.
+// Samples a discrete distribution.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace lucerna {
 
-// A discrete distribution over n items: O(n) to build, O(log n) to draw.
+// Represents a discrete distribution over n items. Building takes O(n), drawing O(log n).
 class Cdf {
   public:
     Cdf() = default;
@@ -21,7 +21,7 @@ class Cdf {
         float remainder;     // the rest of u, again uniform in [0,1)
     };
 
-    // u in [0,1). Requires total() > 0. An item of weight 0 is never drawn.
+    // Draws an item for u in [0,1). Requires total() > 0. An item of weight 0 is never drawn.
     Draw draw(float u) const;
 
     double probability(std::size_t item) const { return (upto_[item + 1] - upto_[item]) / upto_.back(); }

@@ -1,4 +1,4 @@
-// A time limit of work; code that can do with less work reads how much time is left.
+// Limits the time of work. Code that can do with less work reads how much time is left.
 #pragma once
 
 #include <chrono>

@@ -1,9 +1,7 @@
-// Errors of a user's input, reported with what is needed to correct them: file, line, column, value, and what
-// is accepted.
+// Errors of a user's input state what is needed to correct them: file, line, column, value, accepted values.
 //
 // There are three classes of errors (docs/development/architecture.md): `assert` for internal errors, these
-// exceptions for input and environment, and `optional` for an ordinary missing sample. No library ends the
-// process.
+// exceptions for input and environment, and `optional` for a missing sample. No library ends the process.
 #pragma once
 
 #include <fmt/core.h>
@@ -14,7 +12,7 @@
 
 namespace lucerna {
 
-// A place in an input file. Line 0 means the file as a whole.
+// Holds a place in an input file. Line 0 means the file as a whole.
 struct Location {
     std::string file;
     int line = 0;
@@ -26,7 +24,7 @@ inline std::string to_string(const Location& at) {
     return fmt::format("{}:{}:{}", at.file, at.line, at.column);
 }
 
-// Invalid input or an unsuitable environment: exit code 1. what() is one line with place, cause, and what is
+// Reports invalid input or an unsuitable environment (exit code 1). what() is one line: place, cause,
 // accepted.
 class InputError : public std::runtime_error {
   public:

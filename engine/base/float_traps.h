@@ -1,4 +1,4 @@
-// Traps for floating-point faults, which stop the program where they happen in builds made to find them
+// Traps stop the program where a floating-point fault happens, in builds made to find such faults
 // (-DLUCERNA_TRAPS=ON: the presets traps, asan-ubsan and fuzz). In all other builds they do nothing.
 //
 // Faults armed in a thread are armed in the loops that it starts (parallel.h). Other libraries divide by zero
@@ -15,7 +15,7 @@ inline constexpr bool kTrapsBuilt = true;
 inline constexpr bool kTrapsBuilt = false;
 #endif
 
-// Faults that are never intended: invalid operations such as 0/0, division by zero, overflow.
+// These faults are never intended: invalid operations such as 0/0, division by zero, overflow.
 inline constexpr int kFaults = FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW;
 inline constexpr int kNoFaults = 0;
 

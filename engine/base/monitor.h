@@ -1,4 +1,4 @@
-// The interface by which long work reports progress. It is passed by reference; only the console prints.
+// Long work reports progress to a Monitor. It is passed by reference; only the console prints.
 #pragma once
 
 #include <chrono>

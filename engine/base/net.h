@@ -1,9 +1,9 @@
-// Scrambled (0,2)-sequence: the first two Sobol dimensions under Owen's nested uniform scrambling.
+// Implements the scrambled (0,2)-sequence: the first two Sobol dimensions under Owen's nested uniform
+// scrambling.
 //
 // Sources: [Sobol 1967; Owen 1998; Kollig and Keller 2002]. The hash that replaces the scrambling tree has
 // the form of [Laine and Karras 2011]: each of its steps carries bits only upwards, which makes it a nested
-// permutation when applied to the reversed word. Further dimensions use the direction numbers of [Joe and Kuo
-// 2008].
+// permutation when applied to the reversed word. Further dimensions use numbers of [Joe and Kuo 2008].
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
     return reverse_bits_of_bytes(__builtin_bswap32(x));
 }
 
-// Several words in one vector register, because compilers do not vectorise this code by themselves.
+// These types put words into one vector register, because compilers do not vectorise this code by themselves.
 using Words4 [[gnu::vector_size(16)]] = std::uint32_t;
 using Words8 [[gnu::vector_size(32)]] = std::uint32_t;
 using Floats4 [[gnu::vector_size(16)]] = float;
@@ -90,12 +90,12 @@ inline constexpr std::size_t kSobolDimensions = 5;
 
 namespace sobol {
 
-// One column of the generator matrices per bit of the index, with all dimensions side by side (eight words in
-// one vector register). Each word is reversed, as the scrambling needs it.
+// Holds one column of the generator matrices per bit of the index, with all dimensions side by side (eight
+// words in one vector register). Each word is reversed, as the scrambling needs it.
 using Words = std::array<std::uint32_t, 8>;
 using Columns = std::array<Words, 32>;
 
-// A primitive polynomial modulo 2, given by its degree and inner coefficients, and the first numbers of its
+// Defines a primitive polynomial modulo 2 by its degree, inner coefficients and first numbers of its
 // recurrence.
 struct Start {
     unsigned degree, inner;
@@ -126,7 +126,7 @@ constexpr Columns make_columns() {
 }
 inline constexpr Columns kColumns = make_columns();
 
-// Sums of the first 1, 2 … 32 columns, by which points of consecutive indices differ.
+// Points of consecutive indices differ by these sums of the first 1, 2 … 32 columns.
 inline constexpr Columns kSteps = [] {
     Columns steps = kColumns;
     for (std::size_t k = 1; k < 32; ++k) {
@@ -157,7 +157,7 @@ inline Floats8 scrambled(const Words& x, const Words& seeds) {
 }  // namespace sobol
 
 // Returns point `index` of Sobol's sequence in five dimensions, each scrambled by a seed of its own. Any 2^k
-// consecutive points that start at a multiple of 2^k are a net in every pair of dimensions and in all of them
+// consecutive points that start at a multiple of 2^k are a net in every pair of dimensions and in all
 // together.
 inline std::array<float, kSobolDimensions> scrambled_sobol(
     std::uint32_t index, const std::array<std::uint32_t, kSobolDimensions>& seeds) {

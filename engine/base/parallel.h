@@ -1,4 +1,4 @@
-// The only use of OpenMP in the project.
+// Only this file uses OpenMP.
 //
 // Work is divided into chunks whose size does not depend on the number of threads. A chunk's result goes to
 // the slot of its number, and slots are joined in order. Every result is therefore the same, bit for bit, on
@@ -17,8 +17,7 @@
 
 #include "engine/base/float_traps.h"
 
-// ThreadSanitizer does not see the OpenMP library's synchronisation, so it is told what a loop's start and
-// end order.
+// ThreadSanitizer does not see OpenMP's synchronisation, so it is told what a loop's start and end order.
 #if defined(__has_feature)
 #if __has_feature(thread_sanitizer)
 #define LUCERNA_SEES_RACES
@@ -45,8 +44,8 @@ class Ordered {
 
 class Ranks;
 
-// The number of threads, and the ranks of a parallel job (engine/ranks/ranks.h) that share the work; null
-// means this process alone. It is passed as a value, never a global setting.
+// Holds the number of threads, and the ranks of a parallel job (engine/ranks/ranks.h) that share the work;
+// null means this process alone. It is passed as a value and never a global setting.
 struct Workers {
     int threads = std::max(1, omp_get_num_procs());
     Ranks* ranks = nullptr;
@@ -66,8 +65,7 @@ void parallel_chunks(const Workers& workers, std::int64_t chunks, Body&& body) {
     Ordered begin, end;
     const int traps = FloatTraps::armed();
     begin.signal();
-    // There are no more threads than chunks, so that a single chunk does not wait for idle threads to wake
-    // up.
+    // There are no more threads than chunks: a single chunk must not wait for idle threads to wake up.
     const int threads =
         static_cast<int>(std::max<std::int64_t>(1, std::min<std::int64_t>(chunks, workers.threads)));
 #pragma omp parallel num_threads(threads)

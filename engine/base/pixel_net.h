@@ -1,5 +1,5 @@
-// Nets across pixels: assigns the points of one (0,2)-sequence to the pixels of an image so that the error of
-// their estimates is blue noise.
+// Forms nets across pixels: assigns the points of one (0,2)-sequence to the pixels of an image so that the
+// error of their estimates is blue noise.
 //
 // Neighbouring pixels whose samples are well distributed together have opposite errors, and the eye or a
 // filter sees the mean of their errors, which is smaller than that of independent ones [Ahmed and Wonka
@@ -43,7 +43,7 @@ constexpr std::uint32_t morton(std::uint32_t x, std::uint32_t y) {
 
 namespace pixel_net {
 
-// The summand of both dimensions of a point, first digit in the lowest bit; the first dimension is in the
+// Is added to both dimensions of a point. The first digit is in the lowest bit, the first dimension in the
 // lower half.
 using Offset = std::uint64_t;
 using Table = std::array<std::array<Offset, 256>, 4>;
@@ -55,8 +55,7 @@ constexpr std::uint32_t over_q(std::uint32_t series) {
     return series;
 }
 
-// Returns offsets by bytes of a Morton number whose digits are in reverse order, the highest in the lowest
-// bits.
+// Returns offsets by bytes of a Morton number with digits in reverse order, the highest in the lowest bits.
 constexpr Table make_table() {
     std::array<Offset, 32> columns{};
     std::uint32_t pole = 1;
@@ -80,7 +79,7 @@ inline constexpr Table kTable = make_table();
 
 }  // namespace pixel_net
 
-// A pixel, prepared for the shuffling of each draw.
+// Holds a pixel, prepared for the shuffling of each draw.
 class NetPixel {
   public:
     constexpr NetPixel() = default;
@@ -117,8 +116,7 @@ class NetPixel {
         z *= spread >> 32 | 1U;
         z ^= z * 0x2545f4914f6cdd1cU;
         z ^= z * 0xd1342543de82ef94U;
-        // Flips do not change which quarters differ in which bit, but exchanging the bits, and adding one to
-        // the other, do.
+        // Flips do not change which quarters differ in which bit, but exchanging and adding the bits do.
         std::uint64_t low = z >> 2 & kEach, high = z >> 3 & kEach;
         const std::uint64_t exchanged = (low ^ high) & z;
         low ^= exchanged;

@@ -20,7 +20,7 @@ std::uint64_t join(std::uint32_t low, std::uint32_t high) {
     return static_cast<std::uint64_t>(high) << 32 | low;
 }
 
-// Values of the third and fourth counter word that derive a key from a key; draws use small numbers there.
+// These values of the third and fourth counter word derive a key from a key; draws use small numbers there.
 constexpr std::uint32_t kDeriveKey = 0xffffffffU;
 constexpr std::uint32_t kSplit = 0xfffffffeU;
 constexpr std::uint32_t kSplitAlike = 0xfffffffdU;

@@ -1,4 +1,4 @@
-// Random numbers as a pure function of a key and the draw number (no state but the counter).
+// Random numbers are a pure function of a key and the draw number (no state but the counter).
 //
 // A sampler belongs to one path: (seed, purpose, pass, path). Two draws never share bits, whatever the order
 // and the thread in which they are made, so that an image does not depend on the number of threads.
@@ -24,7 +24,7 @@
 
 namespace lucerna {
 
-// The use of random numbers, which keeps numbers of the same pass and path apart.
+// Names the use of random numbers, which keeps numbers of the same pass and path apart.
 enum class Purpose : std::uint32_t {
     camera,
     emission,
@@ -45,8 +45,7 @@ class Sampler {
   public:
     Sampler(std::uint64_t seed, Purpose purpose, std::uint32_t pass, std::uint64_t path);
 
-    // Returns the sampler of path `index` of the paths (a pixel's samples, a map's photons) that share
-    // `family`.
+    // Returns the sampler of path `index` among the paths (e.g. a pixel's samples) that share `family`.
     static Sampler stratified(std::uint64_t seed, Purpose purpose, std::uint64_t family, std::uint32_t index);
 
     float next() {  // [0, 1)
@@ -89,17 +88,18 @@ class Sampler {
     // branch off after as many draws.
     Sampler split_alike(std::uint32_t branch) const;
     // Returns the sampler for one of `count` > 0 samples of that branch. All of them are stratified among
-    // each other: those of one path as well as those of all paths of the family, and in an image those of
-    // neighbouring pixels.
+    // each other: those of one path, those of all paths of the family, and in an image those of neighbouring
+    // pixels.
     Sampler split_alike(std::uint32_t branch, std::uint32_t index, std::uint32_t count) const;
-    // Returns an independent sampler for sample `index` of `branch`. The samples of one branch are stratified
-    // among each other.
+    // Returns an independent sampler for sample `index` of `branch`, stratified among the samples of the
+    // branch.
     Sampler split_stratified(std::uint32_t branch, std::uint32_t index) const;
 
   private:
     friend class SamplerFamily;
     friend class ImageSamplers;
-    // Seeds of a family's draw: they shuffle the index, scramble both dimensions, and shuffle the pixel.
+    // Holds the seeds of a family's draw, which shuffle the index, scramble both dimensions, and shuffle the
+    // pixel.
     using Scrambles = std::array<std::uint32_t, 4>;
 
     Sampler() = default;
@@ -149,8 +149,8 @@ class Sampler {
     const Scrambles* scrambles_ = nullptr;
 };
 
-// The paths of one key of Sampler::stratified. It computes the data shared by many paths' first draws once;
-// the numbers are the same as without it.
+// Represents the paths of one key of Sampler::stratified. It computes the data that their first draws share
+// once; the numbers are the same as without it.
 class SamplerFamily {
   public:
     SamplerFamily(std::uint64_t seed, Purpose purpose, std::uint64_t family);
@@ -173,14 +173,14 @@ class SamplerFamily {
     std::array<Sampler::Scrambles, kDraws> scrambles_;
 };
 
-// The samples of an image's pixels, which form one family.
+// Represents the samples of an image's pixels, which form one family.
 class ImageSamplers {
   public:
     ImageSamplers(std::uint64_t seed, Purpose purpose)
         : seed_(seed), purpose_(purpose), family_(seed, purpose, 0) {}
 
-    // Returns the sampler of sample `index` of a pixel, x and y >= 0. The ImageSamplers must outlive it and
-    // keep their address.
+    // Returns the sampler of sample `index` of a pixel, x and y >= 0. This object must outlive it and stay in
+    // place.
     Sampler at(const V2i& pixel, std::uint32_t index) const;
 
   private:

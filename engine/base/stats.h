@@ -1,4 +1,4 @@
-// Running mean and variance, and detection of outliers.
+// Computes running mean and variance, and detects outliers.
 #pragma once
 
 #include <algorithm>

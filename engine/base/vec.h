@@ -1,4 +1,4 @@
-// Vectors, matrices and colours (Imath's, under short names), and rays, frames, boxes and points on surfaces.
+// Defines vectors, matrices and colours (Imath's, under short names), rays, frames, boxes and surface points.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -23,7 +23,8 @@ using Box2f = Imath::Box2f;
 using Box3f = Imath::Box3f;
 using Box3d = Imath::Box3d;
 
-// Linear colour, light or ratio of the working space (working_space.h). The unit is stated where it is used.
+// Holds a linear colour, light or ratio of the working space (working_space.h). The unit is stated at its
+// use.
 using Rgb = Imath::Color3<float>;
 
 inline constexpr float kPi = 3.14159265358979323846F;
@@ -31,8 +32,8 @@ inline constexpr double kPiD = 3.14159265358979323846;
 inline constexpr float kInvPi = 0.31830988618379067154F;
 inline constexpr double kRadiansPerDegree = kPiD / 180;
 
-// Returns the weight by which photons are counted, lights chosen and Russian roulette played, in any working
-// space.
+// Returns the weight of light in any working space, for counting photons, choosing lights and Russian
+// roulette.
 inline float luminance(const Rgb& c) {
     return 0.212671F * c.x + 0.715160F * c.y + 0.072169F * c.z;
 }
@@ -76,7 +77,7 @@ constexpr double sqr(double x) {
     return x * x;
 }
 
-// A half-line. `d` has unit length; nothing beyond `t_max` (scene units) is met.
+// Represents a half-line. `d` has unit length; nothing beyond `t_max` (scene units) is met.
 struct Ray {
     V3f o, d;
     float t_max = INFINITY;
@@ -84,7 +85,7 @@ struct Ray {
     V3f at(float t) const { return o + t * d; }
 };
 
-// An orthonormal frame around a unit normal; local z is the normal.
+// Represents an orthonormal frame around a unit normal, which is local z.
 struct Frame {
     V3f s, t, n;
 

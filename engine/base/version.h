@@ -1,4 +1,4 @@
-// The program's version.
+// Declares the program's version.
 #pragma once
 
 #include <string_view>

@@ -1,5 +1,4 @@
-// Warps of the unit square, with their densities and inverses, so that a test can check them against each
-// other.
+// Defines warps of the unit square with their densities and inverses, which a test checks against each other.
 #pragma once
 
 #include <algorithm>

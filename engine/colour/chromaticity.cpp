@@ -22,8 +22,8 @@ Uv locus(double mired) {
     return uv_of(spectrum_to_xyz(blackbody_spectrum(1e6 / mired)));
 }
 
-// Returns the mired between `low` and `high` at which `value` is least, by golden section search. There must
-// be no other minimum.
+// Returns the mired between `low` and `high` at which `value` is least, by golden section search, if it has
+// no other minimum.
 template <typename F>
 double least(double low, double high, double accuracy, F&& value) {
     constexpr double kGolden = 0.6180339887498949;
@@ -58,8 +58,7 @@ std::optional<ColourTemperature> colour_temperature(const V3d& xyz) {
         const Uv body = locus(mired);
         return std::hypot(at.u - body.u, at.v - body.v);
     };
-    // The search begins with coarse steps: the locus bends, and a colour on its concave side may have two
-    // nearest points.
+    // Coarse steps come first: the locus bends, and a colour on its concave side may have two nearest points.
     constexpr double kLow = 1e6 / kMostKelvin, kHigh = 1e6 / kLeastKelvin;
     constexpr int kSteps = 100;
     const auto mired_at = [](int step) { return kLow + (kHigh - kLow) * step / kSteps; };

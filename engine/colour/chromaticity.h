@@ -1,4 +1,5 @@
-// Chromaticity in the CIE diagrams and correlated colour temperature, as stated in a lamp's data sheet.
+// Computes chromaticity in the CIE diagrams and correlated colour temperature, as stated in a lamp's data
+// sheet.
 #pragma once
 
 #include <optional>
@@ -7,16 +8,15 @@
 
 namespace lucerna {
 
-// The chromaticity of CIE XYZ: x, y of 1931 and u', v' of 1976 [CIE 15:2004]. The sum of components must be
-// positive.
+// Holds x, y of 1931 and u', v' of 1976 [CIE 15:2004] of CIE XYZ, whose components' sum must be positive.
 struct Chromaticity {
     double x, y;
     double u, v;  // u', v'
 };
 Chromaticity chromaticity(const V3d& xyz);
 
-// The correlated colour temperature, that of the black body with the nearest chromaticity in the CIE 1960
-// diagram (u = u', v = 2/3 v'), and the distance to it there: Duv, positive above the Planckian locus
+// Holds the correlated colour temperature, that of the black body with the nearest chromaticity in the CIE
+// 1960 diagram (u = u', v = 2/3 v'), and the distance to it there: Duv, positive above the Planckian locus
 // (greenish), negative below it (pinkish) [Ohno 2014].
 struct ColourTemperature {
     double kelvin;
@@ -29,8 +29,7 @@ inline constexpr double kLeastKelvin = 1000, kMostKelvin = 1e6;
 
 // Searches the least distance to the locus, which follows from Planck's law and the observer's table; the
 // result is accurate to 0.01 K at 3000 K. Returns none if the distance exceeds kMostDuv, if the temperature
-// is not between kLeastKelvin and kMostKelvin, or if XYZ is no colour (its sum is not positive or not
-// finite).
+// is not between kLeastKelvin and kMostKelvin, or if XYZ is no colour (its sum not positive or not finite).
 std::optional<ColourTemperature> colour_temperature(const V3d& xyz);
 
 }  // namespace lucerna

@@ -1,5 +1,4 @@
-// The CIE 1931 standard colorimetric observer (2 degrees) from 360 to 830 nm, one row per nanometre
-// [CIE 018:2019].
+// Tabulates the CIE 1931 standard observer (2 degrees) from 360 to 830 nm, per nanometre [CIE 018:2019].
 #include <algorithm>
 
 #include "engine/colour/spectrum.h"

@@ -1,4 +1,4 @@
-// Colour spaces of linear red, green and blue, defined by their CIE XYZ. Renders are in a WorkingSpace
+// Defines colour spaces of linear red, green and blue by their CIE XYZ. Renders are in a WorkingSpace
 // (working_space.h), by default linear sRGB.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace lucerna {
 
-// A linear map of colours: c becomes (rows[0]·c, rows[1]·c, rows[2]·c).
+// Maps colours linearly: c becomes (rows[0]·c, rows[1]·c, rows[2]·c).
 struct RgbMatrix {
     std::array<V3d, 3> rows{V3d(1, 0, 0), V3d(0, 1, 0), V3d(0, 0, 1)};
 
@@ -21,14 +21,14 @@ struct RgbMatrix {
     RgbMatrix operator*(const RgbMatrix& first) const;
 };
 
-// x and y of red, green, blue and white, in the order of OpenEXR's attribute "chromaticities".
+// Holds x and y of red, green, blue and white, in the order of OpenEXR's attribute "chromaticities".
 using Chromaticities = std::array<float, 8>;
 
 struct ColourSpace {
     std::string_view name;  // empty for a space without a name here
     Chromaticities chromaticities;
-    // CIE XYZ of red, green and blue, each 1. White (1, 1, 1) is D65 of luminance 1 in every space: colours
-    // of a space with another white are adapted by the Bradford transform [Lam 1985].
+    // Holds CIE XYZ of red, green and blue, each 1. White (1, 1, 1) is D65 of luminance 1 in every space:
+    // colours of a space with another white are adapted by the Bradford transform [Lam 1985].
     std::array<V3d, 3> primaries;
     RgbMatrix from_xyz_matrix;
 
@@ -47,8 +47,7 @@ std::span<const ColourSpace> colour_spaces();
 const ColourSpace* find_colour_space(std::string_view name);
 
 // Returns the space of these chromaticities: the named one within 0.001 of each, otherwise one without a
-// name. Returns none if they span no space (a primary or white without luminance, collinear primaries, not
-// finite).
+// name. Returns none if they span no space (a primary or white without luminance, collinear, not finite).
 std::optional<ColourSpace> colour_space_of(const Chromaticities& chromaticities);
 
 // Returns the map from colours of one space to those of another.
@@ -59,8 +58,7 @@ RgbMatrix conversion(const ColourSpace& from, const ColourSpace& to);
 V3d adapted_to_d65(const V3d& xyz, const V3d& white);
 
 // Returns the colour with no component below 0: outside the gamut it is mixed with as much grey of its
-// luminance as needed. `weights` are the luminances of the three components. Black if the luminance is not
-// positive.
+// luminance as needed. `weights` are the luminances of the three components. Black without luminance.
 V3d held_in_gamut(const V3d& rgb, const V3d& weights);
 
 // These convert a linear component to sRGB's code and back, both from 0 to 1 [IEC 61966-2-1].

@@ -1,5 +1,5 @@
-// Sources: CIE 15:2004, "Colorimetry": illuminants A and D, and the chromaticities of the F series. Wyszecki
-// and Stiles, "Color Science", for Planck's constants.
+// Illuminants A and D and the chromaticities of the F series are from CIE 15:2004, "Colorimetry", Planck's
+// constants from Wyszecki and Stiles, "Color Science".
 #include "engine/colour/spectrum.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ V3d equal_energy() {
     return spectrum_to_xyz(one);
 }
 
-// S0, S1, S2 of CIE daylight, every 10 nm from 300 to 830.
+// Tabulates S0, S1, S2 of CIE daylight, every 10 nm from 300 to 830.
 constexpr double kDaylight[][3] = {
     {0.04, 0.02, 0.0},   {6.0, 4.5, 2.0},     {29.6, 22.4, 4.0},   {55.3, 42.0, 8.5},   {57.3, 40.6, 7.8},
     {61.8, 41.6, 6.7},   {61.5, 38.0, 5.3},   {68.8, 42.4, 6.1},   {63.4, 38.5, 3.0},   {65.8, 35.0, 1.2},
@@ -53,7 +53,7 @@ Spectrum illuminant_a() {
     return result;
 }
 
-// x and y of F1 to F12, CIE 1931 observer.
+// Tabulates x and y of F1 to F12, CIE 1931 observer.
 constexpr double kFluorescent[12][2] = {{0.3131, 0.3371}, {0.3721, 0.3751}, {0.4091, 0.3941},
                                         {0.4402, 0.4031}, {0.3138, 0.3452}, {0.3779, 0.3882},
                                         {0.3129, 0.3292}, {0.3458, 0.3586}, {0.3741, 0.3727},

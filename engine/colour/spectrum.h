@@ -1,4 +1,4 @@
-// Spectra from samples over wavelengths, black bodies or daylight, and their colours.
+// Converts spectra (samples over wavelengths, black bodies, daylight) to colours.
 //
 // A spectrum becomes linear sRGB in one of two ways, because "white" means different things for a light and a
 // surface. A light's colour is absolute: equal energy at all wavelengths is slightly pink compared to D65. A
@@ -28,21 +28,20 @@ struct SpectralSample {
     double weight;  // spectral radiant flux, any unit
 };
 // Returns ∫ weight (x̄, ȳ, z̄) dλ for samples in ascending order, with weights linear in between; a single
-// sample is a line. It is exact except for rounding, because the matching functions are linear between the
-// table's wavelengths.
+// sample is a line. It is exact up to rounding, because the matching functions are linear between wavelengths
+// of the table.
 V3d spectrum_to_xyz(std::span<const SpectralSample> samples);
 
-// White, D65, with luminance 1: rgb_to_xyz(Rgb(1)).
+// Equals rgb_to_xyz(Rgb(1)): white, D65, with luminance 1.
 inline constexpr V3d kWhiteXyz{0.950456, 1, 1.088754};
 
-// These convert to and from linear sRGB (Rec. 709 primaries, white D65). Components are negative for colours
-// outside the gamut.
+// These convert to and from linear sRGB (Rec. 709 primaries, white D65), negative outside the gamut.
 Rgb xyz_to_rgb(const V3d& xyz);
 V3d rgb_to_xyz(const Rgb& c);
 
 // Returns the colour with luminance 1, all components >= 0: a colour outside the gamut (e.g. pure green) is
-// mixed with grey of its luminance until no component is negative. White if the luminance is not positive or
-// not finite.
+// mixed with grey of its luminance until no component is negative. White if the luminance is not positive and
+// finite.
 Rgb colour_of_luminance_one(const Rgb& c);
 
 using Spectrum = std::vector<SpectralSample>;  // in ascending order of wavelengths, linear in between
@@ -77,8 +76,7 @@ std::span<const std::string_view> illuminant_names();
 Spectrum daylight_spectrum(double kelvin);
 
 // Reads lines of "wavelength value" (nm) with # comments, or the numbers in any layout. Throws InputError
-// that names file and line: unreadable, an odd count, a word that is not a number, wavelengths that do not
-// ascend.
+// that names file and line: unreadable, an odd count, a word that is no number, descending wavelengths.
 Spectrum read_spd(const std::filesystem::path& file);
 
 }  // namespace lucerna

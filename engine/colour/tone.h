@@ -1,5 +1,5 @@
-// Converts an image into a picture: white balance, exposure, tone curve, sRGB. docs/explanation/pictures.md
-// explains the choices.
+// Converts an image into a picture: white balance, exposure, tone curve, sRGB. See
+// docs/explanation/pictures.md.
 #pragma once
 
 #include <optional>
@@ -21,8 +21,8 @@ std::optional<ToneCurve> tone_curve_named(std::string_view name);
 struct PictureLook {
     float exposure = 1;  // factor of radiance; radiance 1/exposure is white
     ToneCurve tone = ToneCurve::neutral;
-    // Correlated colour temperature, in kelvins from kLeastWhite to kMostWhite, of the light whose white is
-    // shown as the display's white. None: that is D65, and colours do not change.
+    // Is the correlated colour temperature, in kelvins from kLeastWhite to kMostWhite, of the light whose
+    // white is shown as the display's white. None means D65, with which colours do not change.
     std::optional<double> white = std::nullopt;
 };
 inline constexpr double kLeastWhite = 1000, kMostWhite = 25000;

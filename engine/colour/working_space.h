@@ -1,5 +1,5 @@
-// The colour space of a render: linear sRGB, Rec. 2020 or ACEScg. The last two contain lamps that are outside
-// sRGB's gamut, e.g. a green LED's chip.
+// Represents the colour space of a render: linear sRGB, Rec. 2020 or ACEScg. The last two contain lamps that
+// are outside sRGB's gamut, e.g. a green LED's chip.
 //
 // There are two kinds of numbers. A *ratio* (reflectance, absorption, index of refraction, a texel) is what a
 // surface does to each channel: plain components of the space, 1 for a perfect white. *Light* (radiance,
@@ -25,7 +25,7 @@ namespace lucerna {
 class WorkingSpace {
   public:
     WorkingSpace() = default;  // linear sRGB
-    // `space` is the element of colour_spaces() for one of names().
+    // Takes the element of colour_spaces() for one of names().
     explicit WorkingSpace(const ColourSpace& space);
     static std::span<const std::string_view> names();
     // Returns none for an unknown name.
@@ -56,8 +56,7 @@ class WorkingSpace {
 
     // Returns light of D65 with luminance 1.
     const Rgb& white() const { return white_; }
-    // Returns the luminances of the space's primaries, which weight a ratio's components to its luminance
-    // under white.
+    // Returns the luminances of the space's primaries, by which a ratio has its luminance under white.
     const V3f& weights() const { return weights_; }
 
     // Returns the matrix of open_light_of_xyz(), one row per component.

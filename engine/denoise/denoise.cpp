@@ -17,9 +17,9 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-// Added to albedos before light is divided by them, so that black surfaces cause no division by 0.
+// Is added to albedos before light is divided by them, so that black surfaces cause no division by 0.
 constexpr float kLeastAlbedo = 0.01F;
-// Largest brightness for comparisons, as a multiple of the image's mean: float32 holds its square.
+// Limits the brightness for comparisons, as a multiple of the image's mean: float32 holds its square.
 constexpr float kBrightest = 1e15F;
 constexpr double kMostVariance = std::numeric_limits<float>::max();
 
@@ -144,7 +144,7 @@ std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, co
     for (std::size_t i = 0; i < area(size); ++i) all_known &= samples(0, i) > 1 && samples(1, i) > 1;
     if (all_known) return known;
     for (int c = 0; c < 3; ++c) {
-        // For one sample's variance, per pixel: the sum of squares, and its degrees of freedom.
+        // The variance of one sample results, per pixel, from the sum of squares and its degrees of freedom.
         Numbers sum(area(size)), freedom(area(size), 1.0);
         for (std::size_t i = 0; i < area(size); ++i) {
             const double n_a = samples(0, i), n_b = samples(1, i);
@@ -264,7 +264,7 @@ HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& 
 
 // --- input of the mixture ---
 
-// Weights of the halves in their mean, by their numbers of samples in the whole image. Where samples were
+// Weights the halves in their mean by their numbers of samples in the whole image. Where samples were
 // allocated adaptively, a pixel's own numbers would bias it.
 using Shares = std::array<double, 2>;
 Shares shares_of(const std::array<Image, 2>& halves) {
@@ -289,11 +289,11 @@ bool have_two_samples(const std::array<Image, 2>& halves) {
     });
 }
 
-// An image made of each half, and the estimated error of their mean by pixel, squared and relative.
+// Holds an image made of each half, and the estimated error of their mean by pixel, squared and relative.
 struct Estimate {
     Shares shares;
     std::array<std::vector<Rgb>, 2> of = {};
-    // Images in which each pixel is mixed in shares that its own error did not influence. A share that is
+    // In these images each pixel is mixed in shares that its own error did not influence. A share that is
     // chosen as the best for noisy errors looks better than it is if the same errors judge it.
     std::array<std::vector<Rgb>, 2> held_out = {};
     Numbers error = {};
@@ -410,8 +410,9 @@ class Mixer {
     Numbers inverse_scale_;
 };
 
-// Mean of the pixels' squared errors, and its standard error. Each error is noisy and as often below as above
-// its mean, so it may be negative. As in Film::error(), outliers that would dominate the mean are left out.
+// Holds the mean of the pixels' squared errors, and its standard error. Each error is noisy and as often
+// below as above its mean, so it may be negative. As in Film::error(), outliers that would dominate the mean
+// are left out.
 struct MeanError {
     double mean, standard_error;
     std::uint64_t pixels;
@@ -524,8 +525,7 @@ Denoised denoise(const Layers& input, const Workers& workers) {
     double mean = 0;
     for (std::size_t i = 0; i < area(size); ++i)
         mean += luminance_of(raw.mean(i)) / static_cast<double>(area(size));
-    // Distances are relative to noise, whatever the unit. The scale puts all values into the middle of
-    // float32's range.
+    // Distances are relative to noise, whatever the unit. The scale puts values into float32's middle range.
     const float scale = mean > 0 ? static_cast<float>(1 / mean) : 1;
 
     const std::array<Image, 2> halves = with_known_variances(input.halves, workers);

@@ -1,4 +1,4 @@
-// A statistical denoiser that states its error.
+// Implements a statistical denoiser that states its error.
 //
 // An image's samples form two independent halves A and B. Each is filtered with weights that the other did
 // not influence. D_A, the image made of A, is then independent of B, and
@@ -19,8 +19,8 @@
 
 namespace lucerna {
 
-// Features of a pixel, as means over samples: they describe the first surface that is neither a mirror nor
-// clear glass. The channels of a features image are, in this order:
+// The features of a pixel are means over samples. They describe the first surface that is neither a mirror
+// nor clear glass. The channels of a features image are, in this order:
 //   albedo.R .G .B   the share of light that is reflected, as seen through mirrors and glass on the way; 1
 //                    where a lamp or the sky is seen
 //   N.X .Y .Z        shading normal, towards the eye, in the scene's axes; 0 where the sky is seen
@@ -44,13 +44,13 @@ const std::vector<std::string>& feature_channels();
 enum HalfChannel : std::uint8_t { kLight = 0, kVariance = 3, kSamples = 6, kHalfChannels = 7 };
 const std::vector<std::string>& half_channels();
 
-// The denoiser's input; all images have the same size.
+// Holds the denoiser's input; all images have the same size.
 struct Layers {
     std::array<Image, 2> halves;
     Image features;
 };
 
-// Prefixes of the names of a half's channels in an image with other channels.
+// Precede the names of a half's channels in an image with other channels.
 inline constexpr const char* kHalfNames[2] = {"first.", "second."};
 // Adds the layers as channels of an image, those of the halves with the prefixes kHalfNames.
 void add_layers(Image& image, const Layers& layers);
@@ -71,8 +71,7 @@ struct Denoised {
 // only by the influence of its surroundings.
 Denoised denoise(const Layers& layers, const Workers& workers);
 
-// Peak memory in bytes per pixel, and approximate time of one thread in seconds per pixel on a current
-// machine.
+// These estimate the peak memory in bytes per pixel and the time of one thread in seconds per pixel.
 inline constexpr std::size_t kDenoiserBytesPerPixel = 640;
 inline constexpr double kDenoiserSecondsPerPixel = 12e-6;
 

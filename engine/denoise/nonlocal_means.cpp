@@ -10,16 +10,16 @@ namespace lucerna {
 namespace {
 
 constexpr int kWindow = Plane::kWindow, kPatch = Plane::kPatch;
-// Number of rows that one thread processes at a time.
+// One thread processes this number of rows at a time.
 constexpr int kBand = 16;
 
-// The factor k of [Rousselle et al. 2012, (5)]: a patch distance of 1 means that the squared difference
-// exceeds that of noise by k² times the noise.
+// kSharpness is the factor k of [Rousselle et al. 2012, (5)]: a patch distance of 1 means that the squared
+// difference exceeds that of noise by k² times the noise.
 constexpr float kSharpness = 0.5F;
 constexpr float kFarthest = 50;
-// Factor of patch distances for `loose`, whose patches may thus be less alike.
+// Multiplies patch distances for `loose`, whose patches may thus be less alike.
 constexpr float kLoose = 0.15F;
-// Differences of two pixels' features that count as 1: albedo, normals, share of emitters, and the distance
+// These differences of two pixels' features count as 1: albedo, normals, share of emitters, and the distance
 // of one position from the other's tangent plane, in footprints.
 constexpr float kAlbedoStep = 0.3F, kNormalStep = 0.25F, kEmitterStep = 0.2F, kPlaneStep = 2;
 
@@ -190,7 +190,7 @@ class Band {
     const std::array<HalfPlanes, 2>& halves_;
     std::size_t stride_;  // row length of distances: the image's, plus a patch's half side at both ends
     std::vector<float> distances_, columns_, strict_, loose_, alike_;
-    // For each half and candidate: weighted sums of R, G, B, and the sum of weights.
+    // Holds, for each half and candidate, the weighted sums of R, G, B and the sum of weights.
     std::array<std::array<std::array<std::vector<float>, 4>, kCandidates>, 2> sums_;
 };
 

@@ -1,5 +1,5 @@
-// Non-local means over both halves of an image [Buades et al. 2005; Rousselle et al. 2012, section 4], with
-// features in addition to light [Rousselle et al. 2013].
+// Computes non-local means over both halves of an image [Buades et al. 2005; Rousselle et al. 2012, section
+// 4], with features in addition to light [Rousselle et al. 2013].
 #pragma once
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 
 namespace lucerna {
 
-// One number per pixel, row by row, with a rim of kRim pixels around the image.
+// Holds one number per pixel, row by row, with a rim of kRim pixels around the image.
 class Plane {
   public:
-    // Half sides of the square of pixels that contribute to a pixel, and of the patches that are compared.
+    // These are half sides of the square of pixels that contribute to a pixel, and of the compared patches.
     static constexpr int kWindow = 8, kPatch = 3;
     static constexpr int kRim = kWindow + kPatch;
 
@@ -50,8 +50,7 @@ class Plane {
         }
     }
 
-    // Returns the address of pixel (0, y). The memory before and after a row, up to the rim, belongs to the
-    // plane.
+    // Returns the address of pixel (0, y). The rim before and after a row belongs to the plane.
     float* row(int y) { return &data_[start(y)]; }
     const float* row(int y) const { return &data_[start(y)]; }
 
@@ -64,13 +63,14 @@ class Plane {
 };
 using ColourPlanes = std::array<Plane, 3>;
 
-// Planes that both halves share.
+// Holds the planes that both halves share.
 struct FeaturePlanes {
     ColourPlanes albedo, normal, geometric_normal, position;
     Plane emitter;
-    // Inverse of the distance between the surface points of a pixel and its nearest neighbour; 0 without one.
+    // Holds the inverse distance between the surface points of a pixel and its nearest neighbour; 0 without
+    // one.
     Plane inverse_footprint;
-    // 1 in the image, 0 in the rim.
+    // Is 1 in the image and 0 in the rim.
     Plane inside;
 };
 struct HalfPlanes {
@@ -85,7 +85,7 @@ enum class Candidate : std::uint8_t {
     loose      // as `wary`, but patches may be less alike
 };
 inline constexpr std::size_t kCandidates = 3;
-// The filtered planes of one half, one for each candidate.
+// Holds the filtered planes of one half, one for each candidate.
 using Filtered = std::array<ColourPlanes, kCandidates>;
 
 std::array<Filtered, 2> nonlocal_means(int width, int height, const FeaturePlanes& features,

@@ -6,7 +6,6 @@
 // into the camera before it, is no part of E.
 //
 // Lights are in W or in lm, as the scene states for all of them or each light by itself, and so is the image.
-// image.
 #pragma once
 
 #include <cstdint>

@@ -6,7 +6,7 @@
 namespace lucerna {
 namespace {
 
-// Branch of a path's sampler that serves only media, so that their random numbers don't shift the path's own.
+// This branch of a path's sampler serves only media, so that their numbers don't shift the path's own.
 constexpr std::uint32_t kShadowBranch = 0x5d;
 
 // Returns the share of a light sample that arrives at the place.

@@ -1,4 +1,4 @@
-// Direct light by Monte Carlo, with both strategies of multiple importance sampling [Veach 1997, 9].
+// Computes direct light by Monte Carlo, with both strategies of multiple importance sampling [Veach 1997, 9].
 //
 // A surface either samples a direction towards a light (next_event), or draws a direction from the BSDF,
 // which may happen to meet a light (emission, whose MIS weight is given by EmissionRule). Combined by the
@@ -29,7 +29,7 @@ void next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, cons
 void next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
                 const PathAccount& path);
 
-// Density by which directions are drawn at a vertex, where they are not drawn by the BSDF alone.
+// Describes how directions are drawn at a vertex, where they are not drawn by the BSDF alone.
 class DirectionDensity {
   public:
     // Returns the density per solid angle, without deltas.
@@ -42,16 +42,14 @@ class DirectionDensity {
 void next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
                 const DirectionDensity& drawn_by, const PathAccount& path);
 
-// Returns the radiance that a drawn light would send towards wo if nothing stood in between, MIS weight
-// included.
+// Returns the unoccluded radiance that a drawn light sends towards wo, MIS weight included.
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
-// Returns the share of that radiance that arrives: 0 if something opaque stands in between, else the
-// transmittance.
+// Returns the share of that radiance that arrives: 0 behind something opaque, else the transmittance.
 Rgb transmitted_share(const Scene& scene, const Vertex& vertex, const LightSample& light_sample,
                       Sampler& sampler);
 
-// Radiance that a sun of LightChoice::suns() sends towards wo. Without shadows taken into account, none means
-// black.
+// Holds the radiance that a sun of LightChoice::suns() sends towards wo. There is none if it is black even
+// unoccluded.
 struct Sunlight {
     Rgb radiance;
     V3f w;  // unit, towards the sun

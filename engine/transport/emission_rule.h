@@ -1,4 +1,4 @@
-// Multiple importance sampling of emission [Veach 1997, 9]: the weight of a light that a ray meets.
+// Weights the emission of a light that a ray meets by multiple importance sampling [Veach 1997, 9].
 #pragma once
 
 #include "engine/scene/scene.h"
@@ -22,13 +22,14 @@ struct EmissionRule {
     } kind = Kind::all;
     float pdf_w = 0;     // density of the ray's direction, per solid angle; for `mis`
     LightChoice choice;  // the choice by which the surface sampled lights; for `mis`
-    // Lamps that have no weight on this ray, because its maker samples them separately. Null means none.
+    // Contains the lamps that have no weight on this ray, because its maker samples them separately; null:
+    // none.
     const LampSet* but = nullptr;
     // These two matter after the ray has gone straight through panes: the vertex at which its direction was
     // drawn, and the distance from there to the ray's present origin in scene units.
     V3f vertex{0, 0, 0};
     float passed = 0;
-    // Factor of all emission. It is below 1 where another technique has found the rest.
+    // Multiplies all emission. It is below 1 where another technique has found the rest.
     Rgb weight{1.0F};
 
     static EmissionRule all() { return {}; }
@@ -40,8 +41,7 @@ struct EmissionRule {
         if (but && but->holds(light, seen)) return 0;
         return share(kind == Kind::mis ? choice.pdf_w(scene, light, seen) : 0.0F);
     }
-    // Returns the weight of emission, given the density with which next_event() would have drawn this
-    // direction.
+    // Returns the weight of emission, given the density of next_event() drawing this direction.
     float share(float light_pdf_w) const {
         switch (kind) {
             case Kind::all:

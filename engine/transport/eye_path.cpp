@@ -5,7 +5,7 @@
 namespace lucerna {
 namespace {
 
-// Branches of a path's sampler that serve only media, so that their numbers don't shift the path's own.
+// These branches of a path's sampler serve only media, so that their numbers don't shift the path's own.
 constexpr std::uint32_t kLampBranch = 0x1a;
 constexpr std::uint32_t kAheadBranch = 0xa000;  // plus the number of panes passed
 

@@ -1,4 +1,4 @@
-// The path from a camera or a sensor: one type for every integrator.
+// Represents the path from a camera or a sensor, for every integrator.
 //
 // A path owns its ray, its throughput at the eye and the account of its sample. Code that finds light calls
 // one function, which books the light in image, layer and light group at once (engine/scene/path_account.h).
@@ -19,8 +19,7 @@
 
 namespace lucerna {
 
-// Number of smooth boundaries in a row, from the eye on, at which both reflection and refraction are
-// followed.
+// Both reflection and refraction are followed at this many smooth boundaries in a row, from the eye on.
 inline constexpr int kGlassSplits = 3;
 
 struct EyePath : PathAccount {
@@ -30,18 +29,19 @@ struct EyePath : PathAccount {
     Ray ray;
     std::int32_t medium;  // of the medium interfaces, in which the ray begins
     EmissionRule rule;    // determines the weight of emission along the ray
-    // Bounces that the whole path, from light to eye, may still have. With none left, only emission is found.
+    // Counts the bounces that the path may still have, from light to eye. With none left, only emission is
+    // found.
     int left = kMaxBounces;
     int bounces = 0;  // bounces so far; passing straight through a pane is none
     int splits = 0;   // boundaries of glass at which both ways may still be followed
-    // Factors of the throughput that don't change how much light the path carries, as radiance compression in
-    // glass. Russian roulette uses the throughput without them.
+    // Collects factors of the throughput that don't change how much light the path carries, as radiance
+    // compression. Russian roulette uses the throughput without them.
     float eta_scale = 1;
-    // Ratio of the density by which the path's directions were drawn to that of the BSDFs alone.
+    // Is the ratio of the density by which the path's directions were drawn to that of the BSDFs alone.
     float density_ratio = 1;
 
-    // Share of direct light to be found where a medium scatters the path. The rest has been found by sampling
-    // beside a lamp (passed_lamp.h).
+    // Is the share of direct light to be found where a medium scatters the path. The rest has been found by
+    // sampling beside a lamp (passed_lamp.h).
     float direct_share = 1;
 
     // With `meters` the path begins at a white surface, and whatever lies before it does not count
@@ -49,15 +49,14 @@ struct EyePath : PathAccount {
     // otherwise the first surface that the ray meets.
     bool meters = false;
     const Hit* receiver = nullptr;
-    // Position on the whole film, pixels, for methods whose numbers of samples vary over the film.
+    // Is the position on the whole film, pixels, for methods whose numbers of samples vary over the film.
     V2f film{0, 0};
-    // Half of the image's samples (0 or 1) to which this one belongs, where the halves must be independent. A
-    // method that keeps two independent estimates then uses one for each half. Without a value the sample may
-    // use all.
+    // Names the half of the image's samples (0 or 1) of this one, where the halves must be independent: each
+    // half then uses one of a method's two independent structures. Without a value the sample may use both.
     std::optional<int> half = {};
 
-    // Begins a path at a camera or a sensor, in the medium around the camera. `max_depth` is defined by
-    // max_depth_of().
+    // Begins a path at a camera or a sensor, in the medium around the camera. See max_depth_of() for
+    // `max_depth`.
     static EyePath begin(const Scene& scene, const Ray& ray, Quantity quantity, int max_depth,
                          SampleAccount& account);
 
@@ -102,8 +101,8 @@ void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<H
 void add_emission(const Scene& scene, const EyePath& path, const std::optional<Hit>& hit, Sampler& sampler);
 
 // Books the emission along the path's ray and, behind panes, along its straight continuation, where
-// next_event() finds light too. It stops at the first surface that passes nothing unbent. It serves paths
-// that end here.
+// next_event() finds light too. It stops at the first surface that passes nothing unbent. Paths that end here
+// use it.
 void add_emission_ahead(const Scene& scene, EyePath path, std::optional<Hit> hit, Sampler& sampler);
 
 }  // namespace lucerna

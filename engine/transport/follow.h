@@ -27,8 +27,7 @@ struct EyeVisitor {
     // Says whether a ray through media is split: then its end is always shaded, and also one place on the
     // way, whatever the probabilities. A thin fog thus adds no noise to what is seen through it, and a thick
     // fog none to itself. Splitting suits methods that know the radiance at any place; they ignore emission
-    // of media. Otherwise one of the two is chosen at random, as in a path tracer, for which each is a path
-    // to follow.
+    // of media. Otherwise one of the two is chosen at random, as in a path tracer.
     static constexpr bool kSplitsMedia = true;
     // Says whether direct light in media is also sampled beside lamps (passed_lamp.h), where a ray is not
     // split. Such a visitor has lights(), which returns a LightChooser, and finds the share
@@ -44,8 +43,8 @@ struct EyeVisitor {
     static float survival(const EyePath& path) {
         return path.bounces > kRouletteFromSpecular ? path.survival() : 1;
     }
-    // Continues the path if the sample of direct_light() is specular. Serves visitors that shade one surface
-    // at a time.
+    // Continues the path if the sample of direct_light() is specular, for visitors that shade single
+    // surfaces.
     static bool go_on(EyePath& path, const Vertex& at, const std::optional<BsdfSample>& specular,
                       Sampler& sampler) {
         if (!specular) return false;
@@ -64,13 +63,13 @@ namespace follow_detail {
 inline constexpr std::uint32_t kGlassBranch = 0x61a, kPassBranch = 0x9a;
 inline constexpr std::uint32_t kPassedLampBranch = 0xb000;  // plus the number of the piece
 
-// Number of bounces after which lamps beside the path are no longer sampled: the path then carries little,
-// and each sample costs two rays. In the Cornell box with fog, sampling them takes 1.4 times as long per
-// sample, and the squared error times the time falls to 0.82. In a room with a small lamp in fog, the
-// variance of the illuminance falls to a tenth.
+// After this many bounces lamps beside the path are no longer sampled: the path then carries little, and each
+// sample costs two rays. In the Cornell box with fog, sampling them takes 1.4 times as long per sample, and
+// the squared error times the time falls to 0.82. In a room with a small lamp in fog, the variance of the
+// illuminance falls to a tenth.
 inline constexpr int kBouncesBesideLamps = 6;
 
-// Transmittance below which the surface behind media is shaded only with Russian roulette.
+// Below this transmittance, the surface behind media is shaded only with Russian roulette.
 inline constexpr float kFaintTransmittance = 0.1F;
 
 // Smooth glass sends little light one way, but a lamp's mirror image may make that way bright. If it were
@@ -109,8 +108,7 @@ bool begin_at_meter(const Scene& scene, EyePath& path, Sampler& sampler, Visitor
     if (!receiver) {
         met = scene.intersect(path.ray);
         if (!met) return false;
-        // Whatever lies between the camera and the surface matters only for the medium in which the surface
-        // lies.
+        // What is between the camera and the surface matters only for the medium of the surface.
         if (!scene.media().empty()) {
             const Ray way{path.ray.o, path.ray.d, met->t};
             path.medium = for_each_piece(scene, way, path.medium, [](const MediumPiece&) { return true; });
@@ -154,8 +152,7 @@ bool cross_media_split(const Scene& scene, EyePath& path, const std::optional<Hi
 
 enum class Arrival : std::uint8_t { at_surface, scattered, ended };
 
-// Crosses the media before `hit` up to one place, which is chosen at random: a scattering event or the
-// surface.
+// Crosses the media before `hit` to one place, chosen at random: a scattering event or the surface.
 template <typename Visitor>
 Arrival cross_media_by_choice(const Scene& scene, EyePath& path, const std::optional<Hit>& hit,
                               Sampler& sampler, Visitor& visit) {

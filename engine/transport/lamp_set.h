@@ -1,4 +1,4 @@
-// A subset of a scene's lights, or of their parts.
+// Represents a subset of a scene's lights, or of their parts.
 #pragma once
 
 #include <cstddef>

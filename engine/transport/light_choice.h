@@ -18,8 +18,7 @@
 
 namespace lucerna {
 
-// The guide's distribution over lights and their parts at one point. It refers to choices that are kept
-// elsewhere.
+// Describes a distribution over lights and their parts at one point. It refers to choices kept elsewhere.
 class Guide {
   public:
     struct Choice {
@@ -35,8 +34,7 @@ class Guide {
     Guide(std::span<const Choice> choices, float defensive_weight)
         : choices_(choices), defensive_weight_(defensive_weight) {}
 
-    // Tells whether the guide knows nothing: no photon is near, or none has any weight. draw() then must not
-    // be called.
+    // Tells whether the guide knows nothing: no photon is near, or none has weight. draw() needs photons.
     bool empty() const { return choices_.empty(); }
     // Returns the choices in the order of lights and parts, each once. Their probabilities add up to 1.
     std::span<const Choice> choices() const { return choices_; }
@@ -56,8 +54,7 @@ class Guide {
     float defensive_weight_ = 1;
 };
 
-// The choice at one point. Cheap to copy; refers to the tree and to the guide's choices, which must outlive
-// it.
+// Chooses lights at one point. It is cheap to copy, and the tree and the guide's choices must outlive it.
 class LightChoice {
   public:
     // Chooses by power.
@@ -115,8 +112,8 @@ bool nothing_to_choose(const Scene& scene);
 // Tells whether any light has parts to choose among.
 bool has_parts(const Scene& scene);
 
-// Makes the plain choices of a scene, to which it refers, at surfaces and in media. Constant, safe to share
-// between threads.
+// Makes the plain choices of a scene, to which it refers, at surfaces and in media. It is constant and
+// thread-safe.
 class LightChooser {
   public:
     LightChooser(const Scene& scene, LightSelection selection)

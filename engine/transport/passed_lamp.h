@@ -1,4 +1,4 @@
-// Light that a medium scatters into a ray close to a lamp.
+// Samples the light that a medium scatters into a ray close to a lamp.
 //
 // A path that samples distances by transmittance seldom stops close to a lamp, but is brighter there by the
 // inverse square of the distance: a heavy tail that a few samples cannot estimate. The direct light at places
@@ -21,7 +21,7 @@
 
 namespace lucerna {
 
-// A lamp beside the ray from 0 to `end` (scene units), which may be infinite.
+// Represents a lamp beside the ray from 0 to `end` (scene units), which may be infinite.
 class PassedLamp {
   public:
     PassedLamp(const Ray& ray, double end, const LightBounds& lamp);
@@ -30,8 +30,7 @@ class PassedLamp {
     double draw(float u) const;
     // Returns the density of draw() at t, per scene unit; > 0.
     double pdf(double t) const;
-    // Returns the share of direct light at t that draw() estimates, where media scatter with coefficient
-    // `sigma_s`.
+    // Returns the share of direct light at t that draw() estimates, with scattering coefficient `sigma_s`.
     float share(double t, const Rgb& sigma_s) const;
     // Returns the remaining share, to be estimated where a path is scattered at t.
     float share_left(double t, const Scene& scene, const MediumVertex& at) const {
