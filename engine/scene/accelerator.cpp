@@ -1,4 +1,4 @@
-// The only file that uses Embree.
+// Only this file uses Embree.
 //
 // Embree shares the buffers of meshes and curves with the shapes. Quadrics and patches are user geometries,
 // for which callbacks ask the ShapeSet in double precision. Embree finds the nearest primitive and the place
@@ -65,7 +65,7 @@ struct GeometryUser {
     std::uint32_t geometry;
 };
 
-// The context of one ray. Embree's part must be the first member: callbacks get a pointer to that.
+// Holds the context of one ray. Embree's part must be the first member: callbacks get a pointer to that.
 struct RayContext {
     RTCIntersectContext embree;
     const Ray& ray;  // in the world
@@ -81,8 +81,7 @@ struct RayContext {
     const Accelerator::Placed* placed(unsigned instance) const {
         return instance == RTC_INVALID_GEOMETRY_ID ? nullptr : &instances[instance - first_instance];
     }
-    // Returns the ray in the frame of the shapes, in double, independent of Embree's own rounded
-    // transformation.
+    // Returns the ray in the frame of the shapes, in double, independent of Embree's rounded transformation.
     LocalRay local(unsigned instance) const {
         const Accelerator::Placed* there = placed(instance);
         return there ? there->placement.local(ray) : LocalRay{V3d(ray.o), V3d(ray.d)};

@@ -1,5 +1,4 @@
-// Finds the surface that a ray meets first, by Embree behind a small interface. Only accelerator.cpp uses
-// Embree.
+// Finds the surface that a ray meets first, by Embree, which only accelerator.cpp uses.
 #pragma once
 
 #include <cstdint>

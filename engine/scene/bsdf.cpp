@@ -72,7 +72,7 @@ Lobe one_side_of(const Lobe& lobe, bool transmission) {
     return std::visit([](const auto& l) { return is_sound(l); }, lobe);
 }
 
-// Probabilities of drawing each lobe, in proportion to its guessed albedo; all are 0 where no lobe scatters.
+// Lobes are drawn with probabilities in proportion to their guessed albedos, all 0 where no lobe scatters.
 using Chances = std::array<float, Bsdf::kMaxLobes>;
 Chances chances_of(std::span<const Lobe> lobes, const Local& at) {
     Chances chances{};

@@ -1,4 +1,4 @@
-// Describes how a surface scatters: a value made for one hit, with a few lobes from a closed set and no heap
+// Describes how a surface scatters. A Bsdf is made for one hit from a closed set of lobes, without heap
 // allocation.
 //
 // All directions are unit vectors in world space and point away from the surface. `wo` is the known direction
@@ -21,7 +21,7 @@
 
 namespace lucerna {
 
-// The transported quantity. Radiance is compressed by η² where it enters glass; particles' power is not
+// Names the transported quantity. Radiance is compressed by η² where it enters glass; particles' power is not
 // [Veach 1997, 5.2]. Let η_o and η_i be the absolute indices on wo's and on wi's side. Transmitted radiance
 // arrives from wi and leaves towards wo with (1 - F) (η_o/η_i)²; particles arrive from wo and go on towards
 // wi with (1 - F). Therefore f(wo, wi, particles) = f(wi, wo, radiance).
@@ -38,15 +38,15 @@ struct BsdfSample {
     float pdf_w;        // per solid angle, the sum over all lobes but deltas; 0 for a delta sample
     bool delta;         // a perfect mirror or smooth glass, whose direction no other strategy can find
     bool transmission;  // wi lies on the other side of the surface
-    // Factor of `weight` due to the change of radiance, (η_o/η_i)² with the indices on wo's and wi's side, so
-    // that Russian roulette can ignore it. 1 for particles and for reflection.
+    // Is the factor of `weight` due to the change of radiance, (η_o/η_i)² with the indices on wo's and wi's
+    // side, so that Russian roulette can ignore it. 1 for particles and for reflection.
     float eta_scale = 1;
     // Says that wi is exactly -wo, as if the surface were not there. Light passes such a surface in a
     // straight line, so that a shadow ray finds what lies behind it; the event is no bounce.
     bool straight = false;
 };
 
-// A sum of lobes. A sample comes from one of them, chosen by a cheap estimate of its albedo for wo. Delta
+// Is a sum of lobes. A sample comes from one of them, chosen by a cheap estimate of its albedo for wo. Delta
 // lobes and others may be combined: f and pdf_w ignore the delta ones, and each sample tells whether it is a
 // delta, so that MIS weights apply only to what other strategies can find.
 class Bsdf {

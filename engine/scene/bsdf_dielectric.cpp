@@ -28,7 +28,7 @@ std::optional<Choice> choice_of(const DielectricLobe& lobe, float fresnel) {
     return Choice{r / (r + t), t / (r + t), r + t};
 }
 
-// The facet that turns wo into wi.
+// Describes the facet that turns wo into wi.
 struct Facet {
     V3f m;               // m.z > 0, wo·m > 0
     float cos_o, cos_i;  // wo·m > 0, wi·m: > 0 for reflection, < 0 for transmission
@@ -37,7 +37,8 @@ struct Facet {
 std::optional<Facet> facet_between(const Local& at, float eta) {
     if (!(at.wo.z > kGrazingCos) || !(std::fabs(at.wi.z) > kGrazingCos)) return std::nullopt;
     if (at.transmission != (at.wi.z < 0)) return std::nullopt;
-    // [Walter 2007, (13), (16)]. The length of the sum is at least |1 - η|, which kLeastBend keeps from 0.
+    // The facet is by [Walter 2007, (13), (16)]. The length of the sum is at least |1 - η|, which kLeastBend
+    // keeps from 0.
     V3f m = at.transmission ? at.wo + eta * at.wi : at.wo + at.wi;
     const float bend = m.length2();
     m.normalize();

@@ -67,7 +67,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     require(window.x0 != window.x1, "the screen window's x0", window.x0, "different from x1");
     require(window.y0 != window.y1, "the screen window's y0", window.y0, "different from y1");
     const bool perspective = settings_.kind == Settings::Kind::perspective;
-    // Screen units per unit of length on the plane z = 1, which is itself the screen of an orthographic
+    // Is in screen units per unit of length on the plane z = 1, which is the screen of an orthographic
     // camera.
     const double scale =
         perspective ? std::tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
@@ -160,8 +160,7 @@ std::optional<Box2f> Camera::bounds_on_film(const Box3f& box) const {
     const double diagonal = V3d(box.size()).length();
     Box2f bounds;
     // Seen from one lens point, a convex body before the camera has a convex image, and each point's image
-    // moves in proportion to the lens point. The corners of the box and of the lens therefore bound
-    // everything.
+    // moves in proportion to the lens point. The corners of box and lens thus bound everything.
     for (int i = 0; i < 8; ++i) {
         const V3d corner((i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
                          (i & 4) != 0 ? box.max.z : box.min.z);

@@ -1,4 +1,4 @@
-// The camera of a scene.
+// Defines the camera of a scene.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,7 @@ class Camera {
     // Returns the ray of a film point. `film` is in pixels, `lens` uniform in [0,1)² (ignored by a pinhole).
     Ray ray(const V2f& film, const V2f& lens) const;
 
-    // The inverse of ray(): the place on the film at which a direction from one lens point is seen.
+    // Inverts ray(): holds the place on the film at which a direction from one lens point is seen.
     struct Projection {
         V2f film;              // pixels, possibly beyond the film
         float pixels2_per_sr;  // d(area on the film) / d(solid angle), there
@@ -63,7 +63,8 @@ class Camera {
     std::optional<Projection> project_from(const V3d& shift, const V3d& way) const;
 
     Settings settings_;
-    // Scene space, scene units. The image plane is z = 1 for a perspective, z = 0 for an orthographic camera.
+    // These are in scene space and scene units. The image plane is z = 1 for a perspective, z = 0 for an
+    // orthographic camera.
     V3f origin_, z_;       // camera position and viewing direction (not normalised)
     M33f directions_;      // spherical camera: from camera to scene
     V3f x_, y_;            // one pixel to the right and one down on the image plane

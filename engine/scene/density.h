@@ -1,4 +1,4 @@
-// The density of a medium as a function of position: a dimensionless factor of its coefficients.
+// Describes the density of a medium as a function of position: a dimensionless factor of its coefficients.
 //
 // It provides the density at a point, and a bound along a stretch of a ray, as delta and ratio tracking need.
 // Points are in the medium's own space.
@@ -62,8 +62,8 @@ using Density = std::variant<UniformDensity, ExponentialDensity, DensityGrid>;
 
 double density_at(const Density& density, const V3d& p);
 
-// A straight line p(t) = o + t d through a density (t in scene units), cut into stretches begin <= t < end()
-// on each of which one bound holds.
+// Follows a straight line p(t) = o + t d through a density (t in scene units), cut into stretches begin <= t
+// < end() on each of which one bound holds.
 class DensityTraversal {
   public:
     DensityTraversal(const Density& density, const V3d& o, const V3d& d, double begin, double last);

@@ -1,5 +1,5 @@
-// Fresnel reflectance of unpolarised light at a smooth boundary (Born and Wolf, Principles of Optics, 1.5
-// and 14.2).
+// Computes Fresnel reflectance of unpolarised light at a smooth boundary (Born and Wolf, Principles of
+// Optics, 1.5 and 14.2).
 #pragma once
 
 #include <algorithm>
@@ -89,7 +89,7 @@ class CoatTable {
         float mean = 0;
     };
     static Row make_row(float eta, const V2f& alphas);
-    // Interpolation of α between two rows.
+    // Interpolates α between two rows.
     struct Between {
         const Row *low, *high;
         float part;  // weight of `high`

@@ -1,4 +1,4 @@
-// The functions of every lobe, in a local frame. They serve Bsdf, which handles normals and sums. A lobe's
+// Declares the functions of every lobe in a local frame, for Bsdf, which handles normals and sums. A lobe's
 // functions are overloads selected by its type; bsdf_*.cpp has one file per family.
 #pragma once
 
@@ -12,8 +12,7 @@
 
 namespace lucerna {
 
-// A query of a lobe, in the shading frame mirrored so that the known direction's side of the surface is z >
-// 0.
+// Queries a lobe in the shading frame, mirrored so that the known direction's side of the surface is z > 0.
 struct Local {
     V3f wo, wi;                 // relative to ns; wo.z may be <= 0 where the two normals disagree
     bool entering = true;       // wo lies outside (by ng)
@@ -186,8 +185,7 @@ float chance_of(const SubstrateGlossLobe& lobe, const Local& at);
 bool is_delta_lobe(const SubstrateGlossLobe& lobe);
 bool is_sound(const SubstrateGlossLobe& lobe);
 
-// These return a smooth boundary's probability of reflection in draw(), or none where draw() has no such
-// choice.
+// These return draw()'s probability of reflection at a smooth boundary, or none where it has no such choice.
 std::optional<float> reflect_chance_of(const DielectricLobe& lobe, const Local& at);
 std::optional<float> reflect_chance_of(const ThinDielectricLobe& lobe, const Local& at);
 

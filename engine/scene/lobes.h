@@ -1,4 +1,4 @@
-// The parameters of every lobe of a BSDF. Their behaviour is in bsdf_*.cpp.
+// Declares the parameters of every lobe of a BSDF. bsdf_*.cpp implements their behaviour.
 #pragma once
 
 #include <variant>
@@ -17,23 +17,23 @@ inline constexpr float kLeastAlpha = 1e-4F;
 // Rough glass that bends light less than this (|eta - 1|) scatters like smooth glass of the same eta.
 inline constexpr float kLeastBend = 1e-3F;
 
-// Lambertian reflection on both sides. Albedo per channel in [0,1].
+// Reflects by Lambert's law on both sides. The albedo is in [0,1] per channel.
 struct DiffuseLobe {
     Rgb albedo;
 };
-// Perfect mirror with constant reflectance.
+// Is a perfect mirror with constant reflectance.
 struct MirrorLobe {
     Rgb reflectance;
 };
-// Smooth or rough (GGX, Walter et al. 2007; visible normals, Heitz 2018) conductor, with Fresnel from eta and
-// k. Both sides reflect alike. Facets reflect once: light that would bounce again is lost.
+// Is a smooth or rough (GGX, Walter et al. 2007; visible normals, Heitz 2018) conductor, with Fresnel from
+// eta and k. Both sides reflect alike. Facets reflect once: light that would bounce again is lost.
 struct ConductorLobe {
     Rgb eta, k;                      // relative to the outside, >= 0
     Rgb tint{1.0F};                  // multiplies the Fresnel reflectance
     float alpha_x = 0, alpha_y = 0;  // 0: smooth
 };
-// Smooth or rough glass boundary. The geometric normal's side is outside. With eta = 1 light goes straight
-// on, whatever the normals and alphas.
+// Is a smooth or rough glass boundary. The geometric normal's side is outside. With eta = 1 light goes
+// straight on, whatever the normals and alphas.
 struct DielectricLobe {
     float eta = 1.5F;  // inside over outside, > 0
     Rgb reflect{1.0F}, transmit{1.0F};
@@ -41,11 +41,12 @@ struct DielectricLobe {
 };
 // Absorbs everything.
 struct BlackLobe {};
-// Lambertian transmission: light that arrives on one side leaves the other. Albedo per channel in [0,1].
+// Transmits by Lambert's law: light that arrives on one side leaves the other. The albedo is in [0,1] per
+// channel.
 struct DiffuseTransmitLobe {
     Rgb albedo;
 };
-// The "qualitative" model of [Oren and Nayar 1994, (30)]: f = albedo/π (a + b max(0, cos Δφ) sin α tan β).
+// Is the "qualitative" model of [Oren and Nayar 1994, (30)]: f = albedo/π (a + b max(0, cos Δφ) sin α tan β).
 // oren_nayar() makes it and keeps its albedo at grazing, albedo (a + b/2), at 1 or less.
 struct OrenNayarLobe {
     Rgb albedo;
@@ -56,23 +57,24 @@ struct OrenNayarLobe {
 // lowered accordingly.
 OrenNayarLobe oren_nayar(const Rgb& albedo, float sigma);
 
-// Reflection of a dielectric's surface (varnish), smooth or rough as ConductorLobe; both sides behave as seen
-// from outside. Other lobes handle the light that it does not reflect.
+// Is the reflection of a dielectric's surface (varnish), smooth or rough as ConductorLobe; both sides behave
+// as seen from outside. Other lobes handle the light that it does not reflect.
 struct GlossLobe {
     float eta = 1.5F;  // varnish over outside, > 0
     Rgb tint{1.0F};    // multiplies the Fresnel reflectance
     float alpha_x = 0, alpha_y = 0;
 };
 
-// The layer above a diffuse base. At the cosine μ it removes reach(μ) = gloss E(μ, alpha) + reflect F(μ) +
-// transmit (1 - F(μ)) of the base's light, with E the albedo of a rough dielectric's surface and F that of a
-// smooth one. The sum is at most 1 in every channel. The table is borrowed; without one E counts as 1.
+// Describes the layer above a diffuse base. At the cosine μ it removes reach(μ) = gloss E(μ, alpha) + reflect
+// F(μ) + transmit (1 - F(μ)) of the base's light, with E the albedo of a rough dielectric's surface and F
+// that of a smooth one. The sum is at most 1 in every channel. The table is borrowed; without one E counts as
+// 1.
 struct Cover {
     const CoatTable* table = nullptr;
     float alpha = 0;
     Rgb gloss{0.0F}, reflect{0.0F}, transmit{0.0F};
 };
-// A Lambertian base lit and seen through a cover: f = albedo/π (1 - reach(o)) (1 - reach(i)). It is
+// Is a Lambertian base lit and seen through a cover: f = albedo/π (1 - reach(o)) (1 - reach(i)). It is
 // reciprocal; with albedo <= 1 it returns no more, in the mean over wi, than the cover lets through. `albedo`
 // may exceed 1, up to 1/(1 - mean reach), as far as light held between base and cover makes up for what the
 // cover removes.
@@ -81,7 +83,7 @@ struct CoveredDiffuseLobe {
     Cover cover;
 };
 
-// A metal under varnish, seen through the varnish's surface: T(o) T(i) R/(1 - R min(E(o), E(i))) times the
+// Is a metal under varnish, seen through the varnish's surface: T(o) T(i) R/(1 - R min(E(o), E(i))) times the
 // facets' distribution, T = 1 - E. For smooth surfaces this is exactly the sum over all bounces between the
 // two; for rough ones it is reciprocal and never returns more than min(T(o), T(i)). A separate GlossLobe
 // models the varnish's own reflection.
@@ -94,16 +96,16 @@ struct CoatedConductorLobe {
     float alpha_x = 0, alpha_y = 0;    // as seen from outside
 };
 
-// A pane of glass too thin to displace the light that passes it. It includes all bounces between its two
+// Is a pane of glass too thin to displace the light that passes it. It includes all bounces between its two
 // faces, which transmit straight on or reflect as a mirror.
 struct ThinDielectricLobe {
     float eta = 1.5F;  // > 0
     Rgb tint{1.0F};    // multiplies everything, in [0,1]
 };
 
-// [Ashikhmin and Shirley 2000] with GGX facets, as pbrt-v3's "FresnelBlend": gloss of reflectance `specular`
-// at normal incidence over a diffuse base that fades as the gloss grows. Each is a lobe of its own. Alphas
-// are at most 1, because above that the model would reflect more than arrives.
+// These model [Ashikhmin and Shirley 2000] with GGX facets, as pbrt-v3's "FresnelBlend": gloss of reflectance
+// `specular` at normal incidence over a diffuse base that fades as the gloss grows. Each is a lobe of its
+// own. Alphas are at most 1, because above that the model would reflect more than arrives.
 struct SubstrateBaseLobe {
     Rgb diffuse, specular;
     Rgb tint{1.0F};  // multiplies the lobe, in [0,1]

@@ -1,4 +1,4 @@
-// The only file that uses OpenSubdiv.
+// Only this file uses OpenSubdiv.
 #include "engine/scene/mesh.h"
 
 #include <opensubdiv/far/primvarRefiner.h>
@@ -17,7 +17,7 @@ namespace {
 namespace Far = OpenSubdiv::Far;
 namespace Sdc = OpenSubdiv::Sdc;
 
-// The vertex type that OpenSubdiv's callbacks interpolate: double positions, float weights.
+// OpenSubdiv's callbacks interpolate this vertex type: double positions, float weights.
 struct Vertex {
     V3d p{0, 0, 0};
 

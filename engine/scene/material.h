@@ -28,7 +28,7 @@ enum class RoughnessMap : std::uint8_t {
 };
 float alpha_of(RoughnessMap map, float roughness);
 
-// Roughness of a surface's facets along u and v. NaN and negative values count as 0.
+// Holds the roughness of a surface's facets along u and v. NaN and negative values count as 0.
 struct Roughness {
     FloatTexture x = FloatTexture::constant(0), y = FloatTexture::constant(0);
     RoughnessMap map = RoughnessMap::alpha;
@@ -44,7 +44,7 @@ struct Roughness {
     bool may_be_smooth() const;
 };
 
-// Lambertian, or Oren-Nayar where sigma (degrees) is not 0.
+// Is Lambertian, or Oren-Nayar where sigma (degrees) is not 0.
 struct DiffuseMaterial {
     RgbTexture reflectance = RgbTexture::constant(Rgb(0.5F));
     FloatTexture sigma = FloatTexture::constant(0);
@@ -69,21 +69,21 @@ struct DielectricMaterial {
 struct ThinDielectricMaterial {
     FloatTexture eta = FloatTexture::constant(1.5F);
 };
-// Lambertian on both sides. The colours are scaled down where their sum exceeds 1.
+// Is Lambertian on both sides. The colours are scaled down where their sum exceeds 1.
 struct DiffuseTransmissionMaterial {
     RgbTexture reflectance = RgbTexture::constant(Rgb(0.25F));
     RgbTexture transmittance = RgbTexture::constant(Rgb(0.25F));
     float scale = 1;  // multiplies both, >= 0
 };
 
-// Varnish: its index, roughness and total reflectance. Where the roughness varies, the varnish counts as
-// isotropic with its smaller alpha, because no table covers all brushed surfaces.
+// Describes varnish by index, roughness and total reflectance. Where the roughness varies, the varnish counts
+// as isotropic with its smaller alpha, because no table covers all brushed surfaces.
 struct Coat {
     float eta = 1.5F;
     Roughness roughness = {};
     std::shared_ptr<const CoatTable> table;  // made for eta and roughness; not null
 };
-// A diffuse base seen through varnish. The varnish reflects; light that passes it is scattered by the base
+// Is a diffuse base seen through varnish. The varnish reflects; light that passes it is scattered by the base
 // each time the varnish reflects it back inside, until it leaves. This is a closed form where pbrt-v4 walks
 // at random between the two; the one approximation is that the light inside is diffuse. White bases under
 // varnish of one roughness reflect all that arrives.
@@ -91,16 +91,16 @@ struct CoatedDiffuseMaterial {
     RgbTexture reflectance = RgbTexture::constant(Rgb(0.5F));
     Coat coat;
 };
-// A metal seen through varnish; see CoatedConductorLobe. Its facets appear wider than they are, because the
-// varnish refracts the light that they reflect.
+// Is a metal seen through varnish; see CoatedConductorLobe. Its facets appear wider than they are, because
+// the varnish refracts the light that they reflect.
 struct CoatedConductorMaterial {
     Coat coat;
     ConductorMaterial metal;
 };
 
-// Sum of a diffuse base, gloss, and a smooth surface's reflection and transmission (pbrt's plastic and uber),
-// all times `opacity`; the rest goes straight through. Where the sum could exceed 1, gloss and surface are
-// scaled down to 1, and the base gets only the remainder (CoveredDiffuseLobe).
+// Is the sum of a diffuse base, gloss, and a smooth surface's reflection and transmission (pbrt's plastic and
+// uber), all times `opacity`; the rest goes straight through. Where the sum could exceed 1, gloss and surface
+// are scaled down to 1, and the base gets only the remainder (CoveredDiffuseLobe).
 struct UberMaterial {
     RgbTexture diffuse = RgbTexture::constant(Rgb(0.25F));
     RgbTexture gloss = RgbTexture::constant(Rgb(0.25F));
@@ -110,13 +110,13 @@ struct UberMaterial {
     Roughness roughness = Roughness::of_alpha(0.1F);
     std::shared_ptr<const CoatTable> table = {};  // of eta and roughness, as in Coat; null if eta varies
 };
-// Gloss over a diffuse base; see SubstrateBaseLobe.
+// Is gloss over a diffuse base; see SubstrateBaseLobe.
 struct SubstrateMaterial {
     RgbTexture diffuse = RgbTexture::constant(Rgb(0.5F));
     RgbTexture specular = RgbTexture::constant(Rgb(0.5F));
     Roughness roughness = Roughness::of_alpha(0.1F);
 };
-// pbrt-v3's translucent: Lambertian on both sides plus rough glass, weighted by `reflect` and `transmit`.
+// Is pbrt-v3's translucent: Lambertian on both sides plus rough glass, weighted by `reflect` and `transmit`.
 struct TranslucentMaterial {
     RgbTexture diffuse = RgbTexture::constant(Rgb(0.25F));
     RgbTexture gloss = RgbTexture::constant(Rgb(0.25F));
@@ -124,18 +124,17 @@ struct TranslucentMaterial {
     RgbTexture transmit = RgbTexture::constant(Rgb(0.5F));
     Roughness roughness = Roughness::of_alpha(0.1F);
 };
-// pbrt-v2's shinymetal: a metal partly rough, partly smooth, given by reflectances at normal incidence.
+// Is pbrt-v2's shinymetal: a metal partly rough, partly smooth, given by reflectances at normal incidence.
 struct ShinyMetalMaterial {
     RgbTexture gloss = RgbTexture::constant(Rgb(1.0F));
     RgbTexture mirror = RgbTexture::constant(Rgb(1.0F));
     Roughness roughness = Roughness::of_alpha(0.1F);
 };
-// No surface: rays pass through (pbrt's "interface" or "").
+// Is no surface: rays pass through (pbrt's "interface" or "").
 struct InterfaceMaterial {};
 
 struct Material;
-// `share` is the weight of the second, 1 - share that of the first. An interface passes its share of the
-// light.
+// Weights the second by `share`, the first by 1 - share. An interface passes its share of the light.
 struct MixMaterial {
     std::shared_ptr<const Material> first, second;  // not null
     std::variant<FloatTexture, RgbTexture> share = FloatTexture::constant(0.5F);
@@ -149,7 +148,7 @@ using MaterialModel = std::variant<DiffuseMaterial, MirrorMaterial, ConductorMat
 // Bends the shading normal without moving the surface. At most one of the two is set.
 struct Relief {
     std::optional<FloatTexture> displacement = {};  // along the shading normal, scene units
-    // Normals n in the frame of dpdu, its cross product with ns, and ns, stored as (n + 1)/2.
+    // Holds normals n in the frame of dpdu, its cross product with ns, and ns, stored as (n + 1)/2.
     std::optional<RgbTexture> normals = {};
 };
 
@@ -183,7 +182,7 @@ std::optional<bool> has_diffuse(const Material& material);
 // Returns the largest number of lobes of a Bsdf of it, which must not exceed Bsdf::kMaxLobes.
 std::size_t most_lobes(const Material& material);
 
-// The lobes of one hit, which make_bsdf() collects from a material.
+// Collects the lobes of one hit from a material, for make_bsdf().
 class LobeList {
   public:
     void add(const Lobe& lobe) { lobes_[count_++] = lobe; }

@@ -111,8 +111,8 @@ struct AddLobes {
     }
 
     // These relations hold for small angles. A facet of the metal tilted by m turns the light by 2m inside
-    // the varnish, by 2 η m outside. A facet of the varnish tilted by m turns it by (η - 1) m, both on the
-    // way in and out.
+    // the varnish, by 2 η m outside. A facet of the varnish tilted by m turns it by (η - 1) m, once in, once
+    // out.
     void operator()(const CoatedConductorMaterial& m) const {
         const V2f coat = covered_alpha(m.coat.roughness, m.coat.table.get(), point);
         const ConductorLobe metal = metal_lobe(m.metal, point);
@@ -167,8 +167,8 @@ struct AddLobes {
         const Rgb down = down_to_one(reflect + transmit);
         reflect *= down, transmit *= down;
         const Rgb gloss = share_of(m.gloss, point);
-        // The light left for the diffuse lobes is at least what the larger part of the rough glass does not
-        // take.
+        // The larger of the rough glass's two parts bounds what the glass takes; the rest is left for the
+        // diffuse lobes.
         Rgb diffuse = share_of(m.diffuse, point);
         const Rgb most = Rgb(1.0F) - gloss * larger(reflect, transmit);
         for (int c = 0; c < 3; ++c) {

@@ -7,7 +7,7 @@
 namespace lucerna {
 namespace {
 
-// Mean number of places along a crossing at which emission is evaluated.
+// Emission is evaluated at this mean number of places along a crossing.
 constexpr double kSearches = 4;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// All media along a piece of a ray, cut into stretches.
+// Describes all media along a piece of a ray, cut into stretches.
 //
 // On a stretch the set of media is constant, and one bound holds for each medium that varies. Closed forms
 // and null-collision tracking [Woodcock 1965] need both.
@@ -11,7 +11,7 @@
 
 namespace lucerna {
 
-// Sums over all media at one place, per scene unit.
+// Holds sums over all media at one place, per scene unit.
 struct Coefficients {
     V3d sigma_t{0, 0, 0}, sigma_s{0, 0, 0};
     V3d emission{0, 0, 0};  // W/(m² sr) per unit
@@ -19,8 +19,7 @@ struct Coefficients {
 
 class MediaAlong {
   public:
-    // Takes the ray from 0 to `end` (scene units, may be infinite). `inside` is the medium of the interfaces
-    // that the ray is in.
+    // Takes the ray from 0 to `end` (scene units, may be infinite). `inside` is its medium by interfaces.
     MediaAlong(const SceneMedia& media, std::int32_t inside, const Ray& ray, double end);
 
     bool empty() const { return crossings_.empty(); }
@@ -34,11 +33,11 @@ class MediaAlong {
     double begin() const { return begin_; }
     double end() const { return end_; }
 
-    // Extinction per channel on the present stretch.
+    // These return the extinction per channel on the present stretch.
     const V3d& uniform() const { return uniform_; }  // sum over uniform media, exact
     const V3d& bound() const { return bound_; }      // upper bound of the sum over varying media
-    // Returns a rate of additional null collisions per unit of length, by which emission is found where
-    // nothing collides.
+    // Returns the rate of additional null collisions per unit of length, which find emission between
+    // collisions.
     double search() const { return search_; }
 
     // Returns the sums over the media at t in the present stretch.

@@ -130,8 +130,8 @@ double largest(const V3d& v) {
     return std::max({v.x, v.y, v.z});
 }
 
-// Holds the channel that samples distances, and the densities of the path so far for all three channels, up
-// to a common factor.
+// Holds the channel that samples distances, and the path's densities so far for all channels, up to a common
+// factor.
 class Channels {
   public:
     Channels(const Rgb& throughput, float u) : throughput_(throughput) {

@@ -1,4 +1,4 @@
-// Traversal of a scene's media from one vertex of a path to the next.
+// Traverses a scene's media from one vertex of a path to the next.
 //
 // A ray between two surfaces may cross interfaces at which the medium changes. They divide it into pieces,
 // each in one medium of the interfaces and any number of regions. The caller must know the medium in which
@@ -39,7 +39,7 @@ struct Flight {
 // `throughput` must not be black. Draws one pair of numbers from `sampler` and the rest from a branch of it.
 Flight fly(MediaAlong along, const Rgb& throughput, Sampler& sampler);
 
-// A place at which a medium scatters light back towards the beginning of a ray.
+// Holds a place at which a medium scatters light back towards the beginning of a ray.
 struct InScattering {
     double t = 0;       // along the ray, scene units
     float g = 0;        // of the medium that scatters there
@@ -62,7 +62,7 @@ std::optional<InScattering> scattered_at(MediaAlong along, MediaAlong before, do
 // exact, without random numbers, if no medium varies.
 Rgb transmittance(MediaAlong along, Sampler& sampler);
 
-// Limit of medium interfaces on one ray. Only rounding at a grazing interface can reach it.
+// Limits the medium interfaces on one ray. Only rounding at a grazing interface can reach it.
 inline constexpr int kMaxBorders = 10'000;
 
 struct MediumPiece {
@@ -106,7 +106,7 @@ Rgb passing(const Scene& scene, const Ray& way, std::int32_t medium, Sampler& sa
 // is never on the far side of the surface.
 V3f scattering_point(const MediumPiece& piece, double t, const std::optional<Hit>& hit);
 
-// The outcome of a particle's flight to the next surface.
+// Holds the outcome of a particle's flight to the next surface.
 struct MediaTraversal {
     Rgb power;            // at the end or after scattering, less absorption
     std::int32_t medium;  // around the particle after the flight
@@ -126,9 +126,9 @@ MediaTraversal traverse_media(const Scene& scene, const Ray& ray, const std::opt
 // camera.
 std::int32_t medium_around(const Scene& scene, const SurfacePoint& from, const V3f& d);
 
-// Vertex and MediumVertex are the places of a path that direct light is computed for.
+// Direct light is computed for a Vertex or a MediumVertex.
 
-// A place where a path meets a surface that scatters.
+// Holds a place where a path meets a surface that scatters.
 struct Vertex {
     const Hit& hit;
     const Bsdf& bsdf;
@@ -147,7 +147,7 @@ struct Vertex {
     }
 };
 
-// A place where a path is scattered in a medium.
+// Holds a place where a path is scattered in a medium.
 struct MediumVertex {
     V3f p;
     HenyeyGreenstein phase;

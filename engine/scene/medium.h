@@ -1,4 +1,4 @@
-// Participating media, which absorb, scatter and emit between surfaces.
+// Describes participating media, which absorb, scatter and emit between surfaces.
 //
 // A medium's coefficients per channel, times its density, hold per scene unit of length, whatever the
 // transformation of its own space. A medium fills everything (no box) or a box of its own space. There are
@@ -35,7 +35,7 @@ struct Medium {
     bool emits() const { return !is_black(emission); }
 };
 
-// All media of a scene.
+// Holds all media of a scene.
 struct SceneMedia {
     std::vector<Medium> all;
     std::vector<std::uint32_t> regions;  // media placed as regions
@@ -45,7 +45,7 @@ struct SceneMedia {
     bool empty() const { return all.empty(); }
 };
 
-// The part of a ray within one medium.
+// Describes the part of a ray within one medium.
 struct MediumCrossing {
     const Medium* medium;
     double entry, exit;  // along the ray, scene units; entry < exit
@@ -55,8 +55,7 @@ struct MediumCrossing {
 // Returns none if the ray misses the medium's box before `end`.
 std::optional<MediumCrossing> crossing(const Medium& medium, const Ray& ray, double end);
 
-// Returns the sum of all media's scattering coefficients at a point in interface medium `inside`, per scene
-// unit.
+// Returns the scattering coefficient of all media at a point in interface medium `inside`, per scene unit.
 Rgb scattering_at(const SceneMedia& media, std::int32_t inside, const V3f& p);
 // Tells whether any medium scatters anywhere.
 bool scatters(const SceneMedia& media);
@@ -76,7 +75,7 @@ inline std::int32_t medium_towards(const MediumInterface& media, const V3f& n, c
     return n.dot(w) > 0 ? media.outside : media.inside;
 }
 
-// The phase function of [Henyey and Greenstein 1941].
+// Implements the phase function of [Henyey and Greenstein 1941].
 //
 // Directions are unit vectors that point away from the scattering point, as at a surface: `wo` towards the
 // eye, `wi` towards the light. Light that goes straight on has wo·wi = -1. g is the mean cosine between the
@@ -87,7 +86,7 @@ inline constexpr float kLargestG = 0.999F;
 
 class HenyeyGreenstein {
   public:
-    // |g| <= kLargestG.
+    // Requires |g| <= kLargestG.
     explicit HenyeyGreenstein(float g) : g_(g) {}
 
     float g() const { return g_; }

@@ -1,4 +1,4 @@
-// Surfaces of the scene, in world space relative to the scene's own origin.
+// Describes surfaces of the scene, in world space relative to the scene's own origin.
 #pragma once
 
 #include <Imath/ImathVec.h>
@@ -19,26 +19,26 @@ inline constexpr std::int32_t kNoLight = -1;
 
 inline constexpr std::int32_t kNoMedium = -1;
 
-// The media on both sides of a surface, as indices into SceneMedia::all. `outside` is on the side of Hit's
-// geometric normal (ReverseOrientation swaps the two, as in pbrt). A path's medium changes only at a surface
-// with `border` set.
+// Holds the media on both sides of a surface, as indices into SceneMedia::all. `outside` is on the side of
+// Hit's geometric normal (ReverseOrientation swaps the two, as in pbrt). A path's medium changes only where
+// `border` is set.
 struct MediumInterface {
     bool border = false;
     std::int32_t inside = kNoMedium, outside = kNoMedium;
 };
 
-// Attributes of a surface beside its shape.
+// Holds the attributes of a surface beside its shape.
 struct SurfaceTraits {
     std::uint32_t material = 0;        // index into SceneParts::materials
     std::int32_t light = kNoLight;     // index into SceneParts::lights
     bool reverse_orientation = false;  // the geometric normal (the side that emits) is flipped
     MediumInterface media = {};        // media on both sides, if the surface is a medium interface
-    // Cut-outs: a ray passes where the value is 0, and with probability 1 - value in between; null means
-    // solid. `alpha` holds for all rays, `shadow_alpha` in addition for shadow rays.
+    // These are cut-outs: a ray passes where the value is 0, and with probability 1 - value in between; null
+    // means solid. `alpha` holds for all rays, `shadow_alpha` in addition for shadow rays.
     std::shared_ptr<const FloatTexture> alpha = {}, shadow_alpha = {};
 };
 
-// Triangles. `n` and `uv` are empty or have one entry per vertex. The geometric normal of a triangle is
+// Holds triangles. `n` and `uv` are empty or have one entry per vertex. The geometric normal of a triangle is
 // (p1-p0) × (p2-p0), flipped by reverse_orientation. Given shading normals are turned towards the geometric
 // normal, NOT the reverse.
 struct Mesh {
@@ -49,11 +49,11 @@ struct Mesh {
     SurfaceTraits traits;
 };
 
-// A surface of revolution about z, or a disk, under an affine map: exact, not tessellated. Object space is as
-// in pbrt: sphere, cylinder and paraboloid reach from z_min to z_max, the disk lies in z = height, the cone's
-// tip is at z = height over a base in z = 0, and the line from p1 to p2 sweeps the hyperboloid. All may be
-// partial in phi. Normals point outwards (along +z for a disk, inwards for a hyperboloid whose p2 lies below
-// p1), flipped by reverse_orientation.
+// Is a surface of revolution about z, or a disk, under an affine map: exact, not tessellated. Object space is
+// as in pbrt: sphere, cylinder and paraboloid reach from z_min to z_max, the disk lies in z = height, the
+// cone's tip is at z = height over a base in z = 0, and the line from p1 to p2 sweeps the hyperboloid. All
+// may be partial in phi. Normals point outwards (along +z for a disk, inwards for a hyperboloid whose p2 lies
+// below p1), flipped by reverse_orientation.
 struct Quadric {
     enum class Kind : std::uint8_t { sphere, disk, cylinder, cone, paraboloid, hyperboloid };
     Kind kind = Kind::sphere;
@@ -67,8 +67,8 @@ struct Quadric {
     SurfaceTraits traits;
 };
 
-// Bilinear patches p(u, v) with corners 00, 10, 01, 11 in this order. `n` and `uv` are empty or have one
-// entry per vertex. The geometric normal is dp/du × dp/dv, flipped by reverse_orientation; where `n` is
+// Holds bilinear patches p(u, v) with corners 00, 10, 01, 11 in this order. `n` and `uv` are empty or have
+// one entry per vertex. The geometric normal is dp/du × dp/dv, flipped by reverse_orientation; where `n` is
 // given, it is turned to the side of `n` instead.
 struct BilinearMesh {
     std::vector<V3f> p;
@@ -78,7 +78,7 @@ struct BilinearMesh {
     SurfaceTraits traits;
 };
 
-// Cubic Bézier curves with a width: hair, grass, wire.
+// Holds cubic Bézier curves with a width: hair, grass, wire.
 struct Curves {
     using V4f = Imath::V4f;
     enum class Kind : std::uint8_t {
@@ -86,7 +86,7 @@ struct Curves {
         round,  // a tube
         ribbon  // a band that faces given normals
     };
-    // A segment of a curve, with the part of the whole curve's u that it covers.
+    // Is a segment of a curve, with the part of the whole curve's u that it covers.
     struct Segment {
         float u_from = 0, u_to = 1;
     };
@@ -97,7 +97,7 @@ struct Curves {
     SurfaceTraits traits;
 };
 
-// All shapes that lie in one frame of reference.
+// Holds all shapes that lie in one frame of reference.
 struct Shapes {
     std::vector<Mesh> meshes;
     std::vector<Quadric> quadrics;
@@ -105,14 +105,14 @@ struct Shapes {
     std::vector<Curves> curves;
 };
 
-// A placed copy of a prototype's shapes.
+// Places a copy of a prototype's shapes.
 struct Instance {
     std::uint32_t prototype = 0;  // index into SceneParts::prototypes
     M44d world_from_prototype;    // affine, invertible; relative to the scene's origin
 };
 
-// A bilinear patch, intersected exactly, in double precision: p(u, v) = (1-u)(1-v) p00 + u(1-v) p10 + (1-u)v
-// p01 + uv p11.
+// Intersects a bilinear patch exactly, in double: p(u, v) = (1-u)(1-v) p00 + u(1-v) p10 + (1-u)v p01 + uv
+// p11.
 struct PatchShape {
     V3d p00, p10, p01, p11;
 
@@ -134,7 +134,7 @@ struct PatchShape {
     bool is_flat_parallelogram() const;
 };
 
-// Loop subdivision: a coarse mesh of triangles becomes points and normals of its limit surface.
+// Holds points and normals of a coarse triangle mesh's limit surface under Loop subdivision.
 struct LoopMesh {
     std::vector<V3d> p, n;  // n unit, on the side of the triangles' own normals
     std::vector<V3i> triangles;
@@ -144,8 +144,8 @@ struct LoopMesh {
 // is not a surface: a triangle that names a vertex twice, or an edge of more than two triangles.
 LoopMesh subdivide_loop(const std::vector<V3d>& p, const std::vector<V3i>& triangles, int levels);
 
-// A mesh from a PLY file (Stanford polygon format), as pbrt's plymesh reads it. `n` and `uv` are empty or
-// have one entry per vertex; every index is valid.
+// Holds a mesh from a PLY file (Stanford polygon format), as pbrt's plymesh reads it. `n` and `uv` are empty
+// or have one entry per vertex; every index is valid.
 struct PlyMesh {
     std::vector<V3f> p;  // the file's units
     std::vector<V3f> n;

@@ -1,4 +1,4 @@
-// The GGX distribution of facets with Smith's masking, anisotropic, sampled by visible normals.
+// Implements the anisotropic GGX distribution of facets with Smith's masking, sampled by visible normals.
 //
 // Sources: Walter, Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007;
 // [Heitz 2014; Heitz 2018].
@@ -18,7 +18,7 @@ namespace lucerna {
 
 class Ggx {
   public:
-    // Both alphas > 0.
+    // Requires both alphas > 0.
     Ggx(float alpha_x, float alpha_y) : ax_(alpha_x), ay_(alpha_y) {}
 
     // Returns D(m), the facet area per solid angle of m and area of surface, 1/sr.
@@ -39,8 +39,7 @@ class Ggx {
     float masking_shadowing_over_cos2(const V3f& o, const V3f& i) const {
         return 2 / (stretch(o) * i.z + stretch(i) * o.z);
     }
-    // Returns G2(o, i) / G1(o) in [0,1] for two directions on the upper side: the unshadowed share of a
-    // visible facet.
+    // Returns G2(o, i) / G1(o) in [0,1] for two upper directions: the unshadowed share of a visible facet.
     float shadowing_if_visible(const V3f& o, const V3f& i) const {
         const float so = stretch(o);
         return i.z * (o.z + so) / (so * i.z + stretch(i) * o.z);

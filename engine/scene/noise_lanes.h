@@ -132,8 +132,8 @@ class NoiseLanes {
         return look_up(_mm512_inserti64x4(_mm512_castsi256_si512(of_z), of_z1, 1));
     }
 
-    // Returns the gradient's product with the offset, by the first eight bytes of `hash`, of which four bits
-    // count.
+    // Returns the gradient's product with the offset, by four bits of each of the first eight bytes of
+    // `hash`.
     __m512d gradient(__m128i hash, __m512d dx, __m512d dy, __m512d dz) const {
         const __m512i index = _mm512_cvtepu8_epi64(hash);
         const auto component = [&](std::size_t c) {

@@ -1,5 +1,4 @@
-// The account of a path from the eye: the throughput of its light, and the layer and light group to which the
-// light belongs.
+// Keeps the account of a path from the eye: its throughput, and the layer and light group of its light.
 //
 // Layers divide the light of an image by the end of its path at the eye. Follow the path from the eye through
 // mirrors and clear glass (perfectly specular scattering only) to the first place that scatters it otherwise.
@@ -35,10 +34,10 @@ inline std::string_view layer_name(Layer layer) {
     return names[static_cast<std::size_t>(layer)];
 }
 
-// Prefix of a group's name in the names of image channels.
+// Precedes a group's name in the names of image channels.
 inline constexpr const char* kLightGroupPrefix = "lightgroup.";
 
-// Groups of lights; each light is in one. Without names there are no groups.
+// Assigns each light to a group. Without names there are no groups.
 struct LightGroups {
     std::vector<std::string> names;
     std::vector<std::uint32_t> of_light;  // per light of the scene: index into `names`
@@ -50,16 +49,16 @@ struct LightGroups {
     }
 };
 
-// The result of one sample of a pixel or a sensor, in the image's unit.
+// Holds the result of one sample of a pixel or a sensor, in the image's unit.
 struct SampleAccount {
     std::array<Rgb, kLayers> layers;
     std::vector<Rgb> groups;  // one for each of the scene's light groups
-    // The share of the radiance that no light sampling can find: light that a scattered path met by chance at
-    // the end of a specular chain. `groups_by_chance` has this share by light group.
+    // Holds the share of the radiance that no light sampling can find: light that a scattered path met by
+    // chance at the end of a specular chain. `groups_by_chance` has this share by light group.
     Rgb by_chance;
     std::vector<Rgb> groups_by_chance;
-    // Difference of density estimates at the visible place from sharper ones (DensityEstimateResult). It is
-    // estimated only if `wants_blur`.
+    // Holds the difference of density estimates at the visible place from sharper ones
+    // (DensityEstimateResult). It is estimated only if `wants_blur`.
     Rgb blur;
     bool wants_blur = false;
     const LightGroups* of;  // outlives this account; null: no groups
@@ -89,9 +88,8 @@ struct SampleAccount {
     }
 };
 
-// The end of a path from the eye: its throughput, its scattering events so far, and the account of its
-// sample. All radiance reaches an image through the functions that book it here, which multiply it by the
-// throughput.
+// Represents the end of a path from the eye: throughput, scattering events so far, and account of the sample.
+// All radiance reaches an image through the functions that book it here, which multiply it by the throughput.
 class PathAccount {
   public:
     // Begins a path at the eye. `to` must outlive it.
@@ -141,8 +139,8 @@ class PathAccount {
     // line, indirect() in any way except over mirrors and clear glass alone.
     void direct(const Rgb& radiance, std::uint32_t light) const { found(Layer::direct, radiance, light); }
     void indirect(const Rgb& radiance, std::uint32_t light) const { found(Layer::indirect, radiance, light); }
-    // These two book such light of many lights in two steps. It belongs to layer `at_first` if the path is at
-    // its first place.
+    // These two book such light of many lights in two steps. Its layer is `at_first` at the path's first
+    // place.
     void book_in_layer(Layer at_first, const Rgb& radiance) const {
         to_->layers[static_cast<std::size_t>(layer_here(at_first))] += throughput * radiance;
     }

@@ -1,4 +1,4 @@
-// Limits of path lengths. Russian roulette ends paths from lights and from the eye; the limits on their
+// Limits the length of paths. Russian roulette ends paths from lights and from the eye; the limits on their
 // numbers of bounces catch those that it does not end.
 //
 // A setting of every method (maxdepth) limits the paths whose light an image shows. All methods count the
@@ -15,7 +15,7 @@ namespace lucerna {
 // No path survives with certainty, so that even a closed box of albedo 1 comes to an end.
 inline constexpr float kMaxSurvival = 0.999F;
 
-// Only prevents endless loops; Russian roulette ends paths long before (0.999^100000 is 1e-44).
+// This only prevents endless loops; Russian roulette ends paths long before (0.999^100000 is 1e-44).
 inline constexpr int kMaxBounces = 100'000;
 
 // Returns the largest number of bounces from light to eye for a method's `maxdepth` (0: no limit).
@@ -36,8 +36,8 @@ inline float survival_of(const Rgb& throughput, float eta_scale) {
     return std::min(kMaxSurvival, max_component(throughput) / eta_scale);
 }
 
-// Largest number of surfaces that a short ray passes on its way to the surface that it searches for: sheets
-// of glass, or sheets close to each other.
+// A short ray passes at most this many surfaces on its way to the surface that it searches for: sheets of
+// glass, or sheets close to each other.
 inline constexpr int kMaxSheets = 8;
 
 }  // namespace lucerna

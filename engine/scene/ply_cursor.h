@@ -1,5 +1,4 @@
-// Declarations that the PLY readers share: the header's contents, and the bytes with a read position. Only
-// ply*.cpp include it.
+// Declares what the PLY readers (ply*.cpp) share: the header's contents, and the bytes with a read position.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +56,7 @@ struct PlyElement {
 
 enum class PlyEncoding : std::uint8_t { ascii, little, big };
 
-// The file's bytes and the read position. Every read checks that enough bytes are left.
+// Holds the file's bytes and the read position. Every read checks that enough bytes are left.
 class PlyCursor {
   public:
     PlyCursor(const std::filesystem::path& file, const std::vector<std::byte>& bytes)

@@ -311,8 +311,7 @@ V3d QuadricShape::derivative_v(const V3d& p, double phi) const {
         case Kind::cone:
             return {-radius_ * cosine, -radius_ * sine, height_};
         case Kind::paraboloid: {
-            // This is dr/dz = b / r. It is infinite at the vertex, where the surface is perpendicular to the
-            // axis.
+            // This is dr/dz = b / r. It is infinite at the vertex, where the surface is normal to the axis.
             const double r = std::hypot(p.x, p.y);
             if (r < 1e-10 * radius_) return V3d(cosine, sine, 0) * radius_;
             return span * V3d(cosine * profile_.b / r, sine * profile_.b / r, 1);

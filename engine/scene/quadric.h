@@ -1,4 +1,4 @@
-// Quadrics and disks under an affine map, intersected exactly in double precision.
+// Intersects quadrics and disks under an affine map exactly, in double precision.
 //
 // A ray is transformed into object space and solved there in double, so that radii from 1e-6 to 1e6 and rays
 // that start a few float32 units off the surface are handled alike.
@@ -13,8 +13,7 @@ namespace lucerna {
 
 class QuadricShape {
   public:
-    // Throws InputError for a radius, range or transformation from which no surface results (not > 0, empty,
-    // singular).
+    // Throws InputError for a radius, range or transformation without a surface (not > 0, empty, singular).
     explicit QuadricShape(const Quadric& quadric);
 
     // Returns the distance of the nearest crossing with t_min < t <= t_max, in units of d's length (not 0).
@@ -29,7 +28,7 @@ class QuadricShape {
         V3d dpdv;  // pbrt's definition, not normalised, never zero
         V2f uv;    // pbrt's definition
     };
-    // Returns the surface where the ray meets it at distance t, which nearest() must have returned for this
+    // Returns the surface where the ray meets it at distance t, which must be nearest()'s result for this
     // ray.
     Surface at(const V3d& o, const V3d& d, double t) const;
     Surface at(const Ray& ray, double t) const;
@@ -48,7 +47,7 @@ class QuadricShape {
         V3d o, d;      // object space, d unit
         double scale;  // object units per unit of t
     };
-    // A surface of revolution: x² + y² = a z² + 2 b z + c, with z relative to z_zero.
+    // Is a surface of revolution: x² + y² = a z² + 2 b z + c, with z relative to z_zero.
     struct Profile {
         double a = 0, b = 0, c = 0, z_zero = 0;
         double rest(const V3d& p) const;  // x² + y² minus the right-hand side

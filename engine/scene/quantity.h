@@ -1,4 +1,4 @@
-// The quantity that an image shows: the radiance that reaches the camera, or the illuminance of what it sees.
+// Defines what an image shows: the radiance that reaches the camera, or the illuminance of what it sees.
 //
 // For illuminance every pixel shows the reading E of a meter on the first visible surface, on its visible
 // side. The integrator computes it with one change: it takes that first surface for a white Lambertian one,
@@ -44,8 +44,7 @@ inline std::optional<FluxUnit> common_unit(std::span<const std::unique_ptr<Light
     return unit.value_or(FluxUnit::watt);
 }
 
-// Returns the unit of the scene's images; none if units are mixed. A stated unit also holds for emission of
-// media.
+// Returns the unit of the scene's images; none if mixed. A stated unit also holds for emission of media.
 inline std::optional<FluxUnit> scene_unit(const Scene& scene) {
     return scene.stated_unit() ? scene.stated_unit() : common_unit(scene.lights());
 }

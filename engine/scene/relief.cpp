@@ -1,4 +1,4 @@
-// Bump maps and normal maps: they change the shading normal without moving the surface [Blinn 1978].
+// Bump maps and normal maps change the shading normal without moving the surface [Blinn 1978].
 #include <array>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace lucerna {
 namespace {
 
-// Step of the differences in u and v, as in pbrt where the pixel's footprint is unknown.
+// Is the step of the differences in u and v, as in pbrt where the pixel's footprint is unknown.
 constexpr float kStep = 0.0005F;
 // The cosine of wo to the bent normal is at least this share of its cosine to the geometric normal.
 constexpr float kLeastCosine = 0.1F;
@@ -42,8 +42,8 @@ V3f mapped_normal(const RgbTexture& normals, const Hit& hit, const TexturePoint&
     return (2 * stored.x - 1) * s + (2 * stored.y - 1) * hit.ns.cross(s) + (2 * stored.z - 1) * hit.ns;
 }
 
-// Keeps the surface from facing away from wo: bends the normal towards ng, which is on wo's side, until wo is
-// above its plane.
+// Keeps the surface facing wo: bends the normal towards ng, which is on wo's side, until wo is above its
+// plane.
 V3f facing(const V3f& n, const V3f& ng, const V3f& wo) {
     const float cos_g = ng.dot(wo);
     const float side = cos_g >= 0 ? 1.0F : -1.0F;

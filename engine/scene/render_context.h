@@ -1,4 +1,4 @@
-// The context that every step of a render receives.
+// Provides what every step of a render needs.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace lucerna {
 
-// The camera and the part of the film that an image shows.
+// Holds the camera and the part of the film that an image shows.
 struct View {
     const Camera* camera;  // not null
     V2f begin, end;        // the part of the film that is rendered, pixels; begin < end
@@ -25,11 +25,10 @@ struct RenderContext {
     const Workers& workers;
     Monitor& monitor;
     std::optional<View> view = {};  // the image's view; steps may work for it alone
-    // Deadline of preparations, which use fewer photons or points than the settings ask for if need be. Their
-    // results then depend on the clock.
+    // Limits the time of preparations, which use fewer photons or points than the settings ask for if need
+    // be. Their results then depend on the clock.
     Deadline prepared = {};
-    // Says whether the image's samples form two independent halves, each with its own data for everything
-    // that causes errors.
+    // Says whether the image's samples form two independent halves, which share nothing that causes errors.
     bool two_halves = false;
 
     // Returns this context with another monitor, to which its phases are reported.

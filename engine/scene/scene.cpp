@@ -1,4 +1,4 @@
-// The scene: prepared shapes and the acceleration structure over them.
+// Implements the scene: prepared shapes and the acceleration structure over them.
 //
 // Interfaces (pbrt's "interface" material) are not in the acceleration structure, so that no ray has to step
 // through them. An interface that carries a light is kept as a black surface that emits. A medium interface

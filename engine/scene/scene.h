@@ -1,4 +1,4 @@
-// The scene: immutable, shared by all threads, owner of what it refers to.
+// A scene is immutable, shared by all threads, and owns what it refers to.
 //
 // Positions are relative to origin(), the centre of the world's bounds in double precision, so that a scene
 // far from (0,0,0) keeps float32's precision. A prototype's positions are relative to a centre of its own.
@@ -22,7 +22,7 @@
 
 namespace lucerna {
 
-// The world's own shapes, and prototypes that instances place in it.
+// Holds the world's own shapes, and prototypes that instances place in it.
 struct SceneParts : Shapes {
     std::vector<Shapes> prototypes;  // their surfaces carry no light
     std::vector<Instance> instances;
@@ -40,7 +40,7 @@ Box3f surface_bounds(const SceneParts& parts);
 // Returns a sphere around the box; the unit sphere for an empty one.
 SceneSphere enclosing_sphere(const Box3f& box);
 
-// A place where a ray met a surface.
+// Describes a place where a ray met a surface.
 struct Hit {
     SurfacePoint at;  // n is the shape's geometric normal: outside, or the emitting side
     V3f ns;           // shading normal, in n's hemisphere
@@ -55,7 +55,7 @@ struct Hit {
     MediumInterface media;
 };
 
-// A ray's hit of a primitive as the acceleration structure reports it, before the surface is evaluated. `u`
+// Holds a hit of a primitive as the acceleration structure reports it, before the surface is evaluated. `u`
 // and `v` are defined in surface_hit.h; quadrics don't use them.
 struct PrimitiveHit {
     std::uint32_t geometry = 0, primitive = 0;
@@ -63,7 +63,7 @@ struct PrimitiveHit {
     V3f n{0, 0, 0};  // a curve's normal from Embree
 };
 inline constexpr std::uint32_t kNoInstance = 0xffffffffU;
-// The closest hit along a ray, and the instance to which its primitive belongs.
+// Holds the closest hit along a ray, and the instance to which its primitive belongs.
 struct ClosestHit {
     PrimitiveHit primitive;
     std::uint32_t instance = kNoInstance;  // kNoInstance: one of the world's own shapes
@@ -89,8 +89,7 @@ class Scene {
     std::optional<Hit> intersect(const Ray& ray) const;
     // The following functions split intersect() into steps for callers with many rays, so that memory latency
     // of one surface overlaps with tracing other rays. Call closest_hit() first; later, after other work,
-    // prefetch_corners(), prefetch_vertices() and intersect() with the same ray. Both prefetches are
-    // optional.
+    // prefetch_corners(), prefetch_vertices() and intersect() with this ray. The prefetches are optional.
     std::optional<ClosestHit> closest_hit(const Ray& ray) const;
     void prefetch_corners(const ClosestHit& closest) const;
     void prefetch_vertices(const ClosestHit& closest) const;
@@ -100,25 +99,22 @@ class Scene {
     void closest_hits(std::span<const Ray> rays, std::span<std::optional<ClosestHit>> closest) const;
     // Returns only the t of that hit.
     float distance(const Ray& ray, const ClosestHit& closest) const;
-    // Returns the number of the hit object, from 1: the world's own shapes in their order, then the
-    // instances.
+    // Returns the hit object's number, from 1: the world's own shapes in their order, then the instances.
     std::uint32_t object_of(const ClosestHit& closest) const;
     // Returns the nearest surface or medium interface; is_border() tells them apart.
     std::optional<Hit> intersect_with_borders(const Ray& ray) const;
-    // Returns the nearest medium interface without any other surface, whatever surfaces are before it.
+    // Returns the nearest surface that is only a medium interface, whatever surfaces are before it.
     std::optional<Hit> intersect_border(const Ray& ray) const;
     // Tells whether the hit is only a medium interface.
     bool is_border(const Hit& hit) const;
     // Returns the nearest surface that may pass light straight on (Bsdf::straight_share()), whatever is
     // before it. `shadow` as in blocked().
     std::optional<Hit> intersect_pane(const Ray& ray, bool shadow) const;
-    // Tells whether any other surface, which passes nothing, is met. A shadow ray meets cut-outs as shadows
-    // do.
+    // Tells whether an opaque surface is met. A shadow ray meets cut-outs as shadows do.
     bool blocked(const Ray& ray, bool shadow) const;
     // Tells whether only interfaces are between x and x + distance·w. The start is moved off x's surface.
     bool unoccluded(const SurfacePoint& x, const V3f& w, float distance) const;
-    // Tells this for two points in space, from `from` to from + way. True if they coincide, as nothing can be
-    // between them.
+    // Tells this for two points in space, `from` and from + way. True if they coincide.
     bool unoccluded_along(const V3f& from, const V3f& way) const;
 
     // Returns how many of the rays meet a surface, by the acceleration structure alone: it makes no Hit and
@@ -144,8 +140,7 @@ class Scene {
     bool has_borders() const;  // whether intersect_border() can find anything
     bool has_panes() const;    // whether intersect_pane() can
     // Returns bounds of some surface at which the medium changes, whatever its material, or none if there is
-    // no such surface. A ray towards it from anywhere meets that surface or another one at which the medium
-    // changes.
+    // no such surface. A ray towards it from anywhere meets it or another such surface.
     const std::optional<Box3f>& a_border() const;
     // Tells whether surfaces carry the light, all of them without cut-outs: then rays always meet it.
     bool is_on_solid_surfaces(std::uint32_t light) const;

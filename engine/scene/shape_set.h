@@ -1,4 +1,4 @@
-// The shapes of one frame of reference (the world's, or a prototype's), prepared for rays.
+// Prepares the shapes of one frame of reference (the world's, or a prototype's) for rays.
 //
 // A geometry is a mesh, a set of curves, all quadrics together or all patches together; a primitive is one
 // triangle, segment, quadric or patch of it. The acceleration structure reports a PrimitiveHit, which the set
@@ -17,7 +17,7 @@
 
 namespace lucerna {
 
-// Layers of surfaces. A ray states the layers that it meets.
+// Surfaces are in layers. A ray states the layers that it meets.
 inline constexpr unsigned kOpaque = 1;
 inline constexpr unsigned kBorders = 2;  // medium interfaces that are nothing else
 inline constexpr unsigned kPanes = 4;    // surfaces that may pass light in a straight line, unbent
@@ -82,7 +82,7 @@ class ShapeSet {
     std::uint32_t quadrics() const { return static_cast<std::uint32_t>(quadrics_.size()); }
     std::uint32_t patches() const { return static_cast<std::uint32_t>(patches_.size()); }
 
-    // Numbers of shapes that rays may meet; surfaces that are only medium interfaces are not counted.
+    // Counts the shapes that rays may meet, without surfaces that are only medium interfaces.
     struct Counts {
         std::uint64_t triangles = 0, quadrics = 0, patches = 0, curves = 0, degenerate_triangles = 0;
         std::uint64_t bytes = 0;  // memory of the shapes themselves

@@ -50,7 +50,7 @@ V2f uv_of(const Mesh& mesh, const V3i& triangle, int c) {
     return mesh.uv.empty() ? V2f(kDefaultUv[c][0], kDefaultUv[c][1]) : mesh.uv[corner(triangle, c)];
 }
 
-// A triangle's first corner, and its edges from there to the others.
+// Holds a triangle's first corner, and its edges from there to the others.
 struct TriangleEdges {
     V3d p0, e1, e2;
 
@@ -258,8 +258,7 @@ Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, d
             across = V3d(at.n).cross(dpdu);
             p = centre + (2 * static_cast<double>(at.v) - 1) * r * across.normalized();
         } else {
-            // On a tube, v runs from one silhouette that the ray sees to the other, as pbrt's does across its
-            // band.
+            // On a tube, v runs from one silhouette to the other, as pbrt's does across its band.
             const V3d side = dpdu.cross(ray.d).normalized();
             const double offset = r > 0 ? std::clamp((p - centre).dot(side) / r, -1.0, 1.0) : 0.0;
             hit.uv.y = static_cast<float>(0.5 + 0.5 * offset);

@@ -14,14 +14,14 @@
 
 namespace lucerna {
 
-// A ray in a shape's frame; d may have any length.
+// Is a ray in a shape's frame; d may have any length.
 struct LocalRay {
     V3d o, d;
     V3d at(double t) const { return o + t * d; }
 };
 
-// The place where a ray meets the plane of a triangle: the weights of its second and third corner, clamped to
-// the triangle if the ray passes beside the rim. There is none for a ray along the plane.
+// Is the place where a ray meets the plane of a triangle: the weights of its second and third corner, clamped
+// to the triangle if the ray passes beside the rim. There is none for a ray along the plane.
 struct TrianglePoint {
     double t, b1, b2;
 };
@@ -64,7 +64,7 @@ struct InstancePlacement {
     Hit world(const Hit& hit) const;
 };
 
-// A Bézier segment and its radii, in double.
+// Holds a Bézier segment and its radii, in double.
 struct CurveShape {
     V3d p[4];
     double r[4];

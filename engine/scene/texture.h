@@ -1,4 +1,4 @@
-// Values that vary over a surface: colours and numbers.
+// Textures are values that vary over a surface: colours and numbers.
 //
 // A texture is a handle, cheap to copy. A constant is stored in the handle itself; any other kind is an
 // immutable node that handles share, and nodes refer to other textures. Every texture has bounds of its
@@ -19,7 +19,7 @@
 
 namespace lucerna {
 
-// The place where a texture is evaluated.
+// Is the place where a texture is evaluated.
 struct TexturePoint {
     TexturePoint(const V2f& at_uv, const V3d& at_p = V3d(0), const V3f& at_n = V3f(0.0F))
         : uv(at_uv), p(at_p), n(at_n) {}
@@ -29,7 +29,7 @@ struct TexturePoint {
     V3f n;   // unit normal, for textures that depend on it; zero where it is unknown
 };
 
-// Bounds of all values, channel by channel: [least, most].
+// Bounds all values, channel by channel: [least, most].
 struct ValueRange {
     float least = 0, most = 0;
 };
@@ -88,8 +88,7 @@ class Texture {
     }
     const ValueRange& range() const { return range_; }
     // Returns the largest number of nodes that one evaluation visits, counting the textures that it refers to
-    // as often as they are evaluated. It is 0 for a constant, saturates at the type's maximum, and bounds the
-    // depth, too.
+    // as often as they are evaluated. It is 0 for a constant, saturates, and bounds the depth.
     std::uint32_t evaluations() const { return evaluations_; }
     float least() const { return range_.least; }
     float largest() const { return range_.most; }
@@ -109,7 +108,7 @@ using FloatTexture = Texture<float>;
 extern template class Texture<Rgb>;
 extern template class Texture<float>;
 
-// pbrt's mappings from a point of a surface to texture coordinates.
+// The following are pbrt's mappings from a point of a surface to texture coordinates.
 //
 // World positions are double, because a solid pattern must not shimmer far from the origin. Nothing here
 // fails: coordinates that are not finite become 0.

@@ -23,7 +23,7 @@ namespace {
     throw InputError({file.string()}, "not a readable image: " + one_line(why));
 }
 
-// The properties that a file states.
+// Holds the properties that a file states.
 struct Header {
     int width, height;
     PictureChannels channels;
@@ -413,8 +413,8 @@ std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& fil
     const OpenedPicture in = open_picture(file, PictureUse::colour);
     const Header header = header_of(file, in.header);
     const StatedColours stated = colours_of(file, in.header, warn);
-    const std::vector<float> stored =
-        read_values<float>(*in.reader, header, file, 2);  // and its distribution
+    // The second copy is the image's sampling distribution.
+    const std::vector<float> stored = read_values<float>(*in.reader, header, file, 2);
     auto image = std::make_shared<Image>(Image::rgb(header.width, header.height));
     RangeFinder finder(file, header.width, header.channels.count);
     const auto channels = static_cast<std::size_t>(header.channels.count);

@@ -1,4 +1,4 @@
-// Textures made of images.
+// Makes textures of images.
 //
 // Images that are small once decoded stay in memory, bytes as bytes. Larger ones, and all that come after a
 // memory budget is used up, are read tile by tile through a cache of bounded size, so that memory does not
@@ -28,12 +28,12 @@ class TileCache;
 // Receives a sentence that names the file and says which of its colour information is ignored.
 using PictureWarning = std::function<void(const std::string&)>;
 
-// Two neighbouring texels in each direction; they are equal at an edge.
+// Holds two neighbouring texels in each direction, which are equal at an edge.
 struct TexelSquare {
     int x[2], y[2];
 };
 
-// An image as a texture reads it: decoded texels, independent of storage. Constant, shared, thread-safe.
+// Provides an image as decoded texels, independent of storage. It is constant and thread-safe.
 class Texels {
   public:
     virtual ~Texels() = default;

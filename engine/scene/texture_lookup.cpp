@@ -15,16 +15,14 @@ double fraction(double x) {
     return within < 1 ? within : 0.0;  // 1: a tiny negative x, rounded
 }
 
-// The two texels between whose centres x lies, the weight of the second, and whether they are within the
-// image.
+// Holds the two texels between whose centres x lies, the second's weight, and whether they are in the image.
 struct Between {
     int texel[2];
     float share;  // of the second
     bool there[2] = {true, true};
 };
 
-// It is inlined, because a returned struct would pass through memory, and reading it wide after narrow stores
-// would stall.
+// It is inlined: a returned struct would pass through memory, and wide reads after narrow stores would stall.
 [[gnu::always_inline]] inline Between between(double x, int n, Wrap wrap) {
     if (wrap == Wrap::repeat) x = fraction(x);
     // From two texels beyond the edge on, clamped and black textures are constant.
@@ -43,7 +41,7 @@ struct Between {
     return result;
 }
 
-// The texels around a place; y points down.
+// Holds the texels around a place; y points down.
 struct Around {
     Between x, y;
 

@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-// Perlin's permutation of 0...255.
+// Is Perlin's permutation of 0...255.
 constexpr std::array<std::uint8_t, 256> kPermutation = {
     151, 160, 137, 91,  90,  15,  131, 13,  201, 95,  96,  53,  194, 233, 7,   225, 140, 36,  103, 30,
     69,  142, 8,   99,  37,  240, 21,  10,  23,  190, 6,   148, 247, 120, 234, 75,  0,   26,  197, 62,
@@ -30,15 +30,14 @@ unsigned hashed(unsigned i) {
     return kPermutation[i & 255U];
 }
 
-// The lattice cell of a coordinate, modulo the period, and the position within it.
+// Holds the lattice cell of a coordinate, modulo the period, and the position within it.
 struct Cell {
     unsigned index;
     double within;  // [0,1]
 };
 Cell cell_of(double x) {
     const double floor = std::floor(x);
-    // This is exact, because floor/256 only changes the exponent. Beyond 2^53 every number is a lattice
-    // point.
+    // It is exact: floor/256 only changes the exponent. Beyond 2^53 every number is a lattice point.
     return {static_cast<unsigned>(floor - 256 * std::floor(floor / 256)) & 255U, x - floor};
 }
 

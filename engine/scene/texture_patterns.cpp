@@ -35,7 +35,7 @@ Texture<Value> pattern(const ValueRange& range, Function function, const Texture
             evaluations_of(asked...)};
 }
 
-// The product of two textures, the second of which may be a number.
+// Multiplies two textures, the second of which may be a number.
 template <typename Value, typename Factor>
 class ProductNode final : public TextureNode<Value> {
   public:
@@ -64,7 +64,7 @@ class ProductNode final : public TextureNode<Value> {
     Texture<Factor> b_;
 };
 
-// A sum of octaves of noise.
+// Sums octaves of noise.
 template <typename Sum>
 class OctavesNode final : public TextureNode<float> {
   public:

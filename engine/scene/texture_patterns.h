@@ -1,4 +1,4 @@
-// Textures given by a formula. They take textures as arguments where pbrt does, and fold constants.
+// Makes textures given by a formula. They take textures as arguments where pbrt does, and fold constants.
 #pragma once
 
 #include <array>
@@ -10,20 +10,18 @@
 
 namespace lucerna {
 
-// Perlin's gradient noise and its sums over octaves.
+// Implements Perlin's gradient noise and its sums over octaves.
 //
 // [Perlin 2002]: gradients point towards the edges of a cube, are chosen by a hash of the lattice point, and
 // are blended by a quintic. The hash is his published permutation, and the assignment of gradients to hash
-// values is pbrt's, so that a pbrt scene keeps its pattern. Double precision serves places far from the
-// origin.
+// values is pbrt's, so that a pbrt scene keeps its pattern. Doubles serve places far from the origin.
 
-// Returns noise in [-kNoiseBound, kNoiseBound]: 0 at lattice points, twice continuously differentiable,
-// period 256.
+// Returns noise in ±kNoiseBound: 0 at lattice points, twice continuously differentiable, period 256.
 double perlin_noise(const V3d& p);
 inline constexpr double kNoiseBound = 1.04;  // the largest value is about 1.036
 
-// Octaves of noise: each has 1.99 times the frequency (not 2, so that lattice points do not coincide) and
-// `omega` times the amplitude of the one before.
+// Describes octaves of noise: each has 1.99 times the frequency (not 2, so that lattice points do not
+// coincide) and `omega` times the amplitude of the one before.
 struct Octaves {
     double omega = 0.5;
     int count = 8;
@@ -45,8 +43,7 @@ Texture<Value> scaled_texture(const Texture<Value>& a, const FloatTexture& by);
 // Returns (1 - amount) a + amount b.
 template <typename Value>
 Texture<Value> mix_texture(const Texture<Value>& a, const Texture<Value>& b, const FloatTexture& amount);
-// Returns |n · direction| a + (1 - |n · direction|) b; (a + b)/2 where the normal is unknown. `direction` is
-// unit.
+// Returns |n · direction| a + (1 - |n · direction|) b; (a + b)/2 without a normal. `direction` is unit.
 template <typename Value>
 Texture<Value> direction_mix_texture(const Texture<Value>& a, const Texture<Value>& b, const V3d& direction);
 
@@ -72,7 +69,7 @@ RgbTexture uv_texture(const Mapping2& mapping);
 FloatTexture fbm_texture(const Octaves& octaves, const Mapping3& mapping);       // may be negative
 FloatTexture wrinkled_texture(const Octaves& octaves, const Mapping3& mapping);  // turbulence
 FloatTexture windy_texture(const Mapping3& mapping);  // waves on water; may be negative
-// Layers across y, `scale` of them per unit, distorted by `variation` times noise.
+// Describes layers across y, `scale` of them per unit, distorted by `variation` times noise.
 struct Marble {
     Octaves octaves;
     double scale = 1, variation = 0.2;

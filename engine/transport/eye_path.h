@@ -51,8 +51,9 @@ struct EyePath : PathAccount {
     const Hit* receiver = nullptr;
     // Is the position on the whole film, pixels, for methods whose numbers of samples vary over the film.
     V2f film{0, 0};
-    // Names the half of the image's samples (0 or 1) of this one, where the halves must be independent: each
-    // half then uses one of a method's two independent structures. Without a value the sample may use both.
+    // Is the half (0 or 1) of the image's samples to which this one belongs, where halves must be
+    // independent: each then has one of the two structures that a method makes. Without a value the sample
+    // may use both.
     std::optional<int> half = {};
 
     // Begins a path at a camera or a sensor, in the medium around the camera. See max_depth_of() for

@@ -34,7 +34,7 @@ class Guide {
     Guide(std::span<const Choice> choices, float defensive_weight)
         : choices_(choices), defensive_weight_(defensive_weight) {}
 
-    // Tells whether the guide knows nothing: no photon is near, or none has weight. draw() needs photons.
+    // Tells whether the guide knows nothing: no photon is near, or none has weight. draw() requires !empty().
     bool empty() const { return choices_.empty(); }
     // Returns the choices in the order of lights and parts, each once. Their probabilities add up to 1.
     std::span<const Choice> choices() const { return choices_; }
@@ -45,8 +45,8 @@ class Guide {
 
     // Returns the recommended share of the plain strategy in the mixture, in [0, 1]: the share that maximises
     // the likelihood of the photons here, each judged by the others (leave-one-out). It is near 1 where the
-    // photons are distributed as the plain strategy would draw, or too few to tell; near 0 where they agree
-    // on few lights; and 1 without photons.
+    // photons are distributed as the plain strategy would draw, or too few to tell; near 0 where they agree;
+    // and 1 without photons.
     float defensive_weight() const { return defensive_weight_; }
 
   private:
