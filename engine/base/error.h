@@ -24,8 +24,8 @@ inline std::string to_string(const Location& at) {
     return fmt::format("{}:{}:{}", at.file, at.line, at.column);
 }
 
-// Reports invalid input or an unsuitable environment (exit code 1). what() is one line: place, cause,
-// accepted.
+// Reports invalid input or an unsuitable environment (exit code 1). what() is one line that states place,
+// cause and what is accepted.
 class InputError : public std::runtime_error {
   public:
     explicit InputError(const std::string& message) : std::runtime_error(message) {}

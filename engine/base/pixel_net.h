@@ -43,8 +43,8 @@ constexpr std::uint32_t morton(std::uint32_t x, std::uint32_t y) {
 
 namespace pixel_net {
 
-// Is added to both dimensions of a point. The first digit is in the lowest bit, the first dimension in the
-// lower half.
+// An Offset is added to both dimensions of a point. The first digit is in the lowest bit, the first dimension
+// in the lower half.
 using Offset = std::uint64_t;
 using Table = std::array<std::array<Offset, 256>, 4>;
 

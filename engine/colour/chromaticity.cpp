@@ -17,7 +17,8 @@ Uv uv_of(const V3d& xyz) {
     return {c.u, c.v * 2 / 3};
 }
 
-// Returns the black body of `mired` reciprocal megakelvins, a scale in which the locus has even steps.
+// Returns the chromaticity of the black body of `mired` reciprocal megakelvins, in which the locus has even
+// steps.
 Uv locus(double mired) {
     return uv_of(spectrum_to_xyz(blackbody_spectrum(1e6 / mired)));
 }

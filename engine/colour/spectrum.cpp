@@ -155,7 +155,7 @@ namespace {
 
 // Returns a spectrum that is not normalised to luminance 1, for one of the first three illuminants.
 Spectrum spectrum_of_illuminant(std::string_view name) {
-    // D50 and D65 are defined by an older value of Planck's constant c2, hence 1.4388/1.4380.
+    // D50 and D65 are defined by an older value of the radiation constant c2, hence 1.4388/1.4380.
     return name == "A" ? illuminant_a() : daylight_spectrum((name == "D50" ? 5000 : 6500) * 1.4388 / 1.4380);
 }
 

@@ -32,7 +32,7 @@ struct SpectralSample {
 // of the table.
 V3d spectrum_to_xyz(std::span<const SpectralSample> samples);
 
-// Equals rgb_to_xyz(Rgb(1)): white, D65, with luminance 1.
+// White is D65 with luminance 1: rgb_to_xyz(Rgb(1)).
 inline constexpr V3d kWhiteXyz{0.950456, 1, 1.088754};
 
 // These convert to and from linear sRGB (Rec. 709 primaries, white D65), negative outside the gamut.

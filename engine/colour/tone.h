@@ -21,7 +21,7 @@ std::optional<ToneCurve> tone_curve_named(std::string_view name);
 struct PictureLook {
     float exposure = 1;  // factor of radiance; radiance 1/exposure is white
     ToneCurve tone = ToneCurve::neutral;
-    // Is the correlated colour temperature, in kelvins from kLeastWhite to kMostWhite, of the light whose
+    // Holds the correlated colour temperature, in kelvins from kLeastWhite to kMostWhite, of the light whose
     // white is shown as the display's white. None means D65, with which colours do not change.
     std::optional<double> white = std::nullopt;
 };

@@ -50,7 +50,7 @@ struct Layers {
     Image features;
 };
 
-// Precede the names of a half's channels in an image with other channels.
+// These precede the names of a half's channels in an image with other channels.
 inline constexpr const char* kHalfNames[2] = {"first.", "second."};
 // Adds the layers as channels of an image, those of the halves with the prefixes kHalfNames.
 void add_layers(Image& image, const Layers& layers);

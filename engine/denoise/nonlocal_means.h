@@ -70,7 +70,7 @@ struct FeaturePlanes {
     // Holds the inverse distance between the surface points of a pixel and its nearest neighbour; 0 without
     // one.
     Plane inverse_footprint;
-    // Is 1 in the image and 0 in the rim.
+    // `inside` is 1 in the image and 0 in the rim.
     Plane inside;
 };
 struct HalfPlanes {

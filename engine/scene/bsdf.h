@@ -38,17 +38,17 @@ struct BsdfSample {
     float pdf_w;        // per solid angle, the sum over all lobes but deltas; 0 for a delta sample
     bool delta;         // a perfect mirror or smooth glass, whose direction no other strategy can find
     bool transmission;  // wi lies on the other side of the surface
-    // Is the factor of `weight` due to the change of radiance, (η_o/η_i)² with the indices on wo's and wi's
-    // side, so that Russian roulette can ignore it. 1 for particles and for reflection.
+    // Holds the factor of `weight` due to the change of radiance, (η_o/η_i)² with the indices on wo's and
+    // wi's side, so that Russian roulette can ignore it. 1 for particles and for reflection.
     float eta_scale = 1;
     // Says that wi is exactly -wo, as if the surface were not there. Light passes such a surface in a
     // straight line, so that a shadow ray finds what lies behind it; the event is no bounce.
     bool straight = false;
 };
 
-// Is a sum of lobes. A sample comes from one of them, chosen by a cheap estimate of its albedo for wo. Delta
-// lobes and others may be combined: f and pdf_w ignore the delta ones, and each sample tells whether it is a
-// delta, so that MIS weights apply only to what other strategies can find.
+// A Bsdf is a sum of lobes. A sample comes from one of them, chosen by a cheap estimate of its albedo for wo.
+// Delta lobes and others may be combined: f and pdf_w ignore the delta ones, and each sample tells whether it
+// is a delta, so that MIS weights apply only to what other strategies can find.
 class Bsdf {
   public:
     static constexpr std::size_t kMaxLobes = 8;

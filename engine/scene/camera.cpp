@@ -67,8 +67,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     require(window.x0 != window.x1, "the screen window's x0", window.x0, "different from x1");
     require(window.y0 != window.y1, "the screen window's y0", window.y0, "different from y1");
     const bool perspective = settings_.kind == Settings::Kind::perspective;
-    // Is in screen units per unit of length on the plane z = 1, which is the screen of an orthographic
-    // camera.
+    // `scale` is the length on the plane z = 1 per screen unit. For an orthographic camera both are the same.
     const double scale =
         perspective ? std::tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
     const M44d& m = settings_.world_from_camera;

@@ -21,18 +21,18 @@ inline constexpr float kLeastBend = 1e-3F;
 struct DiffuseLobe {
     Rgb albedo;
 };
-// Is a perfect mirror with constant reflectance.
+// Models a perfect mirror with constant reflectance.
 struct MirrorLobe {
     Rgb reflectance;
 };
-// Is a smooth or rough (GGX, Walter et al. 2007; visible normals, Heitz 2018) conductor, with Fresnel from
-// eta and k. Both sides reflect alike. Facets reflect once: light that would bounce again is lost.
+// Models a smooth or rough (GGX, Walter et al. 2007; visible normals, Heitz 2018) conductor, with Fresnel
+// from eta and k. Both sides reflect alike. Facets reflect once: light that would bounce again is lost.
 struct ConductorLobe {
     Rgb eta, k;                      // relative to the outside, >= 0
     Rgb tint{1.0F};                  // multiplies the Fresnel reflectance
     float alpha_x = 0, alpha_y = 0;  // 0: smooth
 };
-// Is a smooth or rough glass boundary. The geometric normal's side is outside. With eta = 1 light goes
+// Models a smooth or rough glass boundary. The geometric normal's side is outside. With eta = 1 light goes
 // straight on, whatever the normals and alphas.
 struct DielectricLobe {
     float eta = 1.5F;  // inside over outside, > 0
@@ -46,8 +46,8 @@ struct BlackLobe {};
 struct DiffuseTransmitLobe {
     Rgb albedo;
 };
-// Is the "qualitative" model of [Oren and Nayar 1994, (30)]: f = albedo/π (a + b max(0, cos Δφ) sin α tan β).
-// oren_nayar() makes it and keeps its albedo at grazing, albedo (a + b/2), at 1 or less.
+// Models the "qualitative" model of [Oren and Nayar 1994, (30)]: f = albedo/π (a + b max(0, cos Δφ) sin α tan
+// β). oren_nayar() makes it and keeps its albedo at grazing, albedo (a + b/2), at 1 or less.
 struct OrenNayarLobe {
     Rgb albedo;
     float a = 1, b = 0;
@@ -57,8 +57,8 @@ struct OrenNayarLobe {
 // lowered accordingly.
 OrenNayarLobe oren_nayar(const Rgb& albedo, float sigma);
 
-// Is the reflection of a dielectric's surface (varnish), smooth or rough as ConductorLobe; both sides behave
-// as seen from outside. Other lobes handle the light that it does not reflect.
+// Models the reflection of a dielectric's surface (varnish), smooth or rough as ConductorLobe; both sides
+// behave as seen from outside. Other lobes handle the light that it does not reflect.
 struct GlossLobe {
     float eta = 1.5F;  // varnish over outside, > 0
     Rgb tint{1.0F};    // multiplies the Fresnel reflectance
@@ -67,14 +67,13 @@ struct GlossLobe {
 
 // Describes the layer above a diffuse base. At the cosine μ it removes reach(μ) = gloss E(μ, alpha) + reflect
 // F(μ) + transmit (1 - F(μ)) of the base's light, with E the albedo of a rough dielectric's surface and F
-// that of a smooth one. The sum is at most 1 in every channel. The table is borrowed; without one E counts as
-// 1.
+// that of a smooth one. The sum is at most 1 in every channel. The table is borrowed; without it E is 1.
 struct Cover {
     const CoatTable* table = nullptr;
     float alpha = 0;
     Rgb gloss{0.0F}, reflect{0.0F}, transmit{0.0F};
 };
-// Is a Lambertian base lit and seen through a cover: f = albedo/π (1 - reach(o)) (1 - reach(i)). It is
+// Models a Lambertian base lit and seen through a cover: f = albedo/π (1 - reach(o)) (1 - reach(i)). It is
 // reciprocal; with albedo <= 1 it returns no more, in the mean over wi, than the cover lets through. `albedo`
 // may exceed 1, up to 1/(1 - mean reach), as far as light held between base and cover makes up for what the
 // cover removes.
@@ -83,9 +82,9 @@ struct CoveredDiffuseLobe {
     Cover cover;
 };
 
-// Is a metal under varnish, seen through the varnish's surface: T(o) T(i) R/(1 - R min(E(o), E(i))) times the
-// facets' distribution, T = 1 - E. For smooth surfaces this is exactly the sum over all bounces between the
-// two; for rough ones it is reciprocal and never returns more than min(T(o), T(i)). A separate GlossLobe
+// Models a metal under varnish, seen through the varnish's surface: T(o) T(i) R/(1 - R min(E(o), E(i))) times
+// the facets' distribution, T = 1 - E. For smooth surfaces this is exactly the sum over all bounces between
+// the two; for rough ones it is reciprocal and never returns more than min(T(o), T(i)). A separate GlossLobe
 // models the varnish's own reflection.
 struct CoatedConductorLobe {
     Rgb eta, k;                        // metal over varnish
@@ -96,8 +95,8 @@ struct CoatedConductorLobe {
     float alpha_x = 0, alpha_y = 0;    // as seen from outside
 };
 
-// Is a pane of glass too thin to displace the light that passes it. It includes all bounces between its two
-// faces, which transmit straight on or reflect as a mirror.
+// Models a pane of glass too thin to displace the light that passes it. It includes all bounces between its
+// two faces, which transmit straight on or reflect as a mirror.
 struct ThinDielectricLobe {
     float eta = 1.5F;  // > 0
     Rgb tint{1.0F};    // multiplies everything, in [0,1]

@@ -44,7 +44,7 @@ struct Roughness {
     bool may_be_smooth() const;
 };
 
-// Is Lambertian, or Oren-Nayar where sigma (degrees) is not 0.
+// Scatters by Lambert's law, or by Oren and Nayar's where sigma (degrees) is not 0.
 struct DiffuseMaterial {
     RgbTexture reflectance = RgbTexture::constant(Rgb(0.5F));
     FloatTexture sigma = FloatTexture::constant(0);
@@ -69,7 +69,7 @@ struct DielectricMaterial {
 struct ThinDielectricMaterial {
     FloatTexture eta = FloatTexture::constant(1.5F);
 };
-// Is Lambertian on both sides. The colours are scaled down where their sum exceeds 1.
+// Scatters by Lambert's law to both sides. The colours are scaled down where their sum exceeds 1.
 struct DiffuseTransmissionMaterial {
     RgbTexture reflectance = RgbTexture::constant(Rgb(0.25F));
     RgbTexture transmittance = RgbTexture::constant(Rgb(0.25F));
@@ -83,24 +83,24 @@ struct Coat {
     Roughness roughness = {};
     std::shared_ptr<const CoatTable> table;  // made for eta and roughness; not null
 };
-// Is a diffuse base seen through varnish. The varnish reflects; light that passes it is scattered by the base
-// each time the varnish reflects it back inside, until it leaves. This is a closed form where pbrt-v4 walks
-// at random between the two; the one approximation is that the light inside is diffuse. White bases under
-// varnish of one roughness reflect all that arrives.
+// Models a diffuse base seen through varnish. The varnish reflects; light that passes it is scattered by the
+// base each time the varnish reflects it back inside, until it leaves. This is a closed form where pbrt-v4
+// walks at random between the two; the one approximation is that the light inside is diffuse. White bases
+// under varnish of one roughness reflect all that arrives.
 struct CoatedDiffuseMaterial {
     RgbTexture reflectance = RgbTexture::constant(Rgb(0.5F));
     Coat coat;
 };
-// Is a metal seen through varnish; see CoatedConductorLobe. Its facets appear wider than they are, because
-// the varnish refracts the light that they reflect.
+// Models a metal seen through varnish; see CoatedConductorLobe. Its facets appear wider than they are,
+// because the varnish refracts the light that they reflect.
 struct CoatedConductorMaterial {
     Coat coat;
     ConductorMaterial metal;
 };
 
-// Is the sum of a diffuse base, gloss, and a smooth surface's reflection and transmission (pbrt's plastic and
-// uber), all times `opacity`; the rest goes straight through. Where the sum could exceed 1, gloss and surface
-// are scaled down to 1, and the base gets only the remainder (CoveredDiffuseLobe).
+// Models the sum of a diffuse base, gloss, and a smooth surface's reflection and transmission (pbrt's plastic
+// and uber), all times `opacity`; the rest goes straight through. Where the sum could exceed 1, gloss and
+// surface are scaled down to 1, and the base gets only the remainder (CoveredDiffuseLobe).
 struct UberMaterial {
     RgbTexture diffuse = RgbTexture::constant(Rgb(0.25F));
     RgbTexture gloss = RgbTexture::constant(Rgb(0.25F));
@@ -110,13 +110,14 @@ struct UberMaterial {
     Roughness roughness = Roughness::of_alpha(0.1F);
     std::shared_ptr<const CoatTable> table = {};  // of eta and roughness, as in Coat; null if eta varies
 };
-// Is gloss over a diffuse base; see SubstrateBaseLobe.
+// Models gloss over a diffuse base; see SubstrateBaseLobe.
 struct SubstrateMaterial {
     RgbTexture diffuse = RgbTexture::constant(Rgb(0.5F));
     RgbTexture specular = RgbTexture::constant(Rgb(0.5F));
     Roughness roughness = Roughness::of_alpha(0.1F);
 };
-// Is pbrt-v3's translucent: Lambertian on both sides plus rough glass, weighted by `reflect` and `transmit`.
+// Models pbrt-v3's translucent: Lambertian on both sides plus rough glass, weighted by `reflect` and
+// `transmit`.
 struct TranslucentMaterial {
     RgbTexture diffuse = RgbTexture::constant(Rgb(0.25F));
     RgbTexture gloss = RgbTexture::constant(Rgb(0.25F));
@@ -124,13 +125,14 @@ struct TranslucentMaterial {
     RgbTexture transmit = RgbTexture::constant(Rgb(0.5F));
     Roughness roughness = Roughness::of_alpha(0.1F);
 };
-// Is pbrt-v2's shinymetal: a metal partly rough, partly smooth, given by reflectances at normal incidence.
+// Models pbrt-v2's shinymetal: a metal partly rough, partly smooth, given by reflectances at normal
+// incidence.
 struct ShinyMetalMaterial {
     RgbTexture gloss = RgbTexture::constant(Rgb(1.0F));
     RgbTexture mirror = RgbTexture::constant(Rgb(1.0F));
     Roughness roughness = Roughness::of_alpha(0.1F);
 };
-// Is no surface: rays pass through (pbrt's "interface" or "").
+// Represents no surface: rays pass through (pbrt's "interface" or "").
 struct InterfaceMaterial {};
 
 struct Material;

@@ -49,11 +49,11 @@ struct Mesh {
     SurfaceTraits traits;
 };
 
-// Is a surface of revolution about z, or a disk, under an affine map: exact, not tessellated. Object space is
-// as in pbrt: sphere, cylinder and paraboloid reach from z_min to z_max, the disk lies in z = height, the
-// cone's tip is at z = height over a base in z = 0, and the line from p1 to p2 sweeps the hyperboloid. All
-// may be partial in phi. Normals point outwards (along +z for a disk, inwards for a hyperboloid whose p2 lies
-// below p1), flipped by reverse_orientation.
+// Describes a surface of revolution about z, or a disk, under an affine map: exact, not tessellated. Object
+// space is as in pbrt: sphere, cylinder and paraboloid reach from z_min to z_max, the disk lies in z =
+// height, the cone's tip is at z = height over a base in z = 0, and the line from p1 to p2 sweeps the
+// hyperboloid. All may be partial in phi. Normals point outwards (along +z for a disk, inwards for a
+// hyperboloid whose p2 lies below p1), flipped by reverse_orientation.
 struct Quadric {
     enum class Kind : std::uint8_t { sphere, disk, cylinder, cone, paraboloid, hyperboloid };
     Kind kind = Kind::sphere;
@@ -86,7 +86,7 @@ struct Curves {
         round,  // a tube
         ribbon  // a band that faces given normals
     };
-    // Is a segment of a curve, with the part of the whole curve's u that it covers.
+    // Describes a segment of a curve, with the part of the whole curve's u that it covers.
     struct Segment {
         float u_from = 0, u_to = 1;
     };
@@ -111,8 +111,7 @@ struct Instance {
     M44d world_from_prototype;    // affine, invertible; relative to the scene's origin
 };
 
-// Intersects a bilinear patch exactly, in double: p(u, v) = (1-u)(1-v) p00 + u(1-v) p10 + (1-u)v p01 + uv
-// p11.
+// Intersects a bilinear patch in double: p(u, v) = (1-u)(1-v) p00 + u(1-v) p10 + (1-u)v p01 + uv p11.
 struct PatchShape {
     V3d p00, p10, p01, p11;
 

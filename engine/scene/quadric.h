@@ -47,7 +47,7 @@ class QuadricShape {
         V3d o, d;      // object space, d unit
         double scale;  // object units per unit of t
     };
-    // Is a surface of revolution: x² + y² = a z² + 2 b z + c, with z relative to z_zero.
+    // Describes a surface of revolution: x² + y² = a z² + 2 b z + c, with z relative to z_zero.
     struct Profile {
         double a = 0, b = 0, c = 0, z_zero = 0;
         double rest(const V3d& p) const;  // x² + y² minus the right-hand side

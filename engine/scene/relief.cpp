@@ -8,7 +8,7 @@
 namespace lucerna {
 namespace {
 
-// Is the step of the differences in u and v, as in pbrt where the pixel's footprint is unknown.
+// This is the step of the differences in u and v, as in pbrt where the pixel's footprint is unknown.
 constexpr float kStep = 0.0005F;
 // The cosine of wo to the bent normal is at least this share of its cosine to the geometric normal.
 constexpr float kLeastCosine = 0.1F;

@@ -23,7 +23,7 @@ bool is_usable_ray(const Ray& ray) {
     return is_usable(ray.o) && is_usable(ray.d) && !std::isnan(ray.t_max);
 }
 
-// Returns a box around the image of a box.
+// Returns a box around the image of a box under an affine map.
 Box3f carried(const Box3f& box, const M44d& m) {
     if (box.isEmpty()) return {};
     const Box3d to = carried_box(Box3d(V3d(box.min), V3d(box.max)), m);

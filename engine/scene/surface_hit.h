@@ -14,14 +14,14 @@
 
 namespace lucerna {
 
-// Is a ray in a shape's frame; d may have any length.
+// Describes a ray in a shape's frame; d may have any length.
 struct LocalRay {
     V3d o, d;
     V3d at(double t) const { return o + t * d; }
 };
 
-// Is the place where a ray meets the plane of a triangle: the weights of its second and third corner, clamped
-// to the triangle if the ray passes beside the rim. There is none for a ray along the plane.
+// Describes the place where a ray meets the plane of a triangle: the weights of its second and third corner,
+// clamped to the triangle if the ray passes beside the rim. There is none for a ray along the plane.
 struct TrianglePoint {
     double t, b1, b2;
 };

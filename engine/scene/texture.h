@@ -19,7 +19,7 @@
 
 namespace lucerna {
 
-// Is the place where a texture is evaluated.
+// Describes the place where a texture is evaluated.
 struct TexturePoint {
     TexturePoint(const V2f& at_uv, const V3d& at_p = V3d(0), const V3f& at_n = V3f(0.0F))
         : uv(at_uv), p(at_p), n(at_n) {}

@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-// Is Perlin's permutation of 0...255.
+// This is Perlin's permutation of 0...255.
 constexpr std::array<std::uint8_t, 256> kPermutation = {
     151, 160, 137, 91,  90,  15,  131, 13,  201, 95,  96,  53,  194, 233, 7,   225, 140, 36,  103, 30,
     69,  142, 8,   99,  37,  240, 21,  10,  23,  190, 6,   148, 247, 120, 234, 75,  0,   26,  197, 62,

@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint32_t kLampBranch = 0x1a;
 constexpr std::uint32_t kAheadBranch = 0xa000;  // plus the number of panes passed
 
-// Returns the radiance that the surface at `hit` emits, times its weight by the rule.
+// Returns the radiance that the surface at `hit` emits, times the rule's share().
 Rgb surface_emission(const Scene& scene, const EyePath& path, const Hit& hit) {
     const auto light = static_cast<std::uint32_t>(hit.light);
     const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(

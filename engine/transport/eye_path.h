@@ -37,11 +37,11 @@ struct EyePath : PathAccount {
     // Collects factors of the throughput that don't change how much light the path carries, as radiance
     // compression. Russian roulette uses the throughput without them.
     float eta_scale = 1;
-    // Is the ratio of the density by which the path's directions were drawn to that of the BSDFs alone.
+    // Holds the ratio of the density by which the path's directions were drawn to that of the BSDFs alone.
     float density_ratio = 1;
 
-    // Is the share of direct light to be found where a medium scatters the path. The rest has been found by
-    // sampling beside a lamp (passed_lamp.h).
+    // Holds the share of direct light to be found where a medium scatters the path. The rest has been found
+    // by sampling beside a lamp (passed_lamp.h).
     float direct_share = 1;
 
     // With `meters` the path begins at a white surface, and whatever lies before it does not count
@@ -49,9 +49,9 @@ struct EyePath : PathAccount {
     // otherwise the first surface that the ray meets.
     bool meters = false;
     const Hit* receiver = nullptr;
-    // Is the position on the whole film, pixels, for methods whose numbers of samples vary over the film.
+    // Holds the position on the whole film, pixels, for methods whose numbers of samples vary over the film.
     V2f film{0, 0};
-    // Is the half (0 or 1) of the image's samples to which this one belongs, where halves must be
+    // Names the half (0 or 1) of the image's samples to which this one belongs, where halves must be
     // independent: each then has one of the two structures that a method makes. Without a value the sample
     // may use both.
     std::optional<int> half = {};
@@ -82,7 +82,7 @@ struct EyePath : PathAccount {
 };
 
 // Calls found(radiance, distance, light) for each light without geometry (the sky, lamps' impostors) that
-// lies on the ray before `hit`. The radiance includes the weight by the rule.
+// lies on the ray before `hit`. The radiance includes the rule's share().
 template <typename Found>
 void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                        const EmissionRule& rule, Found&& found) {

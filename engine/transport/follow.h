@@ -36,7 +36,7 @@ struct EyeVisitor {
     // Says whether mirrors and smooth glass are given to at_surface(), too.
     static constexpr bool kTakesMirrors = false;
 
-    // Is called when the path has met a surface, before its BSDF is evaluated. False ends the path.
+    // Learns which surface the path has met, before its BSDF is evaluated. False ends the path.
     static bool arrives(const EyePath& /*path*/, const Hit& /*hit*/) { return true; }
     // Returns the survival probability after a mirror or smooth glass. The first bounces always survive,
     // because a specular chain has nothing to shade on the way, and a lamp seen through it is bright.
