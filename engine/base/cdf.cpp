@@ -16,7 +16,7 @@ Cdf::Cdf(std::span<const double> weights) {
 }
 
 std::vector<double>::const_iterator Cdf::first_beyond(double x) const {
-    // Steps without a branch find one of a few items, because which one is drawn cannot be foreseen.
+    // Few items are searched without branches, because a random draw's branches are unpredictable.
     constexpr std::size_t kFew = 64;
     const auto items = upto_.begin() + 1;
     if (size() > kFew) return std::upper_bound(items, upto_.end(), x);
@@ -33,17 +33,17 @@ std::vector<double>::const_iterator Cdf::first_beyond(double x) const {
 
 Cdf::Draw Cdf::draw(float u) const {
     assert(total() > 0);
-    if (size() == 1) return {0, 1, u};  // one light, one triangle: nothing to look for
+    if (size() == 1) return {0, 1, u};  // one light, one triangle: no search needed
     const double x = static_cast<double>(u) * upto_.back();
-    // The first boundary beyond x closes the item that holds x; an item of weight 0 closes where it opens.
+    // The first boundary beyond x ends the item that contains x; an item of weight 0 ends where it begins.
     auto beyond = first_beyond(x);
     if (beyond == upto_.end()) {
-        // Rounding put x on the last boundary: take the last item that has weight.
+        // By rounding, x is on the last boundary: take the last item that has weight.
         beyond = std::lower_bound(upto_.begin() + 1, upto_.end(), upto_.back());
     }
     const auto item = static_cast<std::size_t>(beyond - upto_.begin()) - 1;
     const double weight = upto_[item + 1] - upto_[item];
-    const double rest = (x - upto_[item]) / weight;  // weight > 0: the boundary lies strictly beyond x
+    const double rest = (x - upto_[item]) / weight;  // weight > 0, because the boundary is strictly beyond x
     return {item, weight / upto_.back(), std::min(static_cast<float>(rest), 0x1.fffffep-1F)};
 }
 

@@ -1,4 +1,4 @@
-// Sampling of a discrete distribution.
+// Samples a discrete distribution.
 #pragma once
 
 #include <cstddef>
@@ -7,21 +7,21 @@
 
 namespace lucerna {
 
-// A discrete distribution over n items: build O(n), draw O(log n).
+// Represents a discrete distribution over n items. Building takes O(n), drawing O(log n).
 class Cdf {
   public:
     Cdf() = default;
 
-    // Weights are finite and not negative. A sum of 0 leaves every item impossible: total() tells.
+    // Weights must be finite and not negative. If total() is 0, no item can be drawn.
     explicit Cdf(std::span<const double> weights);
 
     struct Draw {
         std::size_t item;
         double probability;  // > 0
-        float remainder;     // what is left of u, uniform in [0,1) again
+        float remainder;     // the rest of u, again uniform in [0,1)
     };
 
-    // u in [0,1). Requires total() > 0. An item of weight 0 is never drawn.
+    // Draws an item for u in [0,1). Requires total() > 0. An item of weight 0 is never drawn.
     Draw draw(float u) const;
 
     double probability(std::size_t item) const { return (upto_[item + 1] - upto_[item]) / upto_.back(); }

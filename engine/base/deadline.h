@@ -1,4 +1,4 @@
-// Until when work may take, by the clock: what can do with less asks how much time is left.
+// Limits the time of work. Code that can do with less work reads how much time is left.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@ namespace lucerna {
 class Deadline {
   public:
     Deadline() = default;  // never
-    // So many seconds from now; infinite, or more than a clock can hold: never.
+    // Returns a deadline in `seconds` from now; none if that is infinite or exceeds what a clock holds.
     static Deadline after(double seconds) {
         constexpr double kMost = 1e9;
         Deadline deadline;
@@ -22,11 +22,11 @@ class Deadline {
         return deadline;
     }
 
-    // When the first of `count` > 0 things that follow on one another and take as long is to be done.
+    // Returns the deadline of the first of `count` > 0 consecutive tasks that take equal time.
     Deadline shared_by(int count) const { return count > 1 && exists() ? after(left() / count) : *this; }
 
     bool exists() const { return at_.has_value(); }
-    // Seconds; not above 0 once it has passed, infinite where there is none.
+    // Returns seconds: <= 0 once the deadline has passed, infinity without a deadline.
     double left() const {
         if (!at_) return std::numeric_limits<double>::infinity();
         return std::chrono::duration<double>(*at_ - Clock::now()).count();

@@ -1,8 +1,7 @@
-// What a user's input can do wrong, said so that it can be mended: file, line, column, value, what is
-// accepted.
+// Errors of a user's input state what is needed to correct them: file, line, column, value, accepted values.
 //
-// Three classes of errors (docs/development/architecture.md): `assert` for our own faults, these exceptions
-// for input and environment, `optional` for an ordinary no-sample. No library of ours ends the process.
+// There are three classes of errors (docs/development/architecture.md): `assert` for internal errors, these
+// exceptions for input and environment, and `optional` for a missing sample. No library ends the process.
 #pragma once
 
 #include <fmt/core.h>
@@ -13,7 +12,7 @@
 
 namespace lucerna {
 
-// A place in an input file. Line 0 means the file as a whole.
+// Holds a place in an input file. Line 0 means the file as a whole.
 struct Location {
     std::string file;
     int line = 0;
@@ -25,7 +24,8 @@ inline std::string to_string(const Location& at) {
     return fmt::format("{}:{}:{}", at.file, at.line, at.column);
 }
 
-// Bad input or an unfit environment: exit code 1. `what()` is one line: place, cause, what would be accepted.
+// Reports invalid input or an unsuitable environment (exit code 1). what() is one line that states place,
+// cause and what is accepted.
 class InputError : public std::runtime_error {
   public:
     explicit InputError(const std::string& message) : std::runtime_error(message) {}

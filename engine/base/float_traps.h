@@ -1,8 +1,8 @@
-// Faults of floating point that stop the program where they happen, in builds made to find them
-// (-DLUCERNA_TRAPS=ON: the presets traps, asan-ubsan and fuzz). In all others this is nothing.
+// Traps stop the program where a floating-point fault happens, in builds made to find such faults
+// (-DLUCERNA_TRAPS=ON: the presets traps, asan-ubsan and fuzz). In all other builds they do nothing.
 //
-// What is armed in a thread is armed in the loops it starts (parallel.h). Libraries of others divide by zero
-// and let comparisons sort it out; calls of theirs are made with nothing armed.
+// Faults armed in a thread are armed in the loops that it starts (parallel.h). Other libraries divide by zero
+// on purpose, so that calls of theirs are made with no faults armed.
 #pragma once
 
 #include <cfenv>
@@ -15,11 +15,11 @@ inline constexpr bool kTrapsBuilt = true;
 inline constexpr bool kTrapsBuilt = false;
 #endif
 
-// The faults that are never meant: 0/0 and its like, x/0, a finite result that is out of range.
+// These faults are never intended: invalid operations such as 0/0, division by zero, overflow.
 inline constexpr int kFaults = FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW;
 inline constexpr int kNoFaults = 0;
 
-// While it lives, exactly these faults stop the calling thread; then those that did before.
+// Arms exactly these faults in the calling thread during its lifetime, then restores the previous ones.
 class FloatTraps {
   public:
     explicit FloatTraps(int faults) {
@@ -31,7 +31,7 @@ class FloatTraps {
     FloatTraps(const FloatTraps&) = delete;
     FloatTraps& operator=(const FloatTraps&) = delete;
 
-    // Which faults stop the calling thread now.
+    // Returns the faults that are armed in the calling thread.
     static int armed() {
         if constexpr (kTrapsBuilt) return fegetexcept();
         return kNoFaults;
@@ -41,7 +41,7 @@ class FloatTraps {
     void arm(int faults) {
         before_ = fedisableexcept(FE_ALL_EXCEPT);
         if (faults == kNoFaults) return;
-        std::feclearexcept(FE_ALL_EXCEPT);  // a flag of an earlier fault would stop the next x87 instruction
+        std::feclearexcept(FE_ALL_EXCEPT);  // a stale flag would stop the next x87 instruction
         feenableexcept(faults);
     }
 

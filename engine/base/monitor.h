@@ -1,4 +1,4 @@
-// How long work speaks to whoever waits for it. Passed by reference; only the console prints.
+// Long work reports progress to a Monitor. It is passed by reference; only the console prints.
 #pragma once
 
 #include <chrono>
@@ -11,8 +11,8 @@
 
 namespace lucerna {
 
-// The default is a monitor that says nothing and never stops: what tests and libraries use.
-// Calls to advance() and stopped() may come from any thread; the others come from one.
+// The default monitor is silent and never stops work, which suits tests and libraries. Any thread may call
+// advance() and stopped(); only one thread calls the other functions.
 class Monitor {
   public:
     virtual ~Monitor() = default;
@@ -22,7 +22,7 @@ class Monitor {
     virtual void end() {}
     virtual void info(std::string_view /*line*/) {}
     virtual void warn(std::string_view /*line*/) {}
-    // True once the user asked to stop: finish the unit at hand, keep what there is.
+    // Returns true once the user asked to stop: finish the present unit and keep the results.
     virtual bool stopped() const { return false; }
 };
 
@@ -42,18 +42,14 @@ class Phase {
     Monitor& monitor_;
 };
 
-// Work that ended because the user asked it to, and gave up what it was making.
-
-// Thrown where Monitor::stopped() was heard and there is nothing whole to give back. A command that ends with
-// it has an exit code of its own.
+// Reports that the user stopped work before it had any complete result to return: thrown where
+// Monitor::stopped() was true. A command that ends with it has an exit code of its own.
 class Stopped : public InputError {
   public:
     using InputError::InputError;
 };
 
-// How long a phase took, for the statistics.
-
-// Runs from its construction.
+// Measures wall-clock time since its construction, for statistics.
 class Stopwatch {
   public:
     double seconds() const {
@@ -64,7 +60,7 @@ class Stopwatch {
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Of all threads of this process, since it was made: what they worked, not what they waited.
+// Measures the processor time of all threads of this process since its construction, without waiting.
 class ProcessorStopwatch {
   public:
     double seconds() const { return now() - start_; }

@@ -1,9 +1,9 @@
-// Scrambled (0,2)-sequence: the first two Sobol dimensions under Owen's nested uniform scrambling.
+// Implements the scrambled (0,2)-sequence: the first two Sobol dimensions under Owen's nested uniform
+// scrambling.
 //
-// Sources: [Sobol 1967; Owen 1998; Kollig and Keller 2002]; the hash that stands for the scrambling tree is
-// of the form of [Laine and Karras 2011]: every step of it carries bits upwards only, which is what makes it
-// a nested permutation when it works on the reversed word. Beyond two dimensions: direction numbers of [Joe
-// and Kuo 2008].
+// Sources: [Sobol 1967; Owen 1998; Kollig and Keller 2002]. The hash that replaces the scrambling tree has
+// the form of [Laine and Karras 2011]: each of its steps carries bits only upwards, which makes it a nested
+// permutation when applied to the reversed word. Further dimensions use numbers of [Joe and Kuo 2008].
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace lucerna {
 
-// The bits of each byte of a word, or of each of several, reversed; the bytes stay where they are.
+// Reverses the bits of each byte of one or several words; the bytes keep their places.
 template <typename Word>
 constexpr Word reverse_bits_of_bytes(Word x) {
     x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
@@ -28,20 +28,20 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
     return reverse_bits_of_bytes(__builtin_bswap32(x));
 }
 
-// Words side by side, in one vector register: a compiler does not put four or eight of them there by itself.
+// These types put words into one vector register, because compilers do not vectorise this code by themselves.
 using Words4 [[gnu::vector_size(16)]] = std::uint32_t;
 using Words8 [[gnu::vector_size(32)]] = std::uint32_t;
 using Floats4 [[gnu::vector_size(16)]] = float;
 using Floats8 [[gnu::vector_size(32)]] = float;
 
-// The same of each word.
+// Reverses the bits of each word.
 template <typename Words>
 Words reverse_bits_each(Words x) {
     x = (x << 16) | (x >> 16);
     return reverse_bits_of_bytes(((x & 0x00ff00ffU) << 8) | ((x >> 8) & 0x00ff00ffU));
 }
 
-// Nested uniform scrambling of a word whose least significant bit comes first; or of each of several.
+// Applies nested uniform scrambling to one or several words whose least significant bit comes first.
 template <typename Word>
 Word owen_scramble_reversed(Word x, Word seed) {
     x ^= x * 0x3d20adeaU;
@@ -52,14 +52,14 @@ Word owen_scramble_reversed(Word x, Word seed) {
     return x;
 }
 
-// Nested uniform scrambling of a word whose most significant bit comes first.
+// Applies nested uniform scrambling to a word whose most significant bit comes first.
 inline std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
     return reverse_bits(owen_scramble_reversed(reverse_bits(x), seed));
 }
 
-// The second Sobol dimension of an index, least significant bit first. Its generator matrix is Pascal's
-// triangle modulo 2, whose entry (i, j) is 1 where all bits of i are bits of j: the product is a sum over
-// supersets, one bit of i and j at a time.
+// Returns the second Sobol dimension of an index, least significant bit first. Its generator matrix is
+// Pascal's triangle modulo 2, whose entry (i, j) is 1 where all bits of i are bits of j. The product is
+// therefore a sum over supersets, computed one bit of i and j at a time.
 constexpr std::uint32_t sobol_1_reversed(std::uint32_t x) {
     x ^= (x >> 1) & 0x55555555U;
     x ^= (x >> 2) & 0x33333333U;
@@ -67,14 +67,14 @@ constexpr std::uint32_t sobol_1_reversed(std::uint32_t x) {
     x ^= (x >> 8) & 0x00ff00ffU;
     return x ^ (x >> 16);
 }
-// The same, most significant bit first; the first dimension is reverse_bits.
+// Returns this dimension most significant bit first; the first dimension is reverse_bits.
 constexpr std::uint32_t sobol_1(std::uint32_t index) {
     return reverse_bits(sobol_1_reversed(index));
 }
 
-// [0,1) from the upper 24 bits: every value is exact in a float and 1 is never reached.
+// Converts the upper 24 bits to [0,1): every value is exact in a float, and 1 is never reached.
 inline float to_unit(std::uint32_t x) {
-    // Through int: every processor turns those into floats.
+    // The value is converted as a signed integer, which every processor can do in one instruction.
     return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24F;
 }
 inline Floats4 to_unit_each(Words4 x) {
@@ -90,12 +90,12 @@ inline constexpr std::size_t kSobolDimensions = 5;
 
 namespace sobol {
 
-// A column of the generator matrices per bit of the index, all dimensions side by side (eight words: one
-// vector register), each word reversed, as the scrambling wants it.
+// Holds one column of the generator matrices per bit of the index, with all dimensions side by side (eight
+// words in one vector register). Each word is reversed, as the scrambling needs it.
 using Words = std::array<std::uint32_t, 8>;
 using Columns = std::array<Words, 32>;
 
-// A primitive polynomial modulo 2 by its degree and inner coefficients, and the first numbers of its
+// Defines a primitive polynomial modulo 2 by its degree, inner coefficients and first numbers of its
 // recurrence.
 struct Start {
     unsigned degree, inner;
@@ -126,7 +126,7 @@ constexpr Columns make_columns() {
 }
 inline constexpr Columns kColumns = make_columns();
 
-// The sums of the first 1, 2 … 32 columns: by which points of consecutive indices differ.
+// Points of consecutive indices differ by these sums of the first 1, 2 … 32 columns.
 inline constexpr Columns kSteps = [] {
     Columns steps = kColumns;
     for (std::size_t k = 1; k < 32; ++k) {
@@ -135,7 +135,7 @@ inline constexpr Columns kSteps = [] {
     return steps;
 }();
 
-// Of a point before it is scrambled: as kColumns has them.
+// Returns the words of a point before scrambling, laid out as kColumns.
 inline Words words_of(std::uint32_t index) {
     Words x{};
     for (; index != 0; index &= index - 1) {
@@ -144,7 +144,7 @@ inline Words words_of(std::uint32_t index) {
     }
     return x;
 }
-// From the words of the point before to those of point `index`.
+// Advances the words from the previous point to point `index`.
 inline void step_to(std::uint32_t index, Words& x) {
     const Words& step = kSteps[std::min<std::size_t>(std::countr_zero(index), 31)];
     for (std::size_t d = 0; d < 8; ++d) x[d] ^= step[d];
@@ -156,8 +156,8 @@ inline Floats8 scrambled(const Words& x, const Words& seeds) {
 
 }  // namespace sobol
 
-// Point `index` of Sobol's sequence in five dimensions, each scrambled on its own by a seed: any 2^k
-// consecutive points from a multiple of 2^k on are a net in every pair of dimensions and in all of them
+// Returns point `index` of Sobol's sequence in five dimensions, each scrambled by a seed of its own. Any 2^k
+// consecutive points that start at a multiple of 2^k are a net in every pair of dimensions and in all
 // together.
 inline std::array<float, kSobolDimensions> scrambled_sobol(
     std::uint32_t index, const std::array<std::uint32_t, kSobolDimensions>& seeds) {

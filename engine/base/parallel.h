@@ -1,8 +1,8 @@
-// The only OpenMP in the project.
+// Only this file uses OpenMP.
 //
-// Work is cut into chunks whose size does not depend on the number of threads; what a chunk makes lands in
-// the slot of its number, and slots are joined in order. So every result is the same, bit for bit, on any
-// machine load.
+// Work is divided into chunks whose size does not depend on the number of threads. A chunk's result goes to
+// the slot of its number, and slots are joined in order. Every result is therefore the same, bit for bit, on
+// any number of threads.
 #pragma once
 
 #include <omp.h>
@@ -17,7 +17,7 @@
 
 #include "engine/base/float_traps.h"
 
-// ThreadSanitizer cannot look into the OpenMP library: it is told what a loop's start and end put in order.
+// ThreadSanitizer does not see OpenMP's synchronisation, so it is told what a loop's start and end order.
 #if defined(__has_feature)
 #if __has_feature(thread_sanitizer)
 #define LUCERNA_SEES_RACES
@@ -27,7 +27,7 @@
 
 namespace lucerna {
 
-// What comes before signal() in one thread comes before what follows wait() in another.
+// Everything before signal() in one thread happens before everything after wait() in another.
 class Ordered {
   public:
     void signal() {
@@ -44,19 +44,19 @@ class Ordered {
 
 class Ranks;
 
-// How many threads may work, and the ranks of a parallel job (engine/ranks/ranks.h) that share the work;
-// null: this process alone. A value that is passed down, never a global setting.
+// Holds the number of threads, and the ranks of a parallel job (engine/ranks/ranks.h) that share the work;
+// null means this process alone. It is passed as a value and never a global setting.
 struct Workers {
     int threads = std::max(1, omp_get_num_procs());
     Ranks* ranks = nullptr;
 
-    // For what one rank does, or each for itself.
+    // Returns workers for what one rank does alone, or every rank for itself.
     Workers alone() const { return {threads}; }
 };
 
-// Calls body(chunk) for every chunk in [0, chunks), each once, in any order. If any throws, the exception of
-// the lowest chunk that would throw is rethrown once all threads are done: all chunks below it are run, those
-// above it are skipped unless they had begun. So the error, too, is the same on any number of threads.
+// Calls body(chunk) once for every chunk in [0, chunks), in any order. If any call throws, the exception of
+// the lowest such chunk is rethrown once all threads are done: all chunks below it are run, and those above
+// it are skipped unless they have begun. The error, too, is therefore the same on any number of threads.
 template <typename Body>
 void parallel_chunks(const Workers& workers, std::int64_t chunks, Body&& body) {
     std::atomic<std::int64_t> error_chunk{chunks};
@@ -65,7 +65,7 @@ void parallel_chunks(const Workers& workers, std::int64_t chunks, Body&& body) {
     Ordered begin, end;
     const int traps = FloatTraps::armed();
     begin.signal();
-    // No more threads than chunks: a single chunk must not wait for others to wake up and find nothing to do.
+    // There are no more threads than chunks: a single chunk must not wait for idle threads to wake up.
     const int threads =
         static_cast<int>(std::max<std::int64_t>(1, std::min<std::int64_t>(chunks, workers.threads)));
 #pragma omp parallel num_threads(threads)
@@ -109,7 +109,7 @@ void parallel_each(const Workers& workers, std::size_t n, std::int64_t grain, Bo
                     });
 }
 
-// Counts events from many threads without making them wait for each other. For statistics only.
+// Counts events of many threads without contention, for statistics only.
 class Counter {
   public:
     void add(std::uint64_t n = 1) const {

@@ -7,7 +7,7 @@
 namespace lucerna {
 namespace {
 
-// Philox as a hash of four words under a two-word key.
+// Uses Philox as a hash of four words under a two-word key.
 r123::Philox4x32::ctr_type hash(std::uint64_t key, std::uint64_t a, std::uint32_t b, std::uint32_t c) {
     const r123::Philox4x32::ctr_type counter{
         {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32), b, c}};
@@ -20,7 +20,7 @@ std::uint64_t join(std::uint32_t low, std::uint32_t high) {
     return static_cast<std::uint64_t>(high) << 32 | low;
 }
 
-// The third and fourth counter words that turn a key into another key; draws use small numbers there.
+// These values of the third and fourth counter word derive a key from a key; draws use small numbers there.
 constexpr std::uint32_t kDeriveKey = 0xffffffffU;
 constexpr std::uint32_t kSplit = 0xfffffffeU;
 constexpr std::uint32_t kSplitAlike = 0xfffffffdU;
@@ -78,7 +78,7 @@ Sampler ImageSamplers::at(const V2i& pixel, std::uint32_t index) const {
     constexpr std::uint32_t kSide = 0xffffU;
     const auto x = static_cast<std::uint32_t>(pixel.x), y = static_cast<std::uint32_t>(pixel.y);
     const std::uint32_t number = morton(x & kSide, y & kSide);
-    // A family has 2^32 pixels: images that are larger have several.
+    // A family has 2^32 pixels; larger images have several families.
     const std::uint32_t block = x >> 16 | (y >> 16) << 16;
     if (block == 0) return family_.path(index, number);
     return Sampler::stratified(seed_, purpose_, block, index).in_pixel(number);
@@ -108,7 +108,7 @@ Sampler Sampler::split_alike(std::uint32_t branch, std::uint32_t index, std::uin
     Sampler child = split_alike(branch);
     const std::uint64_t number = std::uint64_t{index_} * count + index;
     child.take_index(static_cast<std::uint32_t>(number));
-    // A sequence has 2^32 points. What is beyond them goes to others, all of which are independent.
+    // A sequence has 2^32 points; further points come from other, independent sequences.
     if (const std::uint64_t sequence = number >> 32; sequence > 0) {
         const auto h = hash(child.key_, sequence, 0, kDeriveKey);
         child.key_ = join(h[0], h[1]);

@@ -1,13 +1,13 @@
-// Random numbers as a pure function of a key and the draw number (no state but the counter).
+// Random numbers are a pure function of a key and the draw number (no state but the counter).
 //
-// A sampler belongs to one path: (seed, purpose, pass, path). Two draws never share bits, whoever asks first
-// and on whatever thread, and so an image does not depend on the number of threads.
+// A sampler belongs to one path: (seed, purpose, pass, path). Two draws never share bits, whatever the order
+// and the thread in which they are made, so that an image does not depend on the number of threads.
 //
-// `Sampler` draws independent numbers (Philox [Salmon 2011]). `Sampler::stratified` draws, for the paths
-// 0, 1, 2 … of one key, numbers that are well distributed together: every 2D draw is a point of an
-// Owen-scrambled (0,2)-sequence whose index is shuffled anew for each draw ("padding"), so any 2^k
-// consecutive paths from a multiple of 2^k on are a net. `ImageSamplers` do the same for the samples of an
-// image's pixels, which are a net together with those of the pixels around (pixel_net.h).
+// `Sampler` draws independent numbers (Philox [Salmon 2011]). `Sampler::stratified` draws, for the paths 0,
+// 1, 2 … of one key, numbers that are well distributed together: every 2D draw is a point of an
+// Owen-scrambled (0,2)-sequence whose index is shuffled anew for each draw ("padding"), so that any 2^k
+// consecutive paths from a multiple of 2^k on are a net. `ImageSamplers` does this for the samples of an
+// image's pixels, which are a net together with those of neighbouring pixels (pixel_net.h).
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@
 
 namespace lucerna {
 
-// What random numbers are for. A purpose of its own keeps two uses of the same pass and path apart.
+// Names the use of random numbers, which keeps numbers of the same pass and path apart.
 enum class Purpose : std::uint32_t {
     camera,
     emission,
@@ -45,7 +45,7 @@ class Sampler {
   public:
     Sampler(std::uint64_t seed, Purpose purpose, std::uint32_t pass, std::uint64_t path);
 
-    // Path `index` of a family of paths (a pixel's samples, a map's photons) that share `family`.
+    // Returns the sampler of path `index` among the paths (e.g. a pixel's samples) that share `family`.
     static Sampler stratified(std::uint64_t seed, Purpose purpose, std::uint64_t family, std::uint32_t index);
 
     float next() {  // [0, 1)
@@ -56,7 +56,7 @@ class Sampler {
         if (draw_ >= known_) return next2_unknown();
         return point(scrambles_[draw_++]);
     }
-    // next(), next2() and next(), worked out together: what a bounce draws.
+    // Draws next(), next2() and next() of a bounce, computed together.
     struct Bounce {
         float first;
         V2f second;
@@ -82,22 +82,24 @@ class Sampler {
     }
     std::uint32_t bits();  // 32 independent bits (never stratified)
 
-    // An independent sampler for a branch of this path (a gather ray, a light loop), by its number.
+    // Returns an independent sampler for a branch of this path (a gather ray, a light loop), by its number.
     Sampler split(std::uint32_t branch) const;
-    // The same, where this one is stratified: with numbers that are stratified as its own are, among the
-    // paths of its family that branch off after as many draws.
+    // Does this too, but if this sampler is stratified, so is the branch: among the paths of the family that
+    // branch off after as many draws.
     Sampler split_alike(std::uint32_t branch) const;
-    // The same, for one of `count` > 0 samples of that branch: all of them are stratified among each other,
-    // those of one path as well as those of all paths of the family, in an image those of pixels around.
+    // Returns the sampler for one of `count` > 0 samples of that branch. All of them are stratified among
+    // each other: those of one path, those of all paths of the family, and in an image those of neighbouring
+    // pixels.
     Sampler split_alike(std::uint32_t branch, std::uint32_t index, std::uint32_t count) const;
-    // An independent sampler for sample `index` of `branch`: the samples of one branch are stratified among
-    // each other.
+    // Returns an independent sampler for sample `index` of `branch`, stratified among the samples of the
+    // branch.
     Sampler split_stratified(std::uint32_t branch, std::uint32_t index) const;
 
   private:
     friend class SamplerFamily;
     friend class ImageSamplers;
-    // What a family's draw is shuffled and scrambled by: the index, both dimensions, the pixel.
+    // Holds the seeds of a family's draw, which shuffle the index, scramble both dimensions, and shuffle the
+    // pixel.
     using Scrambles = std::array<std::uint32_t, 4>;
 
     Sampler() = default;
@@ -106,7 +108,7 @@ class Sampler {
         reversed_index_ = reverse_bits(index);
     }
     std::uint64_t path() const { return stratified_ ? std::uint64_t{pixel_} << 32 | index_ : path_; }
-    // The same path of one pixel of an image, by its Morton number.
+    // Returns the sampler of this path in one pixel of an image, given by its Morton number.
     Sampler in_pixel(std::uint32_t pixel) const {
         Sampler sampler = *this;
         sampler.pixel_ = pixel;
@@ -142,18 +144,18 @@ class Sampler {
     std::uint32_t pixel_ = 0;  // Morton number
     bool stratified_ = false;
     bool in_image_ = false;
-    NetPixel net_pixel_;       // in an image
-    std::uint32_t known_ = 0;  // so many draws' scrambles stand in the family's table
+    NetPixel net_pixel_;       // set in an image
+    std::uint32_t known_ = 0;  // number of draws whose scrambles are in the family's table
     const Scrambles* scrambles_ = nullptr;
 };
 
-// The paths of one key of Sampler::stratified, of which many follow each other: what their first draws have
-// in common is worked out once. Numbers are the same as without.
+// Represents the paths of one key of Sampler::stratified. It computes the data that their first draws share
+// once; the numbers are the same as without it.
 class SamplerFamily {
   public:
     SamplerFamily(std::uint64_t seed, Purpose purpose, std::uint64_t family);
 
-    // The family must outlive its samplers and stay where it is.
+    // Returns path `index`. The family must outlive its samplers and keep its address.
     Sampler path(std::uint32_t index) const {
         Sampler sampler = begin_;
         sampler.take_index(index);
@@ -161,23 +163,24 @@ class SamplerFamily {
         sampler.known_ = kDraws;
         return sampler;
     }
-    // The same for one pixel of an image.
+    // Returns path `index` of one pixel of an image.
     Sampler path(std::uint32_t index, std::uint32_t pixel) const { return path(index).in_pixel(pixel); }
 
   private:
-    // More than nearly all paths make.
+    // Almost all paths make fewer draws than this.
     static constexpr std::uint32_t kDraws = 64;
     Sampler begin_;
     std::array<Sampler::Scrambles, kDraws> scrambles_;
 };
 
-// The samples of an image's pixels: one family for all of them.
+// Represents the samples of an image's pixels, which form one family.
 class ImageSamplers {
   public:
     ImageSamplers(std::uint64_t seed, Purpose purpose)
         : seed_(seed), purpose_(purpose), family_(seed, purpose, 0) {}
 
-    // Sample `index` of a pixel, x and y >= 0. These must outlive it and stay where they are.
+    // Returns the sampler of sample `index` of a pixel, x and y >= 0. This object must outlive it and stay in
+    // place.
     Sampler at(const V2i& pixel, std::uint32_t index) const;
 
   private:

@@ -1,4 +1,4 @@
-// Running mean and variance, and values that stand apart.
+// Computes running mean and variance, and detects outliers.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace lucerna {
 
-// No cancellation, whatever the offset [Welford 1962].
+// Computes mean and variance without cancellation, whatever the offset [Welford 1962].
 class RunningStats {
   public:
     void add(double x) {
@@ -21,9 +21,9 @@ class RunningStats {
 
     std::uint64_t count() const { return n_; }
     double mean() const { return mean_; }
-    // Unbiased sample variance; 0 for fewer than two values.
+    // Returns the unbiased sample variance; 0 for fewer than two values.
     double variance() const { return n_ > 1 ? m2_ / static_cast<double>(n_ - 1) : 0.0; }
-    // Standard deviation of mean() for independent values.
+    // Returns the standard deviation of mean() for independent values.
     double standard_error() const { return n_ > 0 ? std::sqrt(variance() / static_cast<double>(n_)) : 0.0; }
 
   private:
@@ -32,8 +32,9 @@ class RunningStats {
     double m2_ = 0;
 };
 
-// Above which values stand apart from all others: at most a thousandth of them, a hundred times as large as
-// any other, and larger together than the others' sum. Infinity: none do. Values are not negative.
+// Returns the limit above which values are outliers: at most a thousandth of all values, each more than a
+// hundred times as large as any other value, with a sum larger than that of the others. Returns infinity
+// without outliers. Values must not be negative.
 inline double limit_of_most(std::vector<double> values) {
     constexpr std::size_t kFew = 1000;
     constexpr double kApart = 100;

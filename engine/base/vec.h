@@ -1,4 +1,4 @@
-// Vectors, matrices and colours: Imath's, under short names; rays, frames, boxes, points on surfaces.
+// Defines vectors, matrices and colours (Imath's, under short names), rays, frames, boxes and surface points.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -23,7 +23,8 @@ using Box2f = Imath::Box2f;
 using Box3f = Imath::Box3f;
 using Box3d = Imath::Box3d;
 
-// Linear colour, light or ratio of the working space (working_space.h). The unit is said where it is used.
+// Holds a linear colour, light or ratio of the working space (working_space.h). The unit is stated at its
+// use.
 using Rgb = Imath::Color3<float>;
 
 inline constexpr float kPi = 3.14159265358979323846F;
@@ -31,7 +32,8 @@ inline constexpr double kPiD = 3.14159265358979323846;
 inline constexpr float kInvPi = 0.31830988618379067154F;
 inline constexpr double kRadiansPerDegree = kPiD / 180;
 
-// Of light in any working space; the measure by which photons are counted, lights chosen and roulette played.
+// Returns the weight of light in any working space, for counting photons, choosing lights and Russian
+// roulette.
 inline float luminance(const Rgb& c) {
     return 0.212671F * c.x + 0.715160F * c.y + 0.072169F * c.z;
 }
@@ -52,7 +54,7 @@ inline bool is_finite(const V3f& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// v.normalized(), bit for bit, without the call that Imath's is: vectors too short to be squared are rare.
+// Returns v.normalized(), bit for bit, without Imath's function call except for the rare very short vectors.
 template <typename T>
 Imath::Vec3<T> unit(const Imath::Vec3<T>& v) {
     const T length2 = v.length2();
@@ -62,8 +64,7 @@ Imath::Vec3<T> unit(const Imath::Vec3<T>& v) {
     return {v.x / length, v.y / length, v.z / length};
 }
 
-// n or -n, whichever lies on w's side [Pharr et al. 2023, 3.3: FaceForward]; n itself where w lies in its
-// plane.
+// Returns n or -n, whichever is on w's side [Pharr et al. 2023, 3.3: FaceForward]; n if w is in its plane.
 template <typename T>
 Imath::Vec3<T> face_forward(const Imath::Vec3<T>& n, const Imath::Vec3<T>& w) {
     return n.dot(w) < 0 ? -n : n;
@@ -76,7 +77,7 @@ constexpr double sqr(double x) {
     return x * x;
 }
 
-// A half-line. `d` has unit length; what lies beyond `t_max` (scene units) is not met.
+// Represents a half-line. `d` has unit length; nothing beyond `t_max` (scene units) is met.
 struct Ray {
     V3f o, d;
     float t_max = INFINITY;
@@ -84,14 +85,13 @@ struct Ray {
     V3f at(float t) const { return o + t * d; }
 };
 
-// An orthonormal frame around a unit normal; local z is the normal.
+// Represents an orthonormal frame around a unit normal, which is local z.
 struct Frame {
     V3f s, t, n;
 
     Frame() : s(1, 0, 0), t(0, 1, 0), n(0, 0, 1) {}
 
-    // [Duff 2017]: no branch but the sign, good for every
-    // n.
+    // Uses [Duff 2017], which has no branch but the sign and is accurate for every n.
     explicit Frame(const V3f& normal) : n(normal) {
         const float sign = std::copysign(1.0F, n.z);
         const float a = -1.0F / (sign + n.z);  // |sign + n.z| >= 1
@@ -104,7 +104,6 @@ struct Frame {
     V3f to_world(const V3f& v) const { return v.x * s + v.y * t + v.z * n; }
 };
 
-// Boxes along the axes: their corners, and what holds them elsewhere.
 inline constexpr int kBoxCorners = 8;
 
 inline V3d box_corner(const Box3d& box, int i) {
@@ -112,7 +111,7 @@ inline V3d box_corner(const Box3d& box, int i) {
             (i & 4) != 0 ? box.max.z : box.min.z};
 }
 
-// The box around the image of a box; an empty one's is empty.
+// Returns the box around the image of a box; empty for an empty box.
 inline Box3d carried_box(const Box3d& box, const M44d& m) {
     Box3d out;
     if (box.isEmpty()) return out;
@@ -124,13 +123,11 @@ inline Box3d carried_box(const Box3d& box, const M44d& m) {
     return out;
 }
 
-// A point on a surface, with what is needed to leave that surface safely in float32.
-
-// A float has 24 bits; eight of its last units cover what one intersection and one transform round away.
+// A float has 24 bits; eight of its last units cover the rounding of one intersection and one transformation.
 inline constexpr float kSurfaceUlps = 8 * 0x1p-23F;
 
-// `error` bounds how far `p` may lie off the true surface: proportional to the largest coordinate and to the
-// size of the primitive, because both are what the intersection subtracts.
+// Returns a bound of the distance of `p` from the true surface. It is proportional to the largest coordinate
+// and to the size of the primitive, because the intersection subtracts both.
 inline float surface_error(const V3f& p, float primitive_extent) {
     const float largest = std::max(std::fabs(p.x), std::max(std::fabs(p.y), std::fabs(p.z)));
     return kSurfaceUlps * (largest + primitive_extent);
@@ -141,9 +138,9 @@ struct SurfacePoint {
     V3f n{0, 0, 0};   // geometric unit normal; zero where there is no surface (a point in space)
     float error = 0;  // scene units
 
-    // The same point with its normal on w's side.
+    // Returns the point with its normal on w's side.
     SurfacePoint facing(const V3f& w) const { return {p, face_forward(n, w), error}; }
-    // The start of a ray that leaves towards `w`: moved off the surface on w's side.
+    // Returns the origin of a ray that leaves towards `w`, moved off the surface on w's side.
     V3f towards(const V3f& w) const { return p + std::copysign(error, n.dot(w)) * n; }
 };
 

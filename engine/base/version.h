@@ -1,11 +1,11 @@
-// The program's version.
+// Declares the program's version.
 #pragma once
 
 #include <string_view>
 
 namespace lucerna {
 
-// "0.1.0"
+// Returns e.g. "0.1.0".
 std::string_view program_version();
 
 }  // namespace lucerna

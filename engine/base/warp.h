@@ -1,5 +1,4 @@
-// Warps of the unit square, each with its density and its inverse, so that a test can hold the three
-// together.
+// Defines warps of the unit square with their densities and inverses, which a test checks against each other.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +7,7 @@
 
 namespace lucerna {
 
-// Unit disc, area-preserving and continuous [Shirley and Chiu 1997]. Density 1/pi.
+// Maps to the unit disc, area-preserving and continuous [Shirley and Chiu 1997]. Density 1/pi.
 inline V2f square_to_disc(const V2f& u) {
     const V2f c = 2.0F * u - V2f(1, 1);
     if (c.x == 0 && c.y == 0) return {0, 0};
@@ -24,19 +23,19 @@ inline V2f square_to_disc(const V2f& u) {
     return {r * std::cos(phi), r * std::sin(phi)};
 }
 
-// Its inverse: of the unit disc, or a place just outside by rounding.
+// Returns the inverse for a point of the unit disc, or just outside it by rounding.
 inline V2f disc_to_square(const V2f& p) {
     const float r = std::sqrt(p.x * p.x + p.y * p.y);
     if (r == 0) return {0.5F, 0.5F};
     const float x = std::fabs(p.x), y = std::fabs(p.y);
-    // The angle within a wedge of 90 degrees around an axis, over a quarter of pi.
+    // This is the angle within a wedge of 90 degrees around an axis, divided by a quarter of pi.
     const float share = std::atan2(std::min(x, y), std::max(x, y)) * (4 * kInvPi);
     const V2f c = x > y ? V2f(std::copysign(r, p.x), std::copysign(r * share, p.y))
                         : V2f(std::copysign(r * share, p.x), std::copysign(r, p.y));
     return {std::clamp(0.5F * (c.x + 1), 0.0F, 1.0F), std::clamp(0.5F * (c.y + 1), 0.0F, 1.0F)};
 }
 
-// Upper hemisphere about +z, density cos/pi (Malley).
+// Maps to the upper hemisphere about +z with density cos/pi (Malley).
 inline V3f square_to_cosine_hemisphere(const V2f& u) {
     const V2f p = square_to_disc(u);
     return {p.x, p.y, std::sqrt(std::max(0.0F, 1.0F - p.x * p.x - p.y * p.y))};
@@ -45,7 +44,7 @@ inline float cosine_hemisphere_pdf_w(float cos_theta) {
     return std::max(0.0F, cos_theta) * kInvPi;
 }
 
-// Unit sphere, density 1/(4 pi).
+// Maps to the unit sphere with density 1/(4 pi).
 inline V3f square_to_sphere(const V2f& u) {
     const float z = 1 - 2 * u.x;
     const float r = std::sqrt(std::max(0.0F, 1 - z * z));
@@ -54,8 +53,7 @@ inline V3f square_to_sphere(const V2f& u) {
 }
 inline constexpr float kSpherePdfW = 0.25F * kInvPi;
 
-// Cone about +z with half-angle of cosine `cos_max`; uniform in solid angle. `one_minus_cos` keeps thin cones
-// exact.
+// Maps to a cone about +z, uniformly in solid angle. 1 - cosine of the half-angle keeps thin cones accurate.
 inline V3f square_to_cone(const V2f& u, float one_minus_cos_max) {
     const float h = u.x * one_minus_cos_max;  // 1 - cos
     const float r = std::sqrt(std::max(0.0F, h * (2 - h)));
@@ -66,15 +64,15 @@ inline float cone_pdf_w(float one_minus_cos_max) {
     return 1.0F / (2 * kPi * one_minus_cos_max);
 }
 
-// Barycentric weights of the second and third vertex of a triangle, uniform in area.
+// Returns the barycentric weights of a triangle's second and third vertex, uniform in area.
 inline V2f square_to_triangle(const V2f& u) {
     const float root = std::sqrt(u.x);
     return {root * (1 - u.y), root * u.y};
 }
 
-// The unit square onto the sphere with equal areas: the upper hemisphere in the square's inner diamond, the
-// lower one in its corners [Clarberg 2008].
-// Coordinates a little outside the square (a pixel filter's) wrap around its edges.
+// Maps the unit square to the sphere with equal areas: the upper hemisphere is in the square's inner diamond,
+// the lower one in its corners [Clarberg 2008]. Coordinates slightly outside the square (from a pixel filter)
+// wrap around its edges.
 inline V3f octahedral_square_to_sphere(V2f at) {
     if (at.x < 0) at = {-at.x, 1 - at.y};
     if (at.x > 1) at = {2 - at.x, 1 - at.y};

@@ -17,12 +17,14 @@ Uv uv_of(const V3d& xyz) {
     return {c.u, c.v * 2 / 3};
 }
 
-// Of the black body of `mired` reciprocal megakelvins, in whose steps the locus is evenly long.
+// Returns the chromaticity of the black body of `mired` reciprocal megakelvins, in which the locus has even
+// steps.
 Uv locus(double mired) {
     return uv_of(spectrum_to_xyz(blackbody_spectrum(1e6 / mired)));
 }
 
-// The mired between `low` and `high` of the least value, which has no other minimum there; by golden section.
+// Returns the mired between `low` and `high` at which `value` is least, by golden section search, if it has
+// no other minimum.
 template <typename F>
 double least(double low, double high, double accuracy, F&& value) {
     constexpr double kGolden = 0.6180339887498949;
@@ -57,7 +59,7 @@ std::optional<ColourTemperature> colour_temperature(const V3d& xyz) {
         const Uv body = locus(mired);
         return std::hypot(at.u - body.u, at.v - body.v);
     };
-    // Coarse steps first: the locus bends, and a colour on its hollow side may have two nearest points.
+    // Coarse steps come first: the locus bends, and a colour on its concave side may have two nearest points.
     constexpr double kLow = 1e6 / kMostKelvin, kHigh = 1e6 / kLeastKelvin;
     constexpr int kSteps = 100;
     const auto mired_at = [](int step) { return kLow + (kHigh - kLow) * step / kSteps; };
@@ -68,7 +70,7 @@ std::optional<ColourTemperature> colour_temperature(const V3d& xyz) {
         if (here < nearest_distance) nearest = step, nearest_distance = here;
     }
     const double low = mired_at(std::max(0, nearest - 1)), high = mired_at(std::min(kSteps, nearest + 1));
-    constexpr double kAccuracy = 1e-4;  // mired; near its least value a distance tells no finer
+    constexpr double kAccuracy = 1e-4;  // mired; near the minimum the distance resolves no finer
     const double mired = least(low, high, kAccuracy, distance);
     if (mired - kLow < 2 * kAccuracy || kHigh - mired < 2 * kAccuracy) return std::nullopt;
     const double away = distance(mired);

@@ -1,5 +1,4 @@
-// The CIE 1931 standard colorimetric observer (2 degrees) from 360 to 830 nm, one row per nanometre
-// [CIE 018:2019].
+// Tabulates the CIE 1931 standard observer (2 degrees) from 360 to 830 nm, per nanometre [CIE 018:2019].
 #include <algorithm>
 
 #include "engine/colour/spectrum.h"
@@ -149,7 +148,7 @@ constexpr double kYBar[kRows] = {
     1.2934e-6,    1.20582e-6,   1.124143e-6,  1.048009e-6,  9.77058e-7,   9.1093e-7,    8.49251e-7,
     7.91721e-7,   7.3809e-7,    6.8811e-7,    6.4153e-7,    5.9809e-7,    5.57575e-7,   5.19808e-7,
     4.84612e-7,   4.5181e-7};
-// 0 from 650 nm on.
+// The values are 0 from 650 nm on.
 constexpr double kZBar[kRows] = {
     0.0006061,    0.0006808792, 0.0007651456, 0.0008600124, 0.0009665928, 0.001086,     0.001220586,
     0.001372729,  0.001543579,  0.001734286,  0.001946,     0.002177777,  0.002435809,  0.002731953,

@@ -17,7 +17,8 @@ struct Definition {
     Xy red, green, blue, white;
 };
 constexpr Xy kD65{0.3127, 0.3290}, kAcesWhite{0.32168, 0.33767};
-// ITU-R BT.709, BT.2020; SMPTE RP 431 with white D65; AP1 and AP0 of the Academy's S-2014-004 and ST 2065-1.
+// Sources: ITU-R BT.709, BT.2020; SMPTE RP 431 with white D65; AP1 and AP0 of Academy S-2014-004 and ST
+// 2065-1.
 constexpr Definition kDefinitions[] = {
     {"srgb", {0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}, kD65},
     {"rec2020", {0.708, 0.292}, {0.170, 0.797}, {0.131, 0.046}, kD65},
@@ -29,13 +30,13 @@ V3d xyz_of(const Xy& c) {
     return {c.x / c.y, 1, (1 - c.x - c.y) / c.y};
 }
 
-// The shares in which three colours make a fourth, by Cramer's rule; they are not on one line.
+// Returns the shares in which three colours, not collinear, mix to a fourth, by Cramer's rule.
 V3d shares(const std::array<V3d, 3>& of, const V3d& sum) {
     const double all = of[0].dot(of[1].cross(of[2]));
     return V3d(sum.dot(of[1].cross(of[2])), of[0].dot(sum.cross(of[2])), of[0].dot(of[1].cross(sum))) / all;
 }
 
-// The cones' response by Bradford's matrix, as the XYZ that each cone alone would see.
+// The rows of Bradford's matrix give the responses of the three cones to XYZ.
 constexpr V3d kCones[3] = {{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}};
 
 V3d cones(const V3d& xyz) {
@@ -86,7 +87,7 @@ std::span<const ColourSpace> colour_spaces() {
     static const std::array<ColourSpace, std::size(kDefinitions)> spaces = [] {
         std::array<ColourSpace, std::size(kDefinitions)> all;
         std::transform(std::begin(kDefinitions), std::end(kDefinitions), all.begin(), made);
-        // As xyz_to_rgb() has it, to the last bit.
+        // sRGB is defined by rgb_to_xyz(), so that conversions agree with xyz_to_rgb() to the last bit.
         for (int c = 0; c < 3; ++c)
             all[0].primaries[static_cast<std::size_t>(c)] =
                 rgb_to_xyz({c == 0 ? 1.0F : 0.0F, c == 1 ? 1.0F : 0.0F, c == 2 ? 1.0F : 0.0F});

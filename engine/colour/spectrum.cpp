@@ -1,5 +1,5 @@
-// Sources: CIE 15:2004, "Colorimetry": illuminants A and D, and the chromaticities of the F series. Wyszecki
-// and Stiles, "Color Science", for Planck's constants.
+// Illuminants A and D and the chromaticities of the F series are from CIE 15:2004, "Colorimetry", Planck's
+// constants from Wyszecki and Stiles, "Color Science".
 #include "engine/colour/spectrum.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kFirst = kFirstVisible, kLast = kLastVisible;
 
-// Over the visible range, constant beyond the ends.
+// Integrates over the visible range, with constant values beyond the ends.
 V3d visible_xyz(std::span<const SpectralSample> spectrum) {
     Spectrum full(spectrum.begin(), spectrum.end());
     if (full.front().nanometres > kFirst) full.insert(full.begin(), {kFirst, full.front().weight});
@@ -30,7 +30,7 @@ V3d equal_energy() {
     return spectrum_to_xyz(one);
 }
 
-// S0, S1, S2 of CIE daylight, every 10 nm from 300 to 830.
+// Tabulates S0, S1, S2 of CIE daylight, every 10 nm from 300 to 830.
 constexpr double kDaylight[][3] = {
     {0.04, 0.02, 0.0},   {6.0, 4.5, 2.0},     {29.6, 22.4, 4.0},   {55.3, 42.0, 8.5},   {57.3, 40.6, 7.8},
     {61.8, 41.6, 6.7},   {61.5, 38.0, 5.3},   {68.8, 42.4, 6.1},   {63.4, 38.5, 3.0},   {65.8, 35.0, 1.2},
@@ -53,7 +53,7 @@ Spectrum illuminant_a() {
     return result;
 }
 
-// x and y of F1 to F12, CIE 1931 observer.
+// Tabulates x and y of F1 to F12, CIE 1931 observer.
 constexpr double kFluorescent[12][2] = {{0.3131, 0.3371}, {0.3721, 0.3751}, {0.4091, 0.3941},
                                         {0.4402, 0.4031}, {0.3138, 0.3452}, {0.3779, 0.3882},
                                         {0.3129, 0.3292}, {0.3458, 0.3586}, {0.3741, 0.3727},
@@ -66,7 +66,7 @@ double number_at(const std::string& word, const Location& at) {
     std::size_t used = 0;
     double value = NAN;
     try {
-        const FloatTraps none(kNoFaults);  // it tells what is too large by its overflow
+        const FloatTraps none(kNoFaults);  // std::stod reports large numbers by overflow
         value = std::stod(word, &used);
     } catch (const std::exception&) {
         used = 0;
@@ -83,7 +83,7 @@ double number_at(const std::string& word, const Location& at) {
 Rgb xyz_colour(const V3d& xyz) {
     const Rgb rgb = xyz_to_rgb(xyz);
     if (rgb.x >= 0 && rgb.y >= 0 && rgb.z >= 0) return rgb;
-    // Without luminance there is nothing to keep.
+    // A colour without luminance becomes black.
     const auto y = static_cast<float>(xyz.y);
     return y > 0 ? colour_of_luminance_one(rgb) * luminance(rgb) : Rgb(0.0F);
 }
@@ -153,9 +153,9 @@ std::span<const std::string_view> illuminant_names() {
 
 namespace {
 
-// Not yet of luminance 1. Its index is below 3.
+// Returns a spectrum that is not normalised to luminance 1, for one of the first three illuminants.
 Spectrum spectrum_of_illuminant(std::string_view name) {
-    // D50 and D65 are defined by a value of Planck's constant that has since changed: hence 1.4388/1.4380.
+    // D50 and D65 are defined by an older value of the radiation constant c2, hence 1.4388/1.4380.
     return name == "A" ? illuminant_a() : daylight_spectrum((name == "D50" ? 5000 : 6500) * 1.4388 / 1.4380);
 }
 
@@ -219,8 +219,8 @@ Spectrum read_spd(const std::filesystem::path& file) {
 
 namespace {
 
-// ∫ weight (x̄, ȳ, z̄) dλ between two neighbouring samples. Between whole nanometres weight and table are both
-// linear, and Simpson's rule is exact for their product.
+// Returns ∫ weight (x̄, ȳ, z̄) dλ between two neighbouring samples. Between whole nanometres, weight and
+// table are both linear, and Simpson's rule is exact for their product.
 V3d between_samples(const SpectralSample& a, const SpectralSample& b) {
     const double width = b.nanometres - a.nanometres;
     const double first = std::max(a.nanometres, double{kFirstVisible});
@@ -247,7 +247,7 @@ V3d spectrum_to_xyz(std::span<const SpectralSample> samples) {
 }
 
 Rgb xyz_to_rgb(const V3d& c) {
-    // The inverse of rgb_to_xyz()'s matrix.
+    // This is the inverse of rgb_to_xyz()'s matrix.
     return {
         static_cast<float>(3.2404813432005266 * c.x - 1.5371515162713185 * c.y - 0.49853632616888793 * c.z),
         static_cast<float>(-0.9692549499965684 * c.x + 1.8759900014898907 * c.y + 0.04155592655829283 * c.z),
@@ -268,7 +268,7 @@ Rgb colour_of_luminance_one(const Rgb& c) {
     const float least = std::min({unit.x, unit.y, unit.z});
     if (least < 0) unit = Rgb(1) + (unit - Rgb(1)) / (1 - least);  // the least component becomes 0
     unit = {std::max(0.0F, unit.x), std::max(0.0F, unit.y), std::max(0.0F, unit.z)};
-    return unit / luminance(unit);  // about 1 already; takes the rounding out
+    return unit / luminance(unit);  // already about 1; removes the rounding error
 }
 
 }  // namespace lucerna

@@ -16,7 +16,7 @@ constexpr std::array<std::string_view, 2> kCurves = {"neutral", "linear"};
 
 constexpr double kLargest = double{std::numeric_limits<float>::max()};
 
-// Neither NaN nor infinite.
+// Replaces NaN by 0, and infinity by the largest float.
 double finite(float v) {
     if (std::isnan(v)) return 0;
     return std::isfinite(v) ? double{v} : std::copysign(kLargest, double{v});
@@ -26,7 +26,7 @@ V3d neutral(const V3d& c) {
     constexpr double kKnee = 0.8, kDesaturation = 0.15;
     const double peak = std::max({c.x, c.y, c.z});
     if (peak <= kKnee) return c;
-    // 1 in the limit; continuous with slope 1 at the knee.
+    // The value is 1 in the limit, and continuous with slope 1 at the knee.
     const double shown = 1 - sqr(1 - kKnee) / (peak + 1 - 2 * kKnee);
     const double colour = 1 / (1 + kDesaturation * (peak - shown));
     return V3d(shown * (1 - colour)) + (shown / peak * colour) * c;
@@ -34,11 +34,11 @@ V3d neutral(const V3d& c) {
 
 float code_of(double x) {
     const auto linear = static_cast<float>(x);
-    return linear >= 1 ? 1 : srgb_encoded(linear);  // the formula misses 1 by a rounding
+    return linear >= 1 ? 1 : srgb_encoded(linear);  // rounding keeps the formula from reaching 1
 }
 
-// CIE XYZ, luminance 1. Planck's up to 4000 K, daylight from 5000 K, in between the mixture of both that
-// makes them meet [CIE 224:2017].
+// Returns white as CIE XYZ with luminance 1: Planck's law up to 4000 K, daylight from 5000 K, and in between
+// the mixture of both that joins them [CIE 224:2017].
 V3d white_of(double kelvin) {
     constexpr double kPlanckian = 4000, kDaylightAlone = 5000;
     V3d white(0);

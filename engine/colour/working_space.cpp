@@ -89,7 +89,7 @@ Rgb light_of_luminance_one(const WorkingSpace& colours, const V3d& xyz) {
     if (!(xyz.y > 0)) return colours.white();
     if (colours.is_srgb()) return colour_of_luminance_one(xyz_to_rgb(xyz));
     const Rgb light = colours.light_of_xyz(xyz / xyz.y);
-    return light / luminance(light);  // about 1 already; takes the rounding out
+    return light / luminance(light);  // already about 1; removes the rounding error
 }
 
 }  // namespace lucerna

@@ -17,10 +17,10 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-// Added to albedos before light is divided by them: what black surfaces send back is divided by no 0.
+// kLeastAlbedo is added to albedos before light is divided by them, so that black surfaces cause no division
+// by 0.
 constexpr float kLeastAlbedo = 0.01F;
-// Brighter pixels, as multiples of the image's mean, count as this bright when they are compared: float32
-// holds its square.
+// Limits the brightness for comparisons, as a multiple of the image's mean: float32 holds its square.
 constexpr float kBrightest = 1e15F;
 constexpr double kMostVariance = std::numeric_limits<float>::max();
 
@@ -40,9 +40,9 @@ void for_each_row(const Workers& workers, const V2i& size, Body&& body) {
                   [&body](std::size_t y) { body(static_cast<int>(y)); });
 }
 
-// Means over squares of this half side, cut at the rim.
+// Returns means over squares of half side `reach`, clipped at the image's rim.
 Numbers smoothed(const Numbers& numbers, const V2i& size, int reach, const Workers& workers) {
-    // Of `last` + 1 places those that the window about one covers: [first, second).
+    // Returns the places [first, second) of the window about place i, where `last` is the last valid place.
     const auto window = [reach](std::ptrdiff_t i, std::ptrdiff_t last) {
         return std::pair{std::max<std::ptrdiff_t>(0, i - reach), std::min(last, i + reach) + 1};
     };
@@ -58,7 +58,7 @@ Numbers smoothed(const Numbers& numbers, const V2i& size, int reach, const Worke
             out[x] = (upto[end] - upto[begin]) / static_cast<double>(end - begin);
         }
     });
-    // Columns side by side, so that memory is read in its order.
+    // Columns are processed side by side, so that memory is read sequentially.
     parallel_ranges(workers, width, Plane::rows_at_a_time(size.y),
                     [&](std::int64_t begin_x, std::int64_t end_x, std::int64_t /*chunk*/) {
                         const auto columns = static_cast<std::size_t>(end_x - begin_x);
@@ -81,9 +81,9 @@ Numbers smoothed(const Numbers& numbers, const V2i& size, int reach, const Worke
     return result;
 }
 
-// --- what is filtered ---
+// --- input of the filter ---
 
-// Fills three planes from three channels that follow each other.
+// Fills three planes from three consecutive channels.
 ColourPlanes planes_of(const Image& image, int first, const Workers& workers) {
     ColourPlanes planes;
     for (int c = 0; c < 3; ++c) {
@@ -128,8 +128,9 @@ FeaturePlanes feature_planes(const Image& features, const Workers& workers) {
     return planes;
 }
 
-// A single sample tells nothing of its variance: then it is that of the pixels around, by their samples and
-// by what their halves differ by. Not of its own: where the halves agree by chance, each would stay as it is.
+// Completes variances of pixels with a single sample, which says nothing about its variance: they get that of
+// the surrounding pixels, estimated from their samples and the difference of their halves. The pixel's own
+// difference is excluded: where the halves agree by chance, both would stay as they are.
 std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, const Workers& workers) {
     constexpr int kReach = 2;
     std::array<Image, 2> known = halves;
@@ -144,7 +145,7 @@ std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, co
     for (std::size_t i = 0; i < area(size); ++i) all_known &= samples(0, i) > 1 && samples(1, i) > 1;
     if (all_known) return known;
     for (int c = 0; c < 3; ++c) {
-        // Of one sample's variance, per pixel: the sum of squares, and of how many there are.
+        // The variance of one sample results, per pixel, from the sum of squares and its degrees of freedom.
         Numbers sum(area(size)), freedom(area(size), 1.0);
         for (std::size_t i = 0; i < area(size); ++i) {
             const double n_a = samples(0, i), n_b = samples(1, i);
@@ -165,7 +166,7 @@ std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, co
             const int x = static_cast<int>(i % static_cast<std::size_t>(size.x));
             const int y = static_cast<int>(i / static_cast<std::size_t>(size.x));
             const int pixels = window(x, size.x) * window(y, size.y);
-            // The means over the window, without the pixel itself; of a single pixel there is no other.
+            // The means over the window exclude the pixel itself, unless the window has no other pixel.
             const double others = pixels > 1 ? freedoms[i] - freedom[i] / pixels : freedom[i];
             const double variance = (pixels > 1 ? std::max(0.0, sums[i] - sum[i] / pixels) : sum[i]) / others;
             for (const std::size_t h : {std::size_t{0}, std::size_t{1}}) {
@@ -177,9 +178,9 @@ std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, co
     return known;
 }
 
-// By how much the halves differ beside what their samples' variances tell, squared: less where samples are
-// stratified, more where they depend on each other, as those of one pass do. It is taken from wide
-// surroundings: what a pixel's weights know of the other half by this is next to nothing.
+// Returns the ratio of the halves' squared difference to what their samples' variances predict: below 1 where
+// samples are stratified, above 1 where they depend on each other, as those of one pass do. It is averaged
+// over a wide window, so that a pixel's weights learn almost nothing about the other half from it.
 Numbers dependence(const std::array<Image, 2>& halves, const Workers& workers) {
     constexpr int kReach = 7;
     constexpr double kMost = 16;
@@ -203,7 +204,8 @@ Numbers dependence(const std::array<Image, 2>& halves, const Workers& workers) {
     return seen;
 }
 
-// A pixel whose variance is much larger than the median around it holds light that the others have missed.
+// Reduces the trust in a pixel whose variance is much larger than the median around it: it holds light that
+// the others have missed.
 Plane trust(const V2i& size, const ColourPlanes& variance, const Workers& workers) {
     constexpr int kReach = 2;
     constexpr float kMuch = 4, kLeast = 1e-4F;
@@ -226,12 +228,12 @@ Plane trust(const V2i& size, const ColourPlanes& variance, const Workers& worker
     return trust;
 }
 
-// A half's light over the albedo, and what is known of its variance: the samples' own, and where these are
-// few, that around.
+// Returns a half's light divided by the albedo, and its variance: that of the pixel's own samples, blended
+// with that of its neighbours where the samples are few.
 HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& dependence, float scale,
                        const Workers& workers) {
     constexpr int kReach = 1;
-    constexpr double kWorth = 4;  // samples that the surroundings count for
+    constexpr double kWorth = 4;  // number of samples that the neighbours count for
     const V2i size = size_of(half);
     HalfPlanes planes;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -261,10 +263,10 @@ HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& 
     return planes;
 }
 
-// --- what it is mixed from ---
+// --- input of the mixture ---
 
-// What the halves count for in their mean: as much as they have samples, all over the image; where these
-// were allocated by what was seen, a pixel's own numbers would bias it.
+// Weights the halves in their mean by their numbers of samples in the whole image. Where samples were
+// allocated adaptively, a pixel's own numbers would bias it.
 using Shares = std::array<double, 2>;
 Shares shares_of(const std::array<Image, 2>& halves) {
     std::array<double, 2> samples{0, 0};
@@ -276,8 +278,8 @@ Shares shares_of(const std::array<Image, 2>& halves) {
     return all > 0 ? Shares{samples[0] / all, samples[1] / all} : Shares{0.5, 0.5};
 }
 
-// Whether the pixels of both halves have two samples on average. Halves of one sample have seldom met the
-// rare bright samples from which most of the error is: what they differ by is then too little.
+// Tells whether both halves have two samples per pixel on average. Halves of one sample have seldom met the
+// rare bright samples that cause most of the error, so that their difference is too small.
 bool have_two_samples(const std::array<Image, 2>& halves) {
     constexpr double kLeast = 2;
     return std::all_of(halves.begin(), halves.end(), [](const Image& half) {
@@ -288,12 +290,12 @@ bool have_two_samples(const std::array<Image, 2>& halves) {
     });
 }
 
-// An image made of each half, and what is known of the error of their mean: by pixel, squared and relative.
+// Holds an image made of each half, and the estimated error of their mean by pixel, squared and relative.
 struct Estimate {
     Shares shares;
     std::array<std::vector<Rgb>, 2> of = {};
-    // The same, but that each pixel is mixed in shares that its own error had no part in: a share is the best
-    // of what is known by chance, and looks better than it is where the same errors judge it.
+    // In these images each pixel is mixed in shares that its own error did not influence. A share that is
+    // chosen as the best for noisy errors looks better than it is if the same errors judge it.
     std::array<std::vector<Rgb>, 2> held_out = {};
     Numbers error = {};
 
@@ -308,23 +310,23 @@ double luminance_of(const Rgb& c) {
 
 class Mixer {
   public:
-    // `measured`: the halves as they are. `level`: what errors are relative to.
+    // `measured` has the halves as they are; errors are relative to `level`.
     Mixer(const V2i& size, Estimate measured, const Numbers& level, const Workers& workers)
         : size_(size), workers_(workers), measured_(std::move(measured)), inverse_scale_(level.size()) {
         double mean = 0;
         for (const double l : level) mean += l / static_cast<double>(level.size());
         for (std::size_t i = 0; i < level.size(); ++i) {
             const double scale = error_scale2(level[i], mean);
-            inverse_scale_[i] = scale > 0 ? 1 / scale : 0;  // 0 where all is black
+            inverse_scale_[i] = scale > 0 ? 1 / scale : 0;  // 0 where everything is black
         }
         measured_.error = error(measured_);
     }
 
     const Estimate& measured() const { return measured_; }
 
-    // What is made of A has the squared error mean[(D_A - B)² - a (A - B)²], where a is A's share of the
-    // samples: B's own is that part of the difference. The mean of D_A and D_B has that of the two, by their
-    // shares, less a b (D_A - D_B)².
+    // Estimates the squared error of images made of the halves. D_A, made of A, has the error mean[(D_A - B)²
+    // - a (A - B)²], where a is A's share of the samples, because that part of the difference is B's own
+    // error. The mean of D_A and D_B has their errors' mean, weighted by their shares, less a b (D_A - D_B)².
     Numbers error(const Estimate& made) const { return error(made.of, made.shares); }
     Numbers error(const std::array<std::vector<Rgb>, 2>& of, const Shares& shares) const {
         Numbers error(inverse_scale_.size());
@@ -339,8 +341,8 @@ class Mixer {
         return error;
     }
 
-    // Mixes the second into the first, in the share that makes the error least: with E the errors and d their
-    // difference, (E₁ - E₂ + d²)/(2 d²), each summed over the surroundings.
+    // Mixes the second into the first with the share that minimises the error: with the errors E and the
+    // difference d of both, it is (E₁ - E₂ + d²)/(2 d²), with both terms summed over the neighbourhood.
     void mix(Estimate& first, const Estimate& second) const {
         constexpr int kReach = 8, kSmooth = 2;
         Numbers gain(inverse_scale_.size()), difference(gain.size()), share(gain.size());
@@ -360,7 +362,7 @@ class Mixer {
             for (std::size_t half = 0; half < 2; ++half)
                 to[half] += static_cast<float>(s) * (other[half] - to[half]);
         };
-        // The same share, of the surroundings without the pixel itself.
+        // Returns the share that results from the neighbourhood without the pixel itself.
         const auto share_without = [&](int x, int y) {
             const std::size_t own = place(size_, x, y);
             double sum = 0;
@@ -409,15 +411,16 @@ class Mixer {
     Numbers inverse_scale_;
 };
 
-// Of squared errors by pixel, each with noise of its own, which is less than 0 as often as it is more: their
-// mean, without what few pixels decide alone, as Film::error() does; and its standard error.
+// Holds the mean of the pixels' squared errors, and its standard error. Each error is noisy and as often
+// below as above its mean, so it may be negative. As in Film::error(), outliers that would dominate the mean
+// are left out.
 struct MeanError {
     double mean, standard_error;
     std::uint64_t pixels;
 
-    // No less than by how much it may be wrong.
+    // Returns the root of the mean, but at least that of its standard error.
     double root() const { return std::sqrt(std::max(mean, standard_error)); }
-    // Two standard errors are then less than what makes the root wrong by a factor of 1.5.
+    // Tells whether two standard errors are less than what makes the root wrong by a factor of 1.5.
     bool is_known() const { return pixels > 1 && standard_error <= 0.25 * mean; }
 };
 MeanError mean_error(const Numbers& errors) {
@@ -481,7 +484,7 @@ const std::vector<std::string>& half_channels() {
 
 namespace {
 
-// Some of an image's channels, by their names after `prefix`.
+// Returns some of an image's channels, selected by their names after `prefix`.
 Image part_of(const Image& image, const std::vector<std::string>& names, const std::string& prefix,
               const std::string& file) {
     std::vector<std::size_t> from;
@@ -523,7 +526,7 @@ Denoised denoise(const Layers& input, const Workers& workers) {
     double mean = 0;
     for (std::size_t i = 0; i < area(size); ++i)
         mean += luminance_of(raw.mean(i)) / static_cast<double>(area(size));
-    // Distances are relative to noise, whatever the unit; this brings all into float32's middle.
+    // Distances are relative to noise, whatever the unit. The scale puts values into float32's middle range.
     const float scale = mean > 0 ? static_cast<float>(1 / mean) : 1;
 
     const std::array<Image, 2> halves = with_known_variances(input.halves, workers);

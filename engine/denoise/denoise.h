@@ -1,11 +1,11 @@
-// A statistical denoiser that states its error.
+// Implements a statistical denoiser that states its error.
 //
-// An image's samples are in two halves A and B that do not depend on each other. Each is filtered by weights
-// that the other had no part in. D_A, what is made of A, is then independent of B, and
+// An image's samples form two independent halves A and B. Each is filtered with weights that the other did
+// not influence. D_A, the image made of A, is then independent of B, and
 //     mean[(D_A - B)² - (A - B)²/2]
-// estimates the squared error of D_A, its bias included (where both have as many samples). By such estimates
-// the filtered image and the measured one are mixed, everywhere in the shares that make the error least [Gu
-// et al. 2022], and the error of what is written is known.
+// estimates the squared error of D_A, bias included (if both have as many samples). By such estimates the
+// filtered and the measured image are mixed locally in the shares that minimise the error [Gu et al. 2022],
+// and the error of the result is known.
 #pragma once
 
 #include <array>
@@ -19,14 +19,14 @@
 
 namespace lucerna {
 
-// What is known of a pixel beside its light, as means over samples: the first surface that is neither a
-// mirror nor clear glass. The order of a features image's channels:
-//   albedo.R .G .B   the share of light that is sent back, as seen through mirrors and glass on the way; 1
+// The features of a pixel are means over samples. They describe the first surface that is neither a mirror
+// nor clear glass. The channels of a features image are, in this order:
+//   albedo.R .G .B   the share of light that is reflected, as seen through mirrors and glass on the way; 1
 //                    where a lamp or the sky is seen
 //   N.X .Y .Z        shading normal, towards the eye, in the scene's axes; 0 where the sky is seen
 //   P.X .Y .Z        position, scene units, relative to Scene::origin()
-//   Z                length of the way to it, scene units; 0 where the sky is seen
-//   Ng.X .Y .Z       the surface's own normal, likewise
+//   Z                path length from the eye to it, scene units; 0 where the sky is seen
+//   Ng.X .Y .Z       geometric normal, in the same axes; 0 where the sky is seen
 //   emitter.Y        share of the samples that see a lamp or the sky
 enum FeatureChannel : std::uint8_t {
     kAlbedo = 0,
@@ -39,38 +39,39 @@ enum FeatureChannel : std::uint8_t {
 };
 const std::vector<std::string>& feature_channels();
 
-// The order of a half's channels: R G B, the variances of these means (variance.R .G .B) as if samples did
-// not depend on each other, and the number of samples.
+// The channels of a half are, in this order: R G B, the variances of these means (variance.R .G .B) as if
+// samples were independent, and the number of samples.
 enum HalfChannel : std::uint8_t { kLight = 0, kVariance = 3, kSamples = 6, kHalfChannels = 7 };
 const std::vector<std::string>& half_channels();
 
-// All of one size.
+// Holds the denoiser's input; all images have the same size.
 struct Layers {
     std::array<Image, 2> halves;
     Image features;
 };
 
-// Before the names of a half's channels, in an image beside others.
+// These precede the names of a half's channels in an image with other channels.
 inline constexpr const char* kHalfNames[2] = {"first.", "second."};
-// The same as channels of an image beside others: "first." and "second." before a half's names.
+// Adds the layers as channels of an image, those of the halves with the prefixes kHalfNames.
 void add_layers(Image& image, const Layers& layers);
-// Throws InputError that names `file` and the first channel that is missing. `layer`: empty, or that whose
-// halves are meant, with a dot at its end: of "lightgroup.stage." they begin with first.lightgroup.stage.R.
+// Extracts the layers. Throws InputError that names `file` and the first missing channel. `layer` is empty,
+// or the layer or light group whose halves are meant, with a dot at its end: for "lightgroup.stage." they
+// begin with first.lightgroup.stage.R.
 Layers layers_of(const Image& image, const std::string& file, const std::string& layer = "");
 
 struct Denoised {
     Image image;            // R G B
-    double relative_error;  // of it, as Film::ErrorEstimate has it, but with bias
-    // Whether that is worth a statement. It is not where halves have fewer than two samples per pixel, and
-    // where the standard error of the mean of the squared errors is more than a quarter of that mean.
+    double relative_error;  // of the image, as in Film::ErrorEstimate, but bias included
+    // Says whether the error is worth stating. It is not if halves have fewer than two samples per pixel, or
+    // if the standard error of the mean squared error exceeds a quarter of that mean.
     bool error_is_known;
 };
 
-// The same for any number of threads; of a part of an image, but for what lies about it, as of the whole.
+// Returns the same result for any number of threads. A crop's result differs from that of the whole image
+// only by the influence of its surroundings.
 Denoised denoise(const Layers& layers, const Workers& workers);
 
-// What that takes at the most, and about how long, on a machine of today: bytes and seconds for each pixel,
-// seconds of one thread.
+// These estimate the peak memory in bytes per pixel and the time of one thread in seconds per pixel.
 inline constexpr std::size_t kDenoiserBytesPerPixel = 640;
 inline constexpr double kDenoiserSecondsPerPixel = 12e-6;
 

@@ -10,26 +10,26 @@ namespace lucerna {
 namespace {
 
 constexpr int kWindow = Plane::kWindow, kPatch = Plane::kPatch;
-// Rows that one thread works on at a time.
+// One thread processes this number of rows at a time.
 constexpr int kBand = 16;
 
-// A distance of 1 is what noise alone makes of two patches that are alike [Rousselle et al. 2012, (5)], whose
-// variance is known no better than to this factor, squared.
+// kSharpness is the factor k of [Rousselle et al. 2012, (5)]: a patch distance of 1 means that the squared
+// difference exceeds that of noise by k² times the noise.
 constexpr float kSharpness = 0.5F;
 constexpr float kFarthest = 50;
-// Patches of `loose` may differ so many times more.
+// Multiplies patch distances for `loose`, whose patches may thus be less alike.
 constexpr float kLoose = 0.15F;
-// What of two pixels' features counts as different: albedo, normals, share of emitters; and the distance of
-// one from the other's tangent plane, in footprints.
+// These differences of two pixels' features count as 1: albedo, normals, share of emitters, and the distance
+// of one position from the other's tangent plane, in footprints.
 constexpr float kAlbedoStep = 0.3F, kNormalStep = 0.25F, kEmitterStep = 0.2F, kPlaneStep = 2;
 
-// exp(-d) for small d, 0 from d = 4 on.
+// Approximates exp(-d) for small d; 0 from d = 4 on.
 inline float weight_of(float d) {
     const float t = std::max(0.0F, 1 - 0.25F * std::max(0.0F, d));
     return sqr(sqr(t));
 }
 
-// One band's rows, one offset.
+// Filters the rows of one band, offset by offset.
 class Band {
   public:
     Band(int width, int begin, int end, const FeaturePlanes& features,
@@ -69,7 +69,7 @@ class Band {
                     const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
                     for (std::size_t c = 0; c < 3; ++c) {
                         float* const out = to[half][k][c].row(begin_ + y);
-                        // Its own weight is above 0.
+                        // The divisor is above 0, because the pixel's own weight is.
                         for (int x = 0; x < width_; ++x) {
                             const std::size_t at = row + static_cast<std::size_t>(x);
                             out[x] = sums[c][at] / sums[3][at];
@@ -81,7 +81,7 @@ class Band {
     }
 
   private:
-    // By their features.
+    // Compares pixels by their features.
     void compare_features(const V2i& offset, float falloff) {
         constexpr float kA = 1 / sqr(kAlbedoStep), kN = 1 / sqr(kNormalStep), kE = 1 / sqr(kEmitterStep),
                         kP = 1 / sqr(kPlaneStep);
@@ -115,7 +115,7 @@ class Band {
         }
     }
 
-    // Squared differences of pixels over what noise makes of them.
+    // Compares pixels by their squared differences relative to noise.
     void compare_pixels(const HalfPlanes& half, const V2i& offset) {
         constexpr float kScale = 1 / sqr(kSharpness);
         const auto width = static_cast<int>(stride_);
@@ -131,13 +131,13 @@ class Band {
                 const float noise = va[0][x] + vb[0][x] + va[1][x] + vb[1][x] + va[2][x] + vb[2][x];
                 const float difference =
                     sqr(a[0][x] - b[0][x]) + sqr(a[1][x] - b[1][x]) + sqr(a[2][x] - b[2][x]);
-                // Above 0: black beside black is alike.
+                // The added constant keeps the divisor above 0: black next to black is alike.
                 to[x] = std::min(kScale * (difference - noise) / (noise + 1e-20F), kFarthest);
             }
         }
     }
 
-    // Patch by patch, and what that makes the pixel take.
+    // Computes patch distances and adds the resulting weights and weighted values.
     void add_half(std::size_t half, const V2i& offset) {
         constexpr float kShare = 1.0F / ((2 * kPatch + 1) * (2 * kPatch + 1));
         const HalfPlanes& planes = halves_[half];
@@ -188,9 +188,9 @@ class Band {
     int width_, begin_, rows_;
     const FeaturePlanes& features_;
     const std::array<HalfPlanes, 2>& halves_;
-    std::size_t stride_;  // of rows of distances: the image's, and a patch's half side at both ends
+    std::size_t stride_;  // row length of distances: the image's, plus a patch's half side at both ends
     std::vector<float> distances_, columns_, strict_, loose_, alike_;
-    // Of each half and candidate: R, G, B and the sum of weights.
+    // Holds, for each half and candidate, the weighted sums of R, G, B and the sum of weights.
     std::array<std::array<std::array<std::vector<float>, 4>, kCandidates>, 2> sums_;
 };
 

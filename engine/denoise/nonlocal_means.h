@@ -1,5 +1,5 @@
-// Non-local means over both halves of an image [Buades et al. 2005; Rousselle et al. 2012, section 4], with
-// features beside the light [Rousselle et al. 2013].
+// Computes non-local means over both halves of an image [Buades et al. 2005; Rousselle et al. 2012, section
+// 4], with features in addition to light [Rousselle et al. 2013].
 #pragma once
 
 #include <algorithm>
@@ -12,16 +12,15 @@
 
 namespace lucerna {
 
-// One number for each pixel, rows first, with a rim of kRim pixels about them.
+// Holds one number per pixel, row by row, with a rim of kRim pixels around the image.
 class Plane {
   public:
-    // Pixels about a pixel from which it takes: a square of this half side; and the patches that are
-    // compared.
+    // These are half sides of the square of pixels that contribute to a pixel, and of the compared patches.
     static constexpr int kWindow = 8, kPatch = 3;
     static constexpr int kRim = kWindow + kPatch;
 
-    // Rows, or columns, of so many pixels that a thread is given at a time: of less than some ten thousand
-    // pixels it takes longer to wake up than to do them.
+    // Returns how many rows (or columns) of `pixels` pixels a thread gets at a time: for fewer than about ten
+    // thousand pixels, waking a thread takes longer than the work.
     static std::int64_t rows_at_a_time(int pixels) { return std::max(8, 16384 / std::max(1, pixels)); }
 
     Plane() = default;
@@ -31,7 +30,7 @@ class Plane {
           stride_(width + 2 * kRim),
           data_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kRim)) {}
 
-    // Puts a function of a pixel into every pixel, and those at the edge into the rim beside them.
+    // Fills every pixel with a function of its place, and the rim with the values at the nearest edge.
     template <typename Value>
     void fill(const Workers& workers, Value&& value) {
         parallel_each(workers, static_cast<std::size_t>(height_), rows_at_a_time(width_),
@@ -51,7 +50,7 @@ class Plane {
         }
     }
 
-    // Of pixel (0, y); what stands before and behind a row, up to the rim, belongs to the plane.
+    // Returns the address of pixel (0, y). The rim before and after a row belongs to the plane.
     float* row(int y) { return &data_[start(y)]; }
     const float* row(int y) const { return &data_[start(y)]; }
 
@@ -64,28 +63,29 @@ class Plane {
 };
 using ColourPlanes = std::array<Plane, 3>;
 
-// What is the same for both halves.
+// Holds the planes that both halves share.
 struct FeaturePlanes {
     ColourPlanes albedo, normal, geometric_normal, position;
     Plane emitter;
-    // Over the distance to the surface that the nearest pixel beside it sees; 0 where there is none.
+    // Holds the inverse distance between the surface points of a pixel and its nearest neighbour; 0 without
+    // one.
     Plane inverse_footprint;
-    // 1 on the image, 0 on the rim.
+    // `inside` is 1 in the image and 0 in the rim.
     Plane inside;
 };
 struct HalfPlanes {
     ColourPlanes value, variance;
-    Plane trust;  // in [0, 1]: by how much a pixel counts for others
+    Plane trust;  // weight of a pixel for others, in [0, 1]
 };
 
-// How a pixel weighs those around it.
+// Determines how a pixel weights those around it.
 enum class Candidate : std::uint8_t {
     trusting,  // by the likeness of their patches
-    wary,      // the same times their trust
-    loose      // the same, and patches may be less alike
+    wary,      // by that likeness times their trust
+    loose      // as `wary`, but patches may be less alike
 };
 inline constexpr std::size_t kCandidates = 3;
-// What a half's pixels become, by each of them.
+// Holds the filtered planes of one half, one for each candidate.
 using Filtered = std::array<ColourPlanes, kCandidates>;
 
 std::array<Filtered, 2> nonlocal_means(int width, int height, const FeaturePlanes& features,

@@ -1,12 +1,12 @@
-// The only file that names Embree.
+// Only this file uses Embree.
 //
-// Meshes and curves lie in Embree as they lie in the shapes (shared buffers); quadrics and patches are user
-// geometries that ask the ShapeSet, in double. Embree says which primitive is nearest and where on it;
-// position, normals and tangents are made from the primitive itself, so they lie on the surface to within
-// float32's rounding. A prototype is a scene of its own that instances place in the world.
+// Embree shares the buffers of meshes and curves with the shapes. Quadrics and patches are user geometries,
+// for which callbacks ask the ShapeSet in double precision. Embree finds the nearest primitive and the place
+// on it; position, normals and tangents are computed from the primitive itself, and so lie on the surface to
+// within float32's rounding. A prototype is an Embree scene of its own that instances place in the world.
 //
-// A cut-out lets a ray pass with probability 1 - alpha. The number that decides it is a hash of the ray and
-// the primitive, so the same ray always meets the same surfaces.
+// A cut-out lets a ray pass with probability 1 - alpha. The decision uses a hash of the ray and the
+// primitive, so that the same ray always meets the same surfaces.
 #include "engine/scene/accelerator.h"
 
 #include <embree3/rtcore.h>
@@ -42,7 +42,7 @@ using Device = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
 using EmbreeScene = std::unique_ptr<RTCSceneTy, SceneDeleter>;
 using Geometry = std::unique_ptr<RTCGeometryTy, GeometryDeleter>;
 
-// Remembers Embree's first error: an exception must not pass through its C frames.
+// Records Embree's first error, because an exception must not pass through Embree's C frames.
 struct EmbreeError {
     RTCError code = RTC_ERROR_NONE;
     std::string text;
@@ -59,51 +59,50 @@ struct EmbreeError {
     }
 };
 
-// What a callback must know of the geometry it is called for.
+// Tells a callback which geometry it is called for.
 struct GeometryUser {
     const ShapeSet* set;
     std::uint32_t geometry;
 };
 
-// What travels with a ray. Embree's part comes first: callbacks get a pointer to that.
+// Holds the context of one ray. Embree's part must be the first member: callbacks get a pointer to that.
 struct RayContext {
     RTCIntersectContext embree;
     const Ray& ray;  // in the world
     const std::vector<Accelerator::Placed>& instances;
     unsigned first_instance;  // its geometry number in the world's scene
     const V3d& origin;
-    bool shadow;                      // the ray only asks what it can see
-    int traps = FloatTraps::armed();  // Embree's own arithmetic has none; what it calls of ours has
-    PrimitiveHit nearest = {};        // the last user primitive that was met, with all its digits
+    bool shadow;                      // meets cut-outs as shadows do (shadow_alpha)
+    int traps = FloatTraps::armed();  // traps for our callbacks; Embree itself runs without traps
+    PrimitiveHit nearest = {};        // the user primitive that was met last, in full precision
 
     static RayContext& of(RTCIntersectContext* context) { return *reinterpret_cast<RayContext*>(context); }
 
     const Accelerator::Placed* placed(unsigned instance) const {
         return instance == RTC_INVALID_GEOMETRY_ID ? nullptr : &instances[instance - first_instance];
     }
-    // The ray in the frame of the shapes, in double: what Embree rounds on its way there does not count.
+    // Returns the ray in the frame of the shapes, in double, independent of Embree's rounded transformation.
     LocalRay local(unsigned instance) const {
         const Accelerator::Placed* there = placed(instance);
         return there ? there->placement.local(ray) : LocalRay{V3d(ray.o), V3d(ray.d)};
     }
 };
 
-std::uint64_t mixed(std::uint64_t state, std::uint32_t value) {  // splitmix64, a step for each value
+std::uint64_t mixed(std::uint64_t state, std::uint32_t value) {  // one step of splitmix64 for each value
     std::uint64_t z = state + value + 0x9E3779B97F4A7C15ULL;
     z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
     return z ^ (z >> 31);
 }
 
-// A number in [0, 1) that belongs to this ray and this place on it.
+// Returns a number in [0, 1) that is a function of the ray and the place on it.
 float chance(const Ray& ray, unsigned instance, const PrimitiveHit& primitive_hit) {
     std::uint64_t state = 0;
     for (int i = 0; i < 3; ++i) {
         state = mixed(state, std::bit_cast<std::uint32_t>(ray.o[i]));
         state = mixed(state, std::bit_cast<std::uint32_t>(ray.d[i]));
     }
-    const auto t =
-        std::bit_cast<std::uint32_t>(static_cast<float>(primitive_hit.t));  // tells two walls of one apart
+    const auto t = std::bit_cast<std::uint32_t>(static_cast<float>(primitive_hit.t));  // separates two walls
     for (const std::uint32_t id : {instance, primitive_hit.geometry, primitive_hit.primitive, t})
         state = mixed(state, id);
     return static_cast<float>(state >> 40) * 0x1p-24F;
@@ -113,10 +112,10 @@ bool has_cut_outs(const SurfaceTraits& traits) {
     return traits.alpha || traits.shadow_alpha;
 }
 
-// --- callbacks. Rays come one at a time (rtcIntersect1, rtcOccluded1), so a packet of width 1 is a plain
-// struct.
+// --- Embree callbacks. Rays come one at a time (rtcIntersect1, rtcOccluded1), so that a packet of width 1 is
+// a plain struct.
 
-// Whether the ray goes through a hole there.
+// Tells whether the ray passes the surface there through a cut-out.
 bool passes(const RayContext& context, unsigned instance, const ShapeSet& set,
             const PrimitiveHit& primitive_hit) {
     const SurfaceTraits& traits = set.traits(primitive_hit.geometry, primitive_hit.primitive);
@@ -131,7 +130,7 @@ bool passes(const RayContext& context, unsigned instance, const ShapeSet& set,
     return through(traits.alpha.get()) || (context.shadow && through(traits.shadow_alpha.get()));
 }
 
-// The nearest crossing of a quadric or patch that is no hole.
+// Returns the nearest crossing of a quadric or patch that no cut-out removes.
 std::optional<PrimitiveHit> cross(const RayContext& context, unsigned instance, const GeometryUser& user,
                                   std::uint32_t primitive, unsigned layers, double t_max) {
     const ShapeSet& set = *user.set;
@@ -212,7 +211,7 @@ RTCRay embree_ray(const Ray& from, unsigned layers) {
     return ray;
 }
 
-// The nearest thing that Embree finds; what our own shapes answered is in the context.
+// Returns the nearest primitive that Embree finds. A user geometry's hit is in `context` in full precision.
 RTCRayHit intersected(RTCScene scene, const Ray& ray, unsigned layers, RayContext& context) {
     RTCRayHit found;
     found.ray = embree_ray(ray, layers);
@@ -239,14 +238,14 @@ RTCGeometryType type_of(Curves::Kind kind) {
 
 struct Accelerator::Impl {
     const ShapeSet& world;
-    const std::vector<ShapeSet>& sets;  // of the prototypes
+    const std::vector<ShapeSet>& sets;  // those of the prototypes
     const std::vector<Placed>& instances;
     V3d origin;
-    std::deque<GeometryUser> users;                       // callbacks keep their addresses
+    std::deque<GeometryUser> users;  // a deque, because callbacks keep the elements' addresses
     std::deque<std::vector<std::uint32_t>> curve_starts;  // shared with Embree
     std::atomic<std::int64_t> bytes{0};
 
-    // In the order of their making: the scenes go before the device, both before what they refer to.
+    // The order matters: the scenes are destroyed before the device, and both before what they refer to.
     EmbreeError error;
     Device device;
     std::vector<EmbreeScene> prototypes;
@@ -288,7 +287,7 @@ Accelerator::Impl::Impl(const ShapeSet& own, const std::vector<ShapeSet>& of_pro
 void Accelerator::Impl::open_device(int threads) {
     device.reset(rtcNewDevice(fmt::format("threads={},isa={}", std::max(1, threads), embree_isa()).c_str()));
     if (!device) {
-        // Its threads' stacks are the first large pieces that it asks for.
+        // The stacks of its threads are the first large blocks that Embree allocates.
         throw InputError(
             fmt::format("Embree cannot create a device with {} threads (Embree error {}): memory or threads "
                         "may be limited; use more memory or fewer --threads",
@@ -324,7 +323,7 @@ void Accelerator::Impl::attach_mesh(RTCScene to, const ShapeSet& set, std::uint3
     const Mesh& mesh = set.shapes().meshes[id];
     if (mesh.triangles.empty() || set.layer(mesh.traits) == 0) return;
     const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE));
-    // The last vertex is the spare one.
+    // The last vertex is padding, because Embree reads 16 bytes at a time.
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.p.data(), 0,
                                sizeof(V3f), mesh.p.size() - 1);
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -340,13 +339,13 @@ void Accelerator::Impl::attach_curves(RTCScene to, const ShapeSet& set, std::uin
     const Geometry geometry(rtcNewGeometry(device.get(), type_of(curves.kind)));
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4,
                                curves.control.data(), 0, sizeof(Curves::V4f), curves.control.size());
-    if (!curves.n.empty()) {  // Embree reads these 16 bytes at a time, too: the last one is a spare
+    if (!curves.n.empty()) {  // the last normal is padding, too, as for vertices
         rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3,
                                    curves.n.data(), 0, sizeof(V3f), curves.n.size() - 1);
     }
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, starts.data(), 0,
                                sizeof(std::uint32_t), starts.size());
-    constexpr float kPieces = 16;  // a flat segment is met as that many straight ones
+    constexpr float kPieces = 16;  // number of straight pieces by which Embree approximates a flat segment
     if (curves.kind == Curves::Kind::flat) rtcSetGeometryTessellationRate(geometry.get(), kPieces);
     finish(to, geometry.get(), set, id);
 }
@@ -357,7 +356,7 @@ void Accelerator::Impl::attach_user(RTCScene to, const ShapeSet& set, std::uint3
     const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
     users.push_back({&set, id});
     rtcSetGeometryUserPrimitiveCount(geometry.get(), primitives);
-    rtcSetGeometryMask(geometry.get(), kSurfaces | kBorders);  // the callbacks look at each primitive's
+    rtcSetGeometryMask(geometry.get(), kSurfaces | kBorders);  // callbacks check each primitive's layer
     rtcSetGeometryUserData(geometry.get(), &users.back());
     rtcSetGeometryBoundsFunction(
         geometry.get(), [](const RTCBoundsFunctionArguments* args) { user_bounds(args); }, nullptr);
@@ -386,7 +385,7 @@ void Accelerator::Impl::attach_instance(std::uint32_t index) {
     const Placed& placed = instances[index];
     const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_INSTANCE));
     rtcSetGeometryInstancedScene(geometry.get(), prototypes[placed.prototype].get());
-    // Imath's rows are the images of the axes: Embree's columns.
+    // Imath's rows are the images of the axes, which are Embree's columns.
     float columns[12];
     for (int i = 0; i < 4; ++i) {
         for (int j = 0; j < 3; ++j) {
@@ -434,7 +433,7 @@ bool Accelerator::occluded(const Ray& from, unsigned layers) const {
     RayContext context = impl_->context(from, true);
     const FloatTraps embrees(kNoFaults);
     rtcOccluded1(impl_->scene.get(), &context.embree, &ray);
-    return !(ray.tfar >= 0);  // Embree marks what is hidden with -infinity
+    return !(ray.tfar >= 0);  // Embree sets tfar to -infinity for an occluded ray
 }
 
 std::uint64_t Accelerator::count_hits(std::span<const Ray> rays, unsigned layers) const {

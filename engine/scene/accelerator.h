@@ -1,4 +1,4 @@
-// Which surface a ray meets first: Embree behind a small face. Only accelerator.cpp names Embree.
+// Finds the surface that a ray meets first, by Embree, which only accelerator.cpp uses.
 #pragma once
 
 #include <cstdint>
@@ -18,27 +18,26 @@ class Accelerator {
         std::uint32_t prototype;
         InstancePlacement placement;
     };
-    // All three must outlive the accelerator and stay where they are. `origin` is the world position of
-    // (0,0,0), for textures of cut-outs.
+    // All three arguments must outlive the accelerator and keep their addresses. `origin` is the world
+    // position of (0,0,0), which the textures of cut-outs need.
     Accelerator(const ShapeSet& world, const std::vector<ShapeSet>& prototypes,
                 const std::vector<Placed>& instances, const V3d& origin, int threads);
     ~Accelerator();
     Accelerator(Accelerator&&) = delete;
     Accelerator& operator=(Accelerator&&) = delete;
 
-    // The nearest surface of these layers at 0 < t <= ray.t_max; `closest` is left alone if there is none.
-    // The ray must be of usable numbers.
-    // A shadow ray meets cut-outs as shadows do (shadow_alpha).
+    // Finds the nearest surface of these layers at 0 < t <= ray.t_max; leaves `closest` unchanged if there is
+    // none. The ray must be finite. A shadow ray meets cut-outs as shadows do (shadow_alpha).
     void nearest(const Ray& ray, unsigned layers, std::optional<ClosestHit>& closest,
                  bool shadow = false) const;
-    // Whether there is any.
+    // Tells whether a shadow ray meets any surface of these layers.
     bool occluded(const Ray& ray, unsigned layers) const;
 
-    // How many of the rays meet a surface of these layers, by Embree alone: nothing is made of what it finds.
-    // For measuring what the engine adds to it.
+    // Returns how many of the rays meet a surface of these layers, by Embree alone without surface
+    // evaluation. It serves to measure the engine's own overhead.
     std::uint64_t count_hits(std::span<const Ray> rays, unsigned layers) const;
 
-    // Memory that Embree holds.
+    // Returns the memory that Embree holds, bytes.
     std::uint64_t bytes() const;
 
   private:

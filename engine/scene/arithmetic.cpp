@@ -5,7 +5,7 @@
 namespace lucerna {
 namespace {
 
-// What the compiler was allowed to use.
+// Names the instruction set that the compiler was allowed to use.
 constexpr std::string_view compiled_for() {
 #if defined(__AVX512F__) && defined(__AVX512BW__) && defined(__AVX512CD__) && defined(__AVX512DQ__) && \
     defined(__AVX512VL__)
@@ -28,8 +28,8 @@ constexpr std::string_view kCompiler = "g++ " __VERSION__;
 }  // namespace
 
 std::string_view embree_isa() {
-    if (kPortableBuild) return "avx2";  // every machine of x86-64-v3 has it
-    // By Embree's own order of preference.
+    if (kPortableBuild) return "avx2";  // every x86-64-v3 machine has it
+    // This is Embree's own order of preference.
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512bw") &&
         __builtin_cpu_supports("avx512vl")) {

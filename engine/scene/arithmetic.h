@@ -1,10 +1,10 @@
-// What the bits of a result depend on beside what was asked for: how this program was built, and with which
-// of Embree's instruction sets it traces rays.
+// Describes what determines the bits of a result beside the input: how the program was built, and which of
+// Embree's instruction sets traces rays.
 //
-// A portable build (the default) computes the same everywhere: one instruction set for all it compiles, one
-// for Embree, libm's functions bound when it is linked, no fused or reordered arithmetic. A native build
-// takes what the machine that builds it has, and Embree what the machine that runs it has.
-// docs/explanation/portable.md says what is promised and how it is shown.
+// A portable build (the default) computes the same everywhere: it has one instruction set for compiled code
+// and one for Embree, statically linked libm functions, and no fused or reordered arithmetic. A native build
+// uses the instruction set of the machine that builds it, and Embree that of the machine that runs it.
+// docs/explanation/portable.md says what is promised and how it is verified.
 #pragma once
 
 #include <string>
@@ -18,11 +18,11 @@ inline constexpr bool kPortableBuild = false;
 inline constexpr bool kPortableBuild = true;
 #endif
 
-// The instruction set that Embree is told to use: "avx2".
+// Returns the instruction set that Embree is told to use; "avx2" in a portable build.
 std::string_view embree_isa();
 
-// "portable, x86-64-v3, Embree avx2, g++ 12.2.0". What two programs that say the same have computed may be
-// mixed. At most kArithmeticLength characters.
+// Returns e.g. "portable, x86-64-v3, Embree avx2, g++ 12.2.0", at most kArithmeticLength characters. Results
+// of programs with equal strings may be mixed.
 inline constexpr std::size_t kArithmeticLength = 95;
 std::string arithmetic();
 

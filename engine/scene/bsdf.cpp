@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-// The frame about ns whose s lies along dpdu; any frame where dpdu says nothing across ns.
+// Returns the frame about ns whose s lies along dpdu, or an arbitrary one if dpdu is parallel to ns.
 Frame frame_along(const V3f& ns, const V3f& dpdu) {
     const V3f across = dpdu - ns.dot(dpdu) * ns;
     const float length = across.length();
@@ -27,7 +27,7 @@ V3f to_local(const Frame& frame, const V3f& w, float side) {
     return {v.x, v.y, side * v.z};
 }
 
-// +1 outside, -1 inside; a direction within the surface counts as outside.
+// Returns +1 outside, -1 inside; a direction within the surface counts as outside.
 float side_of(const V3f& ng, const V3f& wo) {
     return ng.dot(wo) >= 0 ? 1.0F : -1.0F;
 }
@@ -35,7 +35,7 @@ float side_of(const V3f& ng, const V3f& wo) {
 bool is_delta_of(const Lobe& lobe) {
     return std::visit([](const auto& l) { return is_delta_lobe(l); }, lobe);
 }
-// Reflects without any peak.
+// Tells whether the lobe reflects without any peak.
 bool is_diffuse_lobe(const Lobe& lobe) {
     return std::holds_alternative<DiffuseLobe>(lobe) || std::holds_alternative<OrenNayarLobe>(lobe) ||
            std::holds_alternative<CoveredDiffuseLobe>(lobe) ||
@@ -46,7 +46,7 @@ bool transmits_lobe(const Lobe& lobe) {
            std::holds_alternative<DiffuseTransmitLobe>(lobe) ||
            std::holds_alternative<ThinDielectricLobe>(lobe);
 }
-// GGX's alpha, 0 for a delta, infinite for what has no peak.
+// Returns GGX's larger alpha, 0 for a delta lobe, infinity for a lobe without a peak.
 float blur_of(const Lobe& lobe) {
     if (is_delta_of(lobe)) return 0;
     return std::visit(
@@ -59,7 +59,7 @@ float blur_of(const Lobe& lobe) {
 bool is_black_lobe(const Lobe& lobe) {
     return std::holds_alternative<BlackLobe>(lobe);
 }
-// What it reflects alone, or what it transmits alone.
+// Returns the lobe restricted to reflection or to transmission.
 Lobe one_side_of(const Lobe& lobe, bool transmission) {
     if (const auto* glass = std::get_if<DielectricLobe>(&lobe)) {
         DielectricLobe half = *glass;
@@ -72,7 +72,7 @@ Lobe one_side_of(const Lobe& lobe, bool transmission) {
     return std::visit([](const auto& l) { return is_sound(l); }, lobe);
 }
 
-// By what chance each lobe is drawn: in proportion to its guessed albedo, so all are 0 where none scatters.
+// Lobes are drawn with probabilities in proportion to their guessed albedos, all 0 where no lobe scatters.
 using Chances = std::array<float, Bsdf::kMaxLobes>;
 Chances chances_of(std::span<const Lobe> lobes, const Local& at) {
     Chances chances{};
@@ -107,10 +107,10 @@ Draw draw_of(const Lobe& lobe, const Local& at, const BsdfU& u, Transport transp
     return std::visit([&](const auto& l) { return draw(l, at, u, transport); }, lobe);
 }
 
-// One of several: the first number of `u` chooses, and what is left of it is the lobe's.
+// Draws from one of several lobes: the first number of `u` chooses the lobe and is rescaled for its use.
 Draw draw_one(std::span<const Lobe> lobes, const Local& at, BsdfU u, Transport transport) {
     const Chances chances = chances_of(lobes, at);
-    std::size_t chosen = lobes.size();  // at the end the last that can be drawn, should u be past all of them
+    std::size_t chosen = lobes.size();  // finally the last lobe that can be drawn, if u exceeds all sums
     float before = 0, upto = 0;
     for (std::size_t i = 0; i < lobes.size(); ++i) {
         if (!(chances[i] > 0)) continue;
@@ -127,7 +127,7 @@ Draw draw_one(std::span<const Lobe> lobes, const Local& at, BsdfU u, Transport t
         drawn->weight /= chances[chosen];
         return drawn;
     }
-    // Any lobe may have drawn this direction: the sum of all over the density of all.
+    // Any lobe may have drawn this direction, so the weight is the sum of all values over the density of all.
     Local to = at;
     to.wi = drawn->wi;
     to.transmission = drawn->transmission;
@@ -172,13 +172,13 @@ Bsdf::Bsdf(std::span<const Lobe> lobes, const V3f& ns, const V3f& ng, const V3f&
         }
         if (first) diffuse_ = count_;
     }
-    count_ = std::max<std::size_t>(count_, 1);  // the array begins as black
+    count_ = std::max<std::size_t>(count_, 1);  // lobes_ begins as black
 }
 
 Rgb Bsdf::f(const V3f& wo, const V3f& wi, Transport transport) const {
     const float side = side_of(ng_, wo);
     const float cos_g = side * ng_.dot(wi);
-    if (cos_g == 0) return Rgb(0.0F);  // within the surface: on neither side
+    if (cos_g == 0) return Rgb(0.0F);  // within the surface, on neither side
     const Local at{to_local(frame_, wo, side), to_local(frame_, wi, side), side > 0, cos_g < 0};
     return value_of(lobes(), at, transport);
 }
@@ -195,11 +195,11 @@ float Bsdf::pdf_w(const V3f& wo, const V3f& wi) const {
 std::optional<BsdfSample> Bsdf::sample(const V3f& wo, const BsdfU& u, Transport transport) const {
     const float side = side_of(ng_, wo);
     const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};
-    if (is_lambertian()) {  // as most are: the same without a table of functions
+    if (is_lambertian()) {  // the most frequent case, without virtual dispatch over lobes
         const V3f w = square_to_cosine_hemisphere(u.direction);
         if (!(w.z > 0) || (transport == Transport::particles && at.wo.z < 0)) return std::nullopt;
         const V3f wi = unit(frame_.to_world({w.x, w.y, side * w.z}));
-        if (!(side * ng_.dot(wi) > 0)) return std::nullopt;  // below, of the two normals, the geometric one's
+        if (!(side * ng_.dot(wi) > 0)) return std::nullopt;  // below the geometric horizon
         return BsdfSample{wi, std::get_if<DiffuseLobe>(&lobes_[0])->albedo, cosine_hemisphere_pdf_w(w.z),
                           false, false};
     }
@@ -213,7 +213,7 @@ std::optional<BsdfSample> Bsdf::sample(const V3f& wo, const BsdfU& u, Transport 
                       drawn->transmission,
                       drawn->eta_scale,
                       drawn->straight};
-    if (drawn->straight) return sample;  // exactly, also along the surface
+    if (drawn->straight) return sample;  // exact, even for a direction along the surface
     sample.wi = unit(frame_.to_world({drawn->wi.x, drawn->wi.y, side * drawn->wi.z}));
     // Both normals must agree on the side, or light would leak.
     const float cos_g = side * ng_.dot(sample.wi);
@@ -295,7 +295,7 @@ Bsdf Bsdf::part(std::size_t begin, std::size_t end) const {
     Bsdf part(frame_, ng_);
     std::copy(lobes_.begin() + static_cast<std::ptrdiff_t>(begin),
               lobes_.begin() + static_cast<std::ptrdiff_t>(end), part.lobes_.begin());
-    part.count_ = std::max<std::size_t>(end - begin, 1);  // the array begins as black
+    part.count_ = std::max<std::size_t>(end - begin, 1);  // lobes_ begins as black
     part.diffuse_ = std::min(std::max(diffuse_, begin) - begin, end - begin);
     return part;
 }
@@ -309,7 +309,7 @@ Bsdf Bsdf::part_by_sharpness(float below, bool sharp) const {
         part.lobes_[part.count_++] = lobes_[i];
         if (i < diffuse_) part.diffuse_ = part.count_;
     }
-    part.count_ = std::max<std::size_t>(part.count_, 1);  // the array begins as black
+    part.count_ = std::max<std::size_t>(part.count_, 1);  // lobes_ begins as black
     return part;
 }
 

@@ -1,4 +1,4 @@
-// Glass: one boundary, or a pane.
+// Implements the lobes of glass: one boundary, or a pane.
 #include "engine/scene/fresnel.h"
 #include "engine/scene/lobe_models.h"
 
@@ -9,18 +9,18 @@ bool is_nothing(const DielectricLobe& lobe) {
     return lobe.eta == 1;
 }
 
-// Index on wi's side over the index on wo's, for transmission: η_i/η_o of the header.
+// Returns the index on wi's side over the index on wo's side for transmission, η_i/η_o of bsdf.h.
 float relative_eta(const DielectricLobe& lobe, const Local& at) {
     return at.entering ? lobe.eta : 1 / lobe.eta;
 }
 
-// What a facet of Fresnel reflectance F does: it reflects or transmits in proportion to what either carries
-// at most.
+// Describes what a facet of Fresnel reflectance F does. It reflects or transmits in proportion to the largest
+// channel that each carries.
 struct Choice {
-    float reflect, transmit;  // chances, of sum 1
-    float carried;            // what both carry together, in (0,1]: the divisor of either
+    float reflect, transmit;  // probabilities that add up to 1
+    float carried;            // the sum of both shares, in (0,1], by which either is divided
 };
-// Empty if neither carries anything.
+// Returns none if neither carries anything.
 std::optional<Choice> choice_of(const DielectricLobe& lobe, float fresnel) {
     const float r = fresnel * max_component(lobe.reflect);
     const float t = (1 - fresnel) * max_component(lobe.transmit);
@@ -28,7 +28,7 @@ std::optional<Choice> choice_of(const DielectricLobe& lobe, float fresnel) {
     return Choice{r / (r + t), t / (r + t), r + t};
 }
 
-// The facet that turns wo into wi.
+// Describes the facet that turns wo into wi.
 struct Facet {
     V3f m;               // m.z > 0, wo·m > 0
     float cos_o, cos_i;  // wo·m > 0, wi·m: > 0 for reflection, < 0 for transmission
@@ -37,13 +37,14 @@ struct Facet {
 std::optional<Facet> facet_between(const Local& at, float eta) {
     if (!(at.wo.z > kGrazingCos) || !(std::fabs(at.wi.z) > kGrazingCos)) return std::nullopt;
     if (at.transmission != (at.wi.z < 0)) return std::nullopt;
-    // [Walter 2007, (13), (16)]. The length of the sum is at least |1 - η|, far from 0 (kLeastBend).
+    // The facet is by [Walter 2007, (13), (16)]. The length of the sum is at least |1 - η|, which kLeastBend
+    // keeps from 0.
     V3f m = at.transmission ? at.wo + eta * at.wi : at.wo + at.wi;
     const float bend = m.length2();
     m.normalize();
     if (m.z < 0) m = -m;
     const Facet facet{m, at.wo.dot(m), at.wi.dot(m), bend};
-    // Facets that turn their back to either direction do not join the two.
+    // A facet that faces away from either direction cannot join the two.
     const bool seen = m.z > 0 && facet.cos_o > 0 && (at.transmission ? facet.cos_i < 0 : facet.cos_i > 0);
     return seen ? std::optional(facet) : std::nullopt;
 }
@@ -65,7 +66,7 @@ Rgb value(const DielectricLobe& lobe, const Local& at, Transport transport) {
     if (!at.transmission) {
         return lobe.reflect * (fresnel * d * facets.masking_shadowing_over_cos2(at.wo, at.wi) / 4);
     }
-    // [Walter 2007, (21)] divided by η_o². The two sides of the surface mask independently (23).
+    // This is [Walter 2007, (21)] divided by η_o². The two sides of the surface mask independently (23).
     const float masking = facets.masking_over_cos(at.wo) * facets.masking_over_cos(at.wi);
     const float f = (1 - fresnel) * d * masking * facet->cos_o * -facet->cos_i / facet->bend;
     return lobe.transmit * (transport == Transport::radiance ? f : f * eta * eta);
@@ -81,22 +82,22 @@ float density(const DielectricLobe& lobe, const Local& at) {
     const Ggx facets = facets_of(lobe);
     if (!at.transmission)
         return choice->reflect * facets.masking_over_cos(at.wo) * facets.density(facet->m) / 4;
-    // dω_m = η² |wi·m| / bend dω_i [Walter 2007, (17)].
+    // The Jacobian is dω_m = η² |wi·m| / bend dω_i [Walter 2007, (17)].
     return choice->transmit * facets.visible_density(at.wo, facet->m) * eta * eta * -facet->cos_i /
            facet->bend;
 }
 
 namespace {
 
-// What a facet does to the light, shadowing aside. `cos_o` = wo·m > 0.
+// Draws reflection or transmission at facet m, without shadowing. `cos_o` = wo·m > 0.
 Draw draw_at_facet(const DielectricLobe& lobe, const Local& at, const V3f& m, float u, Transport transport) {
     const float eta = relative_eta(lobe, at);
     const float cos_o = at.wo.dot(m);
     const auto [fresnel, cos_t] = fresnel_dielectric(cos_o, eta);
     const auto choice = choice_of(lobe, fresnel);
     if (!choice) return std::nullopt;
-    // F / chance and (1 - F) / chance, without the cancellation of 1 - F. Where a chance is not 0, neither is
-    // its colour's largest component.
+    // The weights are F / probability and (1 - F) / probability, without the cancellation of 1 - F. Where a
+    // probability is not 0, its colour's largest component is not 0 either.
     if (u < choice->reflect) {
         const Rgb weight = lobe.reflect * (choice->carried / max_component(lobe.reflect));
         return LocalSample{.wi = reflected(at.wo, m), .weight = weight};
@@ -125,7 +126,7 @@ Draw draw(const DielectricLobe& lobe, const Local& at, const BsdfU& u, Transport
     }
     const Ggx facets = facets_of(lobe);
     const V3f m = facets.sample_visible(at.wo, u.direction);
-    if (!(at.wo.dot(m) > 0)) return std::nullopt;  // rounding, at grazing
+    if (!(at.wo.dot(m) > 0)) return std::nullopt;  // may fail by rounding at grazing angles
     Draw sample = draw_at_facet(lobe, at, m, u.lobe, transport);
     if (!sample) return std::nullopt;
     sample->wi.normalize();
@@ -133,7 +134,7 @@ Draw draw(const DielectricLobe& lobe, const Local& at, const BsdfU& u, Transport
     to.wi = sample->wi;
     to.transmission = sample->transmission;
     sample->pdf_w = density(lobe, to);
-    if (!(sample->pdf_w > 0)) return std::nullopt;  // to the wrong side of the surface: a second bounce
+    if (!(sample->pdf_w > 0)) return std::nullopt;  // a second bounce, which is not modelled
     sample->weight *= to.transmission ? facets.masking(to.wi) : facets.shadowing_if_visible(at.wo, to.wi);
     return sample;
 }
@@ -183,7 +184,7 @@ bool is_sound(const DielectricLobe& lobe) {
 
 namespace {
 
-// Both faces and all bounces between them: F + T² F + T² F³ + ... with T = 1 - F.
+// Returns the reflectance of both faces with all bounces between them, F + T² F + T² F³ + ... with T = 1 - F.
 float pane_reflectance(const ThinDielectricLobe& lobe, float cos_o) {
     const float f = fresnel_dielectric(cos_o, lobe.eta).reflectance;
     return 2 * f / (1 + f);

@@ -1,4 +1,4 @@
-// Lobes without a direction of their own.
+// Implements the lobes without a peak.
 #include "engine/base/warp.h"
 #include "engine/scene/fresnel.h"
 #include "engine/scene/lobe_models.h"
@@ -27,7 +27,7 @@ bool is_sound(const BlackLobe&) {
     return true;
 }
 
-// --- What is drawn by the cosine
+// --- Lobes that are sampled by the cosine
 
 namespace {
 
@@ -42,7 +42,7 @@ Draw draw_by_cosine(const Diffuse& lobe, const Local& at, const BsdfU& u, Transp
     return LocalSample{
         .wi = to.wi, .weight = value(lobe, to, transport) * kPi, .pdf_w = cosine_hemisphere_pdf_w(to.wi.z)};
 }
-// The same of a Lambertian lobe on either side, whose weight is its albedo.
+// Draws from a Lambertian lobe on either side of the surface, whose weight is its albedo.
 Draw draw_lambertian(const Rgb& albedo, bool transmission, const Local& at, const BsdfU& u,
                      Transport transport) {
     const V3f w = square_to_cosine_hemisphere(u.direction);
@@ -82,7 +82,7 @@ bool is_sound(const DiffuseLobe& lobe) {
 // --- Lambertian transmission
 
 Rgb value(const DiffuseTransmitLobe& lobe, const Local& at, Transport transport) {
-    // The light stands on its own side of the shading plane, as for reflection.
+    // The light must be on its own side of the shading plane, as for reflection.
     const bool lit = transport == Transport::radiance ? at.wi.z <= 0 : at.wo.z >= 0;
     return at.transmission && lit ? lobe.albedo * kInvPi : Rgb(0.0F);
 }
@@ -117,8 +117,8 @@ OrenNayarLobe oren_nayar(const Rgb& albedo, float sigma) {
 
 Rgb value(const OrenNayarLobe& lobe, const Local& at, Transport transport) {
     if (at.transmission || !is_lit(at, transport)) return Rgb(0.0F);
-    // sin α tan β cos Δφ, α the larger of the two angles: both sines and cos Δφ are the inner product of the
-    // parts along the surface.
+    // This is sin α tan β cos Δφ with α the larger of the two angles. Both sines and cos Δφ form the inner
+    // product of the tangential components.
     const float across = at.wo.x * at.wi.x + at.wo.y * at.wi.y;
     const float cos_beta = std::max({std::fabs(at.wo.z), std::fabs(at.wi.z), kGrazingCos});
     return lobe.albedo * (kInvPi * (lobe.a + lobe.b * std::max(0.0F, across) / cos_beta));
@@ -129,13 +129,13 @@ float density(const OrenNayarLobe&, const Local& at) {
 Draw draw(const OrenNayarLobe& lobe, const Local& at, const BsdfU& u, Transport transport) {
     return draw_by_cosine(lobe, at, u, transport);
 }
-// The model integrated over wi in closed form: a + b g, g growing from 0 at normal incidence to 1/2 at
-// grazing.
+// Returns the model integrated over wi in closed form: a + b g, where g grows from 0 at normal incidence to
+// 1/2 at grazing.
 Rgb albedo_of(const OrenNayarLobe& lobe, const Local& at) {
     const float c = std::clamp(std::fabs(at.wo.z), 0.0F, 1.0F);
     const float s = std::sqrt(1 - c * c);
     const float theta = std::acos(c);
-    // tan θ (1 - sin³ θ) without dividing by a vanishing cosine: 1 - s³ = c² (1 + s + s²)/(1 + s).
+    // This is tan θ (1 - sin³ θ) without dividing by a vanishing cosine: 1 - s³ = c² (1 + s + s²)/(1 + s).
     const float beyond = s * c * (1 + s + s * s) / (1 + s) / 3;
     const float g = 2 * kInvPi * (s * (theta - s * c) / 2 + beyond);
     return lobe.albedo * (lobe.a + lobe.b * g);
@@ -154,7 +154,7 @@ bool is_sound(const OrenNayarLobe& lobe) {
 
 namespace {
 
-// 1 - reach of the cover; and its mean over the hemisphere, weighed by the cosine.
+// Returns 1 - reach of the cover. passed_mean() returns its cosine-weighted mean over the hemisphere.
 Rgb passed(const Cover& cover, float cos, bool entering) {
     if (!cover.table) {
         const Rgb& r = cover.reflect;
@@ -173,7 +173,7 @@ Rgb passed_mean(const Cover& cover, bool entering) {
     return Rgb(1.0F) - cover.gloss * cover.table->rough_mean(cover.alpha) - cover.reflect * fresnel -
            cover.transmit * (1 - fresnel);
 }
-// Rounding may take a share just below 0.
+// Rounding may make a share slightly negative.
 Rgb not_negative(const Rgb& c) {
     return {std::max(c.x, 0.0F), std::max(c.y, 0.0F), std::max(c.z, 0.0F)};
 }

@@ -1,4 +1,4 @@
-// What reflects as a mirror, or as facets that are mirrors: metal, varnish, varnished metal.
+// Implements mirrors, and facets that are mirrors: metal, varnish, varnished metal.
 #include "engine/scene/fresnel.h"
 #include "engine/scene/lobe_models.h"
 
@@ -27,11 +27,11 @@ bool is_sound(const MirrorLobe& lobe) {
     return is_share(lobe.reflectance);
 }
 
-// --- Facets: what metal, varnish and varnished metal share
+// --- Functions of facets that metal, varnish and varnished metal share
 
 namespace {
 
-// Of a facet that turns wo to wi, `cos_o` = wo·m.
+// Returns the reflectance of a facet that turns wo to wi; `cos_o` = wo·m.
 Rgb reflectance(const ConductorLobe& lobe, const Local&, float cos_o) {
     return lobe.tint * fresnel_conductor(cos_o, lobe.eta, lobe.k);
 }
@@ -39,7 +39,7 @@ Rgb reflectance(const GlossLobe& lobe, const Local&, float cos_o) {
     return lobe.tint * fresnel_dielectric(cos_o, lobe.eta).reflectance;
 }
 Rgb reflectance(const CoatedConductorLobe& lobe, const Local& at, float cos_o) {
-    // The metal meets what the varnish has bent.
+    // The varnish refracts light before it meets the metal.
     const float c = std::clamp(cos_o, 0.0F, 1.0F);
     const float cos2 = 1 - (1 - c) * (1 + c) / (lobe.coat_eta * lobe.coat_eta);
     const Rgb r = cos2 > 0 ? fresnel_conductor(std::sqrt(cos2), lobe.eta, lobe.k) : Rgb(1.0F);
@@ -48,7 +48,7 @@ Rgb reflectance(const CoatedConductorLobe& lobe, const Local& at, float cos_o) {
     const float through = (1 - e_o) * (1 - e_i);
     const float back = std::min(e_o, e_i);
     Rgb sum;
-    // The divisor is at least 1 - back, a factor of `through`; where that is next to nothing, so is the sum.
+    // The divisor is at least 1 - back, a factor of `through`; where it is close to 0, so is the sum.
     for (int k = 0; k < 3; ++k) sum[k] = lobe.tint[k] * r[k] * through / std::max(1 - r[k] * back, 1e-6F);
     return sum;
 }
@@ -58,16 +58,16 @@ bool is_delta_of(const Rough& lobe) {
     return is_smooth(lobe.alpha_x, lobe.alpha_y);
 }
 
-// F D G2 / (4 cos_o cos_i) [Walter 2007, (20)].
+// Returns F D G2 / (4 cos_o cos_i) [Walter 2007, (20)].
 template <typename Rough>
 Rgb value_of(const Rough& lobe, const Local& at) {
     if (is_delta_of(lobe) || !is_reflection(at)) return Rgb(0.0F);
     const Ggx facets = facets_of(lobe);
-    const V3f m = (at.wo + at.wi).normalized();  // not 0: both are above the horizon
+    const V3f m = (at.wo + at.wi).normalized();  // not 0, because both are above the horizon
     const float shape = facets.density(m) * facets.masking_shadowing_over_cos2(at.wo, at.wi) / 4;
     return reflectance(lobe, at, at.wo.dot(m)) * shape;
 }
-// The density of the facet, by dω_m = dω_i / (4 wo·m); wo·m cancels.
+// Returns the facet's density divided by the Jacobian 4 wo·m (dω_i = 4 wo·m dω_m); wo·m cancels.
 template <typename Rough>
 float density_of(const Rough& lobe, const Local& at) {
     if (is_delta_of(lobe) || !is_reflection(at)) return 0;
@@ -86,8 +86,7 @@ Draw draw_of(const Rough& lobe, const Local& at, const BsdfU& u) {
     const V3f m = facets.sample_visible(at.wo, u.direction);
     to.wi = reflected(at.wo, m).normalized();
     const float pdf = density_of(lobe, to);
-    if (!(pdf > 0))
-        return std::nullopt;  // into the surface: a second bounce between facets, which is not modelled
+    if (!(pdf > 0)) return std::nullopt;  // wi is below the surface: a second bounce, which is not modelled
     const Rgb weight = reflectance(lobe, to, at.wo.dot(m)) * facets.shadowing_if_visible(at.wo, to.wi);
     return LocalSample{.wi = to.wi, .weight = weight, .pdf_w = pdf};
 }
@@ -104,7 +103,7 @@ Rgb total_of(const Rough& lobe, const Local& at) {
         return reflectance(lobe, to, at.wo.dot(m)) * facets.shadowing_if_visible(at.wo, to.wi);
     });
 }
-// What the surface would reflect if it were smooth, but not less than a share of `most`.
+// Returns the reflectance of the smooth surface, but at least a fraction of `most`.
 template <typename Rough>
 float guess_of(const Rough& lobe, const Local& at, float most) {
     if (!(at.wo.z > 0)) return 0;

@@ -1,5 +1,5 @@
-// Gloss over a diffuse base by [Ashikhmin and Shirley 2000], with GGX in
-// place of their Phong lobe, as pbrt-v3 has it (section 8.5).
+// Implements gloss over a diffuse base [Ashikhmin and Shirley 2000], with GGX in place of their Phong lobe,
+// as in pbrt-v3 (section 8.5).
 #include "engine/base/warp.h"
 #include "engine/scene/lobe_models.h"
 
@@ -12,14 +12,14 @@ float fifth(float x) {
 Rgb schlick(const SubstrateGlossLobe& lobe, float cos_o) {
     return lobe.specular + fifth(1 - std::clamp(cos_o, 0.0F, 1.0F)) * (Rgb(1.0F) - lobe.specular);
 }
-// How much of the base shows at a cosine [Ashikhmin and Shirley 2000, (5)].
+// Returns how much of the base shows at a cosine [Ashikhmin and Shirley 2000, (5)].
 float shown(float cos) {
     return 1 - fifth(1 - std::min(cos, 1.0F) / 2);
 }
 Rgb base_of(const SubstrateBaseLobe& lobe) {
     return lobe.tint * lobe.diffuse * (Rgb(1.0F) - lobe.specular);
 }
-// The sample that is drawn at to.wi, if it can be.
+// Returns the sample with direction to.wi, or none if its density is 0.
 template <typename Substrate>
 Draw with_weight(const Substrate& lobe, const Local& to, Transport transport) {
     const float pdf = density(lobe, to);
@@ -30,11 +30,10 @@ Draw with_weight(const Substrate& lobe, const Local& to, Transport transport) {
 }  // namespace
 
 // --- The base
-// --------------------------------------------------------------------------------------------------
 
 Rgb value(const SubstrateBaseLobe& lobe, const Local& at, Transport) {
     if (!is_reflection(at)) return Rgb(0.0F);
-    // 28/23 makes the base's albedo `diffuse` times shown(), without gloss.
+    // Without gloss, 28/23 makes the base's albedo `diffuse` times shown().
     return base_of(lobe) * (28.0F / 23 * kInvPi * shown(at.wo.z) * shown(at.wi.z));
 }
 float density(const SubstrateBaseLobe&, const Local& at) {
@@ -59,12 +58,11 @@ bool is_sound(const SubstrateBaseLobe& lobe) {
 }
 
 // --- The gloss
-// -------------------------------------------------------------------------------------------------
 
-// D F / (4 (wo·m) max(cos_o, cos_i)) [Ashikhmin and Shirley 2000, (3)].
+// Returns D F / (4 (wo·m) max(cos_o, cos_i)) [Ashikhmin and Shirley 2000, (3)].
 Rgb value(const SubstrateGlossLobe& lobe, const Local& at, Transport) {
     if (!is_reflection(at)) return Rgb(0.0F);
-    const V3f m = (at.wo + at.wi).normalized();  // not 0: both are above the horizon
+    const V3f m = (at.wo + at.wi).normalized();  // not 0, because both are above the horizon
     const float cos_o = at.wo.dot(m);
     if (!(cos_o > 0)) return Rgb(0.0F);
     const float shape = facets_of(lobe).density(m) / (4 * cos_o * std::max(at.wo.z, at.wi.z));
@@ -84,7 +82,7 @@ Draw draw(const SubstrateGlossLobe& lobe, const Local& at, const BsdfU& u, Trans
 Rgb albedo_of(const SubstrateGlossLobe& lobe, const Local& at) {
     if (!(at.wo.z > kGrazingCos)) return Rgb(0.0F);
     const Ggx facets = facets_of(lobe);
-    // The gloss over the density of its facets: F cos_i cos_o / ((wo·m) max(cos_o, cos_i) G1(o)).
+    // The weight is the gloss over its facets' density: F cos_i cos_o / ((wo·m) max(cos_o, cos_i) G1(o)).
     const float over = 1 / facets.masking_over_cos(at.wo);
     const Rgb mean = mean_over_visible(facets, at.wo, [&](const V3f& m) {
         const float cos_o = at.wo.dot(m);
@@ -99,7 +97,7 @@ bool is_delta_lobe(const SubstrateGlossLobe&) {
 }
 float chance_of(const SubstrateGlossLobe& lobe, const Local& at) {
     if (!(at.wo.z > 0)) return 0;
-    // Enough to cover the gloss where the guess is low.
+    // The lower limit provides enough samples where the guess is too low.
     return max_component(lobe.tint) * std::max(max_component(schlick(lobe, at.wo.z)), kLeastChance);
 }
 bool is_sound(const SubstrateGlossLobe& lobe) {

@@ -18,7 +18,7 @@ V2i default_points(double u_length, double v_length) {
 }
 
 V2i points_apart(double u_length, double v_length, double spacing) {
-    // A length of whole spacings has as many, however it was rounded.
+    // The tolerance keeps rounding from adding a cell where the length is a multiple of the spacing.
     const auto along = [spacing](double length) {
         return static_cast<int>(std::clamp(std::ceil(length / spacing - 1e-9), 1.0, 1e9));
     };

@@ -1,5 +1,5 @@
-// A calculation surface: a parallelogram with a grid of points at which illuminance is worked out. It is no
-// surface of the scene; light passes through it.
+// A calculation surface is a parallelogram with a grid of points at which illuminance is calculated. It is
+// not part of the scene's geometry; light passes through it.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ struct CalculationSurface {
     std::string name;
     V3d corner;  // world, scene units
     V3d u, v;    // its sides, from the corner; not parallel, neither zero
-    V3f normal;  // unit: the side that is lit; a cylinder's axis, the direction that a semicylinder faces
+    V3f normal;  // unit: the lit side; a cylinder's axis; the direction that a semicylinder faces
     V3f up;      // unit: a semicylinder's axis
     V2i points;  // along u and v, each >= 1
     ReceiverKind kind = ReceiverKind::planar;
@@ -21,20 +21,20 @@ struct CalculationSurface {
     std::size_t size() const {
         return static_cast<std::size_t>(points.x) * static_cast<std::size_t>(points.y);
     }
-    // In the middle of its cell of the grid. v grows with y.
+    // Returns the centre of a grid cell. v grows with y.
     V3d position(int x, int y) const { return corner + (x + 0.5) / points.x * u + (y + 0.5) / points.y * v; }
     Receiver receiver(int x, int y) const { return {position(x, y), normal, up, kind}; }
 };
 
-// Points along the sides, in metres, as EN 12464-1 (section 4.4) has them: cells of p = 0.2 m 5^log10(d), d
-// the longer side, or the shorter one where the longer is twice as long or more; at most 10 m; to the nearest
-// whole number of cells.
+// Returns the numbers of points along the sides, which are in metres, by EN 12464-1 (section 4.4). The cell
+// size is p = 0.2 m 5^log10(d), at most 10 m. d is the longer side, or the shorter one if the longer is at
+// least twice as long. The number of cells is rounded to the nearest integer.
 V2i default_points(double u_length, double v_length);
-// The fewest points that are at most so far apart.
+// Returns the smallest numbers of points whose spacing is at most `spacing`.
 V2i points_apart(double u_length, double v_length, double spacing);
 
-// Throws InputError, placed at `at`, that names what of the surface is not accepted: sides that are no
-// parallelogram, a semicylinder without a direction across its axis, more than kMostSurfacePoints points.
+// Throws InputError, located at `at`, if the sides span no parallelogram, if a semicylinder does not face
+// across its axis, or if there are more than kMostSurfacePoints points.
 void check_surface(const CalculationSurface& surface, const Location& at);
 inline constexpr std::size_t kMostSurfacePoints = 1 << 22;
 

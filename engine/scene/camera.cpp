@@ -13,7 +13,7 @@ struct Window {
     double x0, x1, y0, y1;
 };
 
-// The part of the screen that is imaged. Unless it is given, the image's shorter side spans [-1, 1].
+// Returns the part of the screen that is imaged. By default the image's shorter side spans [-1, 1].
 Window screen_window(const Camera::Settings& s) {
     const bool given = s.screen[0] != 0 || s.screen[1] != 0 || s.screen[2] != 0 || s.screen[3] != 0;
     if (given) {
@@ -51,11 +51,11 @@ V3f direction(const M44d& m, const V3d& d) {
     return V3f(out);
 }
 
-// Of a place in [0,1]², y down; in camera space, unit.
+// Returns the unit direction in camera space for a place in [0,1]², y down.
 V3f fisheye_direction(const V2f& at) {
     const V2f p(2 * at.x - 1, 1 - 2 * at.y);
     const float r = p.length(), theta = 0.5F * kPi * r;
-    const float across = r > 0 ? std::sin(theta) / r : 0.5F * kPi;  // its limit in the middle
+    const float across = r > 0 ? std::sin(theta) / r : 0.5F * kPi;  // its limit in the centre
     return {across * p.x, across * p.y, std::cos(theta)};
 }
 
@@ -67,7 +67,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     require(window.x0 != window.x1, "the screen window's x0", window.x0, "different from x1");
     require(window.y0 != window.y1, "the screen window's y0", window.y0, "different from y1");
     const bool perspective = settings_.kind == Settings::Kind::perspective;
-    // Screen units per unit of length on the plane z = 1; an orthographic screen is the plane itself.
+    // `scale` is the length on the plane z = 1 per screen unit. For an orthographic camera both are the same.
     const double scale =
         perspective ? std::tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
     const M44d& m = settings_.world_from_camera;
@@ -76,7 +76,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     origin_ = V3f(origin);
     z_ = direction(m, {0, 0, 1});
     x_ = direction(m, {scale * (window.x1 - window.x0) / settings_.width, 0, 0});
-    y_ = direction(m, {0, scale * (window.y0 - window.y1) / settings_.height, 0});  // film y runs down
+    y_ = direction(m, {0, scale * (window.y0 - window.y1) / settings_.height, 0});  // film y points down
     corner_ = direction(m, {scale * window.x0, scale * window.y1, perspective ? 1.0 : 0.0});
     const auto radius = static_cast<double>(settings_.lens_radius);
     lens_x_ = direction(m, {radius, 0, 0});
@@ -98,7 +98,7 @@ Ray Camera::spherical_ray(const V2f& film) const {
         const float theta = kPi * at.y, phi = 2 * kPi * at.x;
         d = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
     }
-    std::swap(d.y, d.z);  // the poles are up and down
+    std::swap(d.y, d.z);  // the poles are at the top and bottom
     return {origin_, (d * directions_).normalized()};
 }
 
@@ -110,7 +110,7 @@ Ray Camera::ray(const V2f& film, const V2f& lens) const {
     ray.o = perspective ? origin_ : origin_ + on_plane;
     ray.d = perspective ? on_plane : z_;
     if (settings_.lens_radius > 0) {
-        // Every ray of a film point goes through the same point of the plane in focus: pass it from the lens.
+        // All rays of a film point, from anywhere on the lens, pass through one point of the focal plane.
         const V3f shift = lens_shift(square_to_disc(lens));
         ray.d = settings_.focal_distance * ray.d - shift;
         ray.o += shift;
@@ -123,21 +123,21 @@ V3f Camera::lens_point(const V2f& lens) const {
     return settings_.lens_radius > 0 ? origin_ + lens_shift(square_to_disc(lens)) : origin_;
 }
 
-// A ray from the lens' place at `shift` meets the plane in focus, which holds the film's points at
-// `focus` (corner_ + x x_ + y y_): with a pinhole any plane will do. `way` need not be unit; the density is
-// for solid angles.
+// Projects the direction `way` from the lens point at `shift` onto the focal plane, which holds the film's
+// points at `focus` (corner_ + x x_ + y y_); a pinhole may use any plane. `way` need not be unit; the density
+// is per solid angle.
 std::optional<Camera::Projection> Camera::project_from(const V3d& shift, const V3d& way) const {
     const double focus = settings_.lens_radius > 0 ? double{settings_.focal_distance} : 1;
     const V3d x = focus * V3d(x_), y = focus * V3d(y_), corner = focus * V3d(corner_) - shift;
-    // Its length is a pixel's area: never 0, as the camera's map has a determinant and its window an extent.
+    // The length of n, a pixel's area, is never 0: the camera's map is regular and its window has an extent.
     const V3d n = x.cross(y);
     const double height = corner.dot(n), along = way.dot(n);
-    if (!(height * along > 0)) return std::nullopt;  // behind, or along the plane
+    if (!(height * along > 0)) return std::nullopt;  // behind the camera, or parallel to the plane
     const double s = height / along;                 // along is not 0
     const V3d on_plane = s * way - corner;
     const double n2 = n.length2();
-    // The plane's area dA fills the solid angle dA |cos| / r², with r = s |way|, |cos| = |along| / (|n|
-    // |way|) and |n| of area for each pixel.
+    // The plane's area dA subtends the solid angle dA |cos| / r², with r = s |way|, |cos| = |along| / (|n|
+    // |way|) and area |n| for each pixel.
     const double length = way.length();
     const double density = s * s * length * length * length / std::fabs(along);
     const V2f film(static_cast<float>(on_plane.cross(y).dot(n) / n2),
@@ -158,8 +158,8 @@ std::optional<Box2f> Camera::bounds_on_film(const Box3f& box) const {
     const V3d forward = (V3d(corner_).dot(towards) > 0 ? towards : -towards).normalized();
     const double diagonal = V3d(box.size()).length();
     Box2f bounds;
-    // Through one place of the lens, the image of a convex body that is before the camera is as convex; the
-    // image of one point moves in proportion to the place: the corners of both bound all.
+    // Seen from one lens point, a convex body before the camera has a convex image, and each point's image
+    // moves in proportion to the lens point. The corners of box and lens thus bound everything.
     for (int i = 0; i < 8; ++i) {
         const V3d corner((i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
                          (i & 4) != 0 ? box.max.z : box.min.z);

@@ -7,8 +7,8 @@
 namespace lucerna {
 namespace {
 
-// A point of a stretch may be rounded into the neighbouring brick; the bound covers what float32 samples do
-// there within a last bit of position.
+// A point of a stretch may be rounded into the neighbouring brick. This factor covers the resulting change of
+// density, with float32 samples and a position error of one last bit.
 constexpr float kBoundSlack = 1 + 1e-5F;
 
 double lerp(double t, double a, double b) {
@@ -55,7 +55,7 @@ float DensityGrid::sample(int x, int y, int z) const {
                              std::clamp(z, 0, size_.z - 1), size_)];
 }
 
-// A brick's cells interpolate between their own samples and the next ones on every side.
+// The cells of a brick interpolate between its own samples and the adjacent ones on every side.
 float DensityGrid::largest_around(const V3i& brick) const {
     float result = 0;
     for (int z = kBrick * brick.z - 1; z <= kBrick * (brick.z + 1); ++z) {
@@ -80,7 +80,7 @@ double DensityGrid::at(const V3d& p) const {
     double f[3];
     int i[3];
     for (int k = 0; k < 3; ++k) {
-        // Rounding may bring a point of the box a little outside; the limits keep the index an int.
+        // Rounding may move a point slightly outside the box; the limits keep the index within int.
         const double cell =
             std::clamp((p[k] - box_.min[k]) * per_cell_[k] - 0.5, -1.0, static_cast<double>(size_[k]));
         const double whole = std::floor(cell);
@@ -131,8 +131,8 @@ void DensityTraversal::next() {
     }
 }
 
-// Along a line the density only rises or only falls: the larger end bounds it. Stretches over which it
-// changes by a factor of 2 waste little; 64 of them at most, for a slope that float32 cannot follow.
+// Along a line the density is monotonic, so that the larger end bounds it. Stretches over which it changes by
+// a factor of 2 waste little. There are at most 64, in case the slope is too steep for float32.
 void DensityTraversal::bound_exponential(const ExponentialDensity& density) {
     const double slope = std::fabs(density.b * density.up.dot(d_));
     const double length = std::max(slope > 0 ? M_LN2 / slope : INFINITY, (last_ - begin_) / 64);
@@ -155,11 +155,11 @@ void DensityTraversal::enter_brick(const DensityGrid& grid) {
     end_ = std::min(std::max(begin_, nearest), last_);
 }
 
-// One step along the axis whose wall came first: whatever the rounding, the walk ends.
+// Steps along the axis whose wall is the nearest, so that the walk ends whatever the rounding.
 void DensityTraversal::exit_brick(const DensityGrid& grid) {
     brick_[axis_] += brick_d_[axis_] > 0 ? 1 : -1;
     if (brick_[axis_] < 0 || brick_[axis_] >= grid.bricks()[axis_]) {
-        // Beyond the last wall lies only what rounding left of the box.
+        // Only a rounding error of the box lies beyond the last wall.
         brick_[axis_] = std::clamp(brick_[axis_], 0, grid.bricks()[axis_] - 1);
         bound_ = static_cast<double>(grid.largest_in(brick_));
         end_ = last_;

@@ -1,7 +1,7 @@
-// How dense a medium is from place to place: a number without unit that multiplies its coefficients.
+// Describes the density of a medium as a function of position: a dimensionless factor of its coefficients.
 //
-// Two questions are asked: the density at a point, and a bound that holds along a stretch of a ray (what
-// delta and ratio tracking need). Points are in the medium's own space.
+// It provides the density at a point, and a bound along a stretch of a ray, as delta and ratio tracking need.
+// Points are in the medium's own space.
 #pragma once
 
 #include <variant>
@@ -11,35 +11,35 @@
 
 namespace lucerna {
 
-// 1 everywhere.
+// The density is 1 everywhere.
 struct UniformDensity {};
 
-// a·exp(-b h), with h the height over the box's lower corner along `up` (pbrt 1 and 2).
+// The density is a·exp(-b h), with h the height over the box's lower corner along `up` (pbrt 1 and 2).
 struct ExponentialDensity {
     double a = 1, b = 1;  // a >= 0; b per unit of length of the medium's space
     V3d up{0, 1, 0};      // unit
     V3d base{0, 0, 0};    // where h = 0
 };
 
-// Samples in the middle of the cells of a box, trilinear in between. Beside the samples it keeps the largest
-// of each brick of kBrick³ cells, so that an empty part of the grid costs next to nothing.
+// Holds samples at the centres of a box's cells, and interpolates trilinearly. It also keeps the largest
+// sample of each brick of kBrick³ cells, so that an empty part of the grid costs almost nothing.
 class DensityGrid {
   public:
-    // What lies beyond the outermost samples, half a cell from the box's faces.
+    // Determines the density beyond the outermost samples, within half a cell of the box's faces.
     enum class Border : std::uint8_t {
-        hold,  // their own value (pbrt 1 and 2)
-        zero,  // a fall to 0 (pbrt 3 and 4)
+        hold,  // constant (pbrt 1 and 2)
+        zero,  // falls to 0 (pbrt 3 and 4)
     };
     static constexpr int kBrick = 4;
 
-    // `samples`: x runs fastest; size.x · size.y · size.z of them, finite and not negative.
+    // `samples` has size.x · size.y · size.z elements, finite and not negative; x runs fastest.
     DensityGrid(const V3i& size, std::vector<float> samples, const Box3d& box, Border border);
 
-    double at(const V3d& p) const;  // within the box
+    double at(const V3d& p) const;  // p within the box
     float largest() const;
     const V3i& size() const { return size_; }
 
-    // The bricks, for who walks through them: coordinates in which a brick has length 1.
+    // These serve a walk through the bricks, in coordinates in which a brick has length 1.
     V3d to_bricks(const V3d& p) const { return (p - box_.min) * per_brick_; }
     V3d direction_to_bricks(const V3d& d) const { return d * per_brick_; }
     const V3i& bricks() const { return bricks_; }
@@ -62,15 +62,15 @@ using Density = std::variant<UniformDensity, ExponentialDensity, DensityGrid>;
 
 double density_at(const Density& density, const V3d& p);
 
-// A straight way p(t) = o + t d through a density (t in scene units), cut into stretches on each of which one
-// bound holds: begin() <= t < end().
+// Follows a straight line p(t) = o + t d through a density (t in scene units), cut into stretches begin <= t
+// < end() on each of which one bound holds.
 class DensityTraversal {
   public:
     DensityTraversal(const Density& density, const V3d& o, const V3d& d, double begin, double last);
 
     double end() const { return end_; }
     double bound() const { return bound_; }
-    // Goes to the stretch that begins at end(). Does nothing at the last.
+    // Advances to the stretch that begins at end(). Does nothing at the last one.
     void next();
 
     double at(double t) const { return density_at(*density_, o_ + t * d_); }
@@ -84,9 +84,9 @@ class DensityTraversal {
     V3d o_, d_;
     double begin_, end_, last_;
     double bound_ = 1;
-    V3d brick_o_{0, 0, 0}, brick_d_{0, 0, 0};  // the way in bricks
+    V3d brick_o_{0, 0, 0}, brick_d_{0, 0, 0};  // the line in brick coordinates
     V3i brick_{0, 0, 0};
-    int axis_ = 0;  // through whose wall the brick is left
+    int axis_ = 0;  // axis of the wall through which the line leaves the brick
 };
 
 }  // namespace lucerna

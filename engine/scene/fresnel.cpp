@@ -14,7 +14,7 @@ constexpr float kLargestAlpha = 2;
 
 float reflected_share(float eta, const V2f& alphas, float mu, float phi) {
     const float z =
-        std::max(mu, 1e-6F);  // in the limit of grazing every facet that is seen reflects unhidden
+        std::max(mu, 1e-6F);  // at grazing, the limit is that every visible facet reflects unshadowed
     const float r = std::sqrt(1 - z * z);
     const V3f wo(r * std::cos(phi), r * std::sin(phi), z);
     const Ggx facets(std::max(alphas.x, kLeastAlpha), std::max(alphas.y, kLeastAlpha));
@@ -29,7 +29,7 @@ float reflected_share(float eta, const V2f& alphas, float mu, float phi) {
         .x;
 }
 
-// Over a quarter turn, which is all there is, by symmetry.
+// Returns the maximum over azimuths of a quarter turn, which suffices by symmetry.
 float largest_share(float eta, const V2f& alphas, float mu) {
     if (std::max(alphas.x, alphas.y) < kSmoothAlpha) return fresnel_dielectric(mu, eta).reflectance;
     if (alphas.x == alphas.y) return reflected_share(eta, alphas, mu, 0);
@@ -42,7 +42,8 @@ float largest_share(float eta, const V2f& alphas, float mu) {
     return largest;
 }
 
-// 2 ∫ F μ dμ by midpoints in sqrt(μ); good to 1e-5, the kink of total reflection included.
+// Returns 2 ∫ F μ dμ by the midpoint rule in sqrt(μ), accurate to 1e-5 even with the kink of total
+// reflection.
 float mean_fresnel(float eta) {
     constexpr int kSteps = 16384;
     double sum = 0;
@@ -60,7 +61,7 @@ CoatTable::Row CoatTable::make_row(float eta, const V2f& alphas) {
     Row row{};
     const auto cosine = [](int i) { return sqr(static_cast<float>(i) / (kCosines - 1)); };
     for (int i = 0; i < kCosines; ++i) row.e[i] = largest_share(eta, alphas, cosine(i));
-    double sum = 0;  // of 2 ∫ E μ dμ over each linear piece, in closed form
+    double sum = 0;  // 2 ∫ E μ dμ, in closed form over each linear piece
     for (int i = 0; i + 1 < kCosines; ++i) {
         const double a = static_cast<double>(cosine(i)), b = static_cast<double>(cosine(i + 1));
         const double ea = static_cast<double>(row.e[i]), eb = static_cast<double>(row.e[i + 1]);

@@ -1,5 +1,5 @@
-// Fresnel reflectance of unpolarised light at a smooth boundary (Born and Wolf, Principles of Optics, 1.5
-// and 14.2).
+// Computes Fresnel reflectance of unpolarised light at a smooth boundary (Born and Wolf, Principles of
+// Optics, 1.5 and 14.2).
 #pragma once
 
 #include <algorithm>
@@ -17,21 +17,22 @@ struct FresnelRefraction {
     float cos_t;        // cosine of the refracted direction, >= 0; 0 under total reflection
 };
 
-// Between two dielectrics. `cos_o` in [0,1] on the known side, `eta` > 0: the far side's index over the known
-// side's.
+// Returns the Fresnel reflectance between two dielectrics. `cos_o` in [0,1] is on the known side, `eta` > 0
+// is the far side's index over the known side's.
 inline FresnelRefraction fresnel_dielectric(float cos_o, float eta) {
     const float c = std::clamp(cos_o, 0.0F, 1.0F);
     const float sin2_t = (1 - c) * (1 + c) / (eta * eta);
     if (c == 0 || sin2_t >= 1) return {1, 0};
     const float cos_t = std::sqrt(1 - sin2_t);
-    // Both denominators are positive: c, eta and cos_t are.
+    // Both denominators are positive, because c, eta and cos_t are.
     const float p = (eta * c - cos_t) / (eta * c + cos_t);
     const float s = (c - eta * cos_t) / (c + eta * cos_t);
     return {std::min(1.0F, 0.5F * (p * p + s * s)), cos_t};
 }
 
-// From a dielectric onto a conductor of index eta + i k relative to it, one channel; eta, k >= 0. In double,
-// so that neither the squares of a large k overflow nor the differences of a small one cancel.
+// Returns one channel's reflectance from a dielectric onto a conductor of index eta + i k relative to it;
+// eta, k >= 0. Double precision keeps squares of a large k from overflowing and differences of a small one
+// from cancelling.
 inline float fresnel_conductor(float cos_o, float eta, float k) {
     const double c = std::clamp(cos_o, 0.0F, 1.0F);
     if (c == 0) return 1;
@@ -42,7 +43,7 @@ inline float fresnel_conductor(float cos_o, float eta, float k) {
     const double t0 = e2 - k2 - s2;
     const double a2b2 = std::sqrt(t0 * t0 + 4 * e2 * k2);  // a² + b²
     const double a = std::sqrt(std::max(0.0, 0.5 * (a2b2 + t0)));
-    const double t1 = a2b2 + c2;  // > 0: c is
+    const double t1 = a2b2 + c2;  // > 0, because c is
     const double t2 = 2 * c * a;
     const double s = (t1 - t2) / (t1 + t2);
     const double t3 = c2 * a2b2 + s2 * s2;
@@ -57,27 +58,27 @@ inline Rgb fresnel_conductor(float cos_o, const Rgb& eta, const Rgb& k) {
             fresnel_conductor(cos_o, eta.z, k.z)};
 }
 
-// How much a dielectric's surface reflects in all, and so how much it lets through: what stands above a
-// coated base takes from it. Tabulated once per material.
+// The total reflectance of a dielectric's surface determines how much light reaches a coated base. CoatTable
+// tabulates it once per material.
 
-// E(μ) of a GGX surface seen from outside at the cosine μ: the directional albedo of its reflection, single
-// bounces between facets. Between the table's points E is linear in μ, and the means are those of the very
-// function that rough() returns, so that a coat and its base add up.
+// Tabulates E(μ) of a GGX surface seen from outside at the cosine μ: the directional albedo of its
+// reflection, with single bounces between facets. E is linear in μ between the table's points, and the means
+// are those of the function that rough() returns, so that a coat and its base add up.
 class CoatTable {
   public:
-    // `eta` > 0: index inside over outside. With `alphas` only those may be asked about; of a brushed surface
-    // (two different ones) E is the largest over all azimuths: its base gets a little less than its due.
-    // Without, any isotropic one, linear in the cube root of α between 32 up to 2 (errs by up to 0.01 near
-    // grazing).
+    // `eta` > 0 is the index inside over outside. With `alphas`, only those may be queried; for a brushed
+    // surface (two different alphas) E is the largest over all azimuths, so that its base gets slightly too
+    // little. Without, any isotropic alpha may be queried: E is linear in the cube root of α between 32
+    // values up to 2 (errors up to 0.01 near grazing).
     explicit CoatTable(float eta, std::optional<V2f> alphas = std::nullopt);
 
-    // Whether any isotropic surface may be asked about.
+    // Tells whether any isotropic alpha may be queried.
     bool any_alpha() const { return rows_.size() > 1; }
     float eta() const { return eta_; }
-    // E(μ), μ in [0,1]; `alpha` counts only where any may be asked about.
+    // Returns E(μ), μ in [0,1]. `alpha` matters only if any_alpha().
     float rough(float mu, float alpha) const;
     float rough_mean(float alpha) const;  // 2 ∫ E μ dμ
-    // Fresnel's reflectance, from outside or from inside, and its mean in the same sense.
+    // These return the Fresnel reflectance from outside or from inside, and its mean, 2 ∫ F μ dμ.
     float smooth(float mu, bool entering) const;
     float smooth_mean(bool entering) const { return entering ? outside_mean_ : inside_mean_; }
 
@@ -88,10 +89,10 @@ class CoatTable {
         float mean = 0;
     };
     static Row make_row(float eta, const V2f& alphas);
-    // Where α lies between two rows.
+    // Interpolates α between two rows.
     struct Between {
         const Row *low, *high;
-        float part;  // of `high`
+        float part;  // weight of `high`
     };
     Between rows_about(float alpha) const;
 

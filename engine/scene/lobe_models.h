@@ -1,5 +1,5 @@
-// What every lobe answers, in a local frame; behind Bsdf, which knows about normals and sums. A lobe's
-// functions are overloads found by its type: see bsdf_*.cpp, one file per family.
+// Declares the functions of every lobe in a local frame, for Bsdf, which handles normals and sums. A lobe's
+// functions are overloads selected by its type; bsdf_*.cpp has one file per family.
 #pragma once
 
 #include <algorithm>
@@ -12,10 +12,9 @@
 
 namespace lucerna {
 
-// A question to a lobe, in the shading frame mirrored so that the known direction's side of the surface is z
-// > 0.
+// Queries a lobe in the shading frame, mirrored so that the known direction's side of the surface is z > 0.
 struct Local {
-    V3f wo, wi;                 // by ns; wo.z may be <= 0 where the two normals disagree
+    V3f wo, wi;                 // relative to ns; wo.z may be <= 0 where the two normals disagree
     bool entering = true;       // wo lies outside (by ng)
     bool transmission = false;  // wi lies on the other side (by ng)
 };
@@ -27,12 +26,12 @@ struct LocalSample {
     bool delta = false;
     bool transmission = false;
     float eta_scale = 1;
-    bool straight = false;  // exactly -wo: nothing was there
+    bool straight = false;  // wi is exactly -wo, as if the surface were not there
 };
 using Draw = std::optional<LocalSample>;
 
-// A rough lobe is not asked about directions closer to the horizon: the value of a pair of them grows as
-// 1/cos and would leave float32's range. They carry next to nothing.
+// Rough lobes ignore directions closer to the horizon: the value of a pair of them grows as 1/cos and would
+// leave float32's range. They carry almost nothing.
 inline constexpr float kGrazingCos = 1e-12F;
 
 inline bool is_smooth(float alpha_x, float alpha_y) {
@@ -51,7 +50,7 @@ inline V3f reflected(const V3f& w, const V3f& m) {
     return 2 * w.dot(m) * m - w;
 }
 
-// Bilinear mixing of colours in [0,1] may round beyond 1.
+// The tolerance allows for rounding of bilinear mixtures of colours in [0,1].
 inline bool is_share(const Rgb& c) {
     return std::min({c.x, c.y, c.z}) >= 0 && std::max({c.x, c.y, c.z}) <= 1 + 1e-5F;
 }
@@ -59,29 +58,29 @@ inline bool is_alpha(float alpha) {
     return alpha >= 0 && std::isfinite(alpha);
 }
 
-// No chance of a rough lobe is less than this share of its colour: at facets turned otherwise than the mean
+// The probability of a rough lobe is at least this share of its colour: at facets turned away from the mean
 // surface it may carry more than the guess says.
 inline constexpr float kLeastChance = 0.1F;
 
-// Only the light must stand above the shading horizon of a diffuse surface: were the eye to, silhouettes of
-// smooth meshes would be black.
+// Only the light must be above the shading horizon of a diffuse surface. If the eye had to be as well,
+// silhouettes of smooth meshes would be black.
 inline bool is_lit(const Local& at, Transport transport) {
     return (transport == Transport::radiance ? at.wi : at.wo).z >= 0;
 }
 
-// Whether wo is turned to wi on its own side, and neither is too close to the horizon.
+// Tells whether wo is turned to wi on its own side, and neither is too close to the horizon.
 inline bool is_reflection(const Local& at) {
     return !at.transmission && at.wo.z > kGrazingCos && at.wi.z > kGrazingCos;
 }
 
-// For each lobe:
-//   value         f without the cosine; 0 where the lobe is a delta
-//   density       of draw() choosing at.wi, per solid angle; 0 where the lobe is a delta
-//   draw          a direction; `at.wi` says nothing
-//   albedo_of     Bsdf::albedo
-//   chance_of     a cheap guess at albedo_of's largest channel, >= 0; positive wherever value or a delta is
-//   is_delta_lobe whether it is a delta
-//   is_sound      whether its parameters are in their ranges
+// Each lobe has these functions:
+//   value         returns f without the cosine; 0 for a delta
+//   density       returns draw()'s density of at.wi, per solid angle; 0 for a delta
+//   draw          draws a direction, ignoring `at.wi`
+//   albedo_of     returns Bsdf::albedo
+//   chance_of     guesses albedo_of's largest channel cheaply, >= 0; positive where value or a delta is
+//   is_delta_lobe tells whether it is a delta
+//   is_sound      tells whether its parameters are in their ranges
 
 Rgb value(const BlackLobe& lobe, const Local& at, Transport transport);
 float density(const BlackLobe& lobe, const Local& at);
@@ -186,11 +185,11 @@ float chance_of(const SubstrateGlossLobe& lobe, const Local& at);
 bool is_delta_lobe(const SubstrateGlossLobe& lobe);
 bool is_sound(const SubstrateGlossLobe& lobe);
 
-// Of smooth boundaries: the chance by which draw() reflects; none where it has no such choice.
+// These return draw()'s probability of reflection at a smooth boundary, or none where it has no such choice.
 std::optional<float> reflect_chance_of(const DielectricLobe& lobe, const Local& at);
 std::optional<float> reflect_chance_of(const ThinDielectricLobe& lobe, const Local& at);
 
-// The share of what arrives from -wo that these lobes pass on towards wo without bending it.
+// These return the share of the light from -wo that passes on towards wo without being bent.
 Rgb straight_share_of(const DielectricLobe& lobe, const Local& at);
 Rgb straight_share_of(const ThinDielectricLobe& lobe, const Local& at);
 

@@ -1,4 +1,4 @@
-// The only file that names OpenSubdiv.
+// Only this file uses OpenSubdiv.
 #include "engine/scene/mesh.h"
 
 #include <opensubdiv/far/primvarRefiner.h>
@@ -17,7 +17,7 @@ namespace {
 namespace Far = OpenSubdiv::Far;
 namespace Sdc = OpenSubdiv::Sdc;
 
-// A vertex as OpenSubdiv mixes it: in double, through its callbacks of weight float.
+// OpenSubdiv's callbacks interpolate this vertex type: double positions, float weights.
 struct Vertex {
     V3d p{0, 0, 0};
 
@@ -69,10 +69,10 @@ LoopMesh subdivide_loop(const std::vector<V3d>& p, const std::vector<V3i>& trian
     refuse_no_surface(triangles);
     const Refiner refiner = make_refiner(p.size(), triangles);
     Far::TopologyRefiner::UniformOptions refinement(levels);
-    refinement.fullTopologyInLastLevel = true;  // limits are taken there
+    refinement.fullTopologyInLastLevel = true;  // limit positions are evaluated there
     refiner->RefineUniform(refinement);
     const Far::PrimvarRefiner primvars(*refiner);
-    // Weights are float32: taken about the mesh's middle, they lose nothing of a mesh far from the origin.
+    // Weights are float32. Positions relative to the mesh's centre lose no precision far from the origin.
     V3d middle(0);
     for (const V3d& q : p) middle += q / static_cast<double>(p.size());
     std::vector<Vertex> from(p.size());

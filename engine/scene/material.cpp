@@ -14,8 +14,8 @@ float alpha_of(RoughnessMap map, float roughness) {
         case RoughnessMap::alpha:
             break;
         case RoughnessMap::v2: {
-            // Blinn's D ∝ cos^n is GGX's of alpha² = 2/(n + 2) for narrow lobes [Walter 2007, 5.2].
-            // pbrt takes n = 10000 at most.
+            // Blinn's D ∝ cos^n equals GGX's with alpha² = 2/(n + 2) for narrow lobes [Walter 2007, 5.2].
+            // pbrt limits n to 10000.
             return static_cast<float>(std::sqrt(2 / (1 / std::max(r, 1e-4) + 2)));
         }
         case RoughnessMap::v3: {
@@ -89,7 +89,7 @@ struct MayHavePeak {
         return !gloss || !is_black(*gloss);
     }
     bool operator()(const MixMaterial& m) const {
-        // As a part of a mix an interface lets light straight through.
+        // An interface in a mix lets its share of the light straight through.
         const auto part = [](const Material& material) {
             return is_interface(material) || has_peak(material);
         };
@@ -154,7 +154,7 @@ struct MostLobes {
     }
 };
 
-// A mix takes the relief of its first part that has one.
+// Returns the relief of a material; a mix takes that of its first part that has one.
 const Relief* relief_of(const Material& material) {
     if (material.relief.displacement || material.relief.normals) return &material.relief;
     const auto* mix = std::get_if<MixMaterial>(&material.model);
@@ -171,7 +171,7 @@ Bsdf make_bsdf(const Material& material, const Hit& hit, const V3d& origin) {
     const Relief* relief = relief_of(material);
     V3f ns = hit.ns;
     if (relief) {
-        // Relief takes long enough for the colour's texels to arrive.
+        // Evaluating the relief takes long enough for the colour's texels to arrive.
         if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.model)) {
             diffuse->reflectance.prefetch(point);
         }

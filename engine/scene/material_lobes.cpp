@@ -8,7 +8,7 @@
 namespace lucerna {
 namespace {
 
-// --- Numbers from textures
+// --- Values of textures
 
 Rgb share_of(const RgbTexture& texture, const TexturePoint& point) {
     return as_share(texture.at(point));
@@ -28,12 +28,12 @@ float largest(const Rgb& a, const Rgb& b) {
 Rgb larger(const Rgb& a, const Rgb& b) {
     return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
-// What a channel must be multiplied by so that it is at most 1.
+// Returns the factors that reduce each channel to at most 1.
 Rgb down_to_one(const Rgb& c) {
     return {1 / std::max(c.x, 1.0F), 1 / std::max(c.y, 1.0F), 1 / std::max(c.z, 1.0F)};
 }
 
-// Alphas of a surface whose table is this.
+// Returns the alphas of a surface whose table is `table`.
 V2f covered_alpha(const Roughness& roughness, const CoatTable* table, const TexturePoint& point) {
     const V2f alpha = roughness.alpha(point);
     if (!table || !table->any_alpha()) return alpha;
@@ -43,7 +43,7 @@ V2f covered_alpha(const Roughness& roughness, const CoatTable* table, const Text
 
 // --- Metals
 
-// k of a metal of eta = 1 whose reflectance at normal incidence is r: r = k²/(4 + k²).
+// Returns k of a metal with eta = 1 and reflectance r at normal incidence: r = k²/(4 + k²).
 Rgb k_of_reflectance(const Rgb& r) {
     Rgb k;
     for (int c = 0; c < 3; ++c) {
@@ -93,13 +93,13 @@ struct AddLobes {
         if (!is_black(t)) list.add(DiffuseTransmitLobe{t * down});
     }
 
-    // Of what passes the varnish, 1 - mean E of diffuse light, the base returns ρ (1 - F)/(1 - ρ F): what
-    // finds its way out again, F the share of diffuse light from within that the varnish throws back. By
-    // reciprocity 1 - F = (1 - mean E)/η².
+    // The base returns ρ (1 - F)/(1 - ρ F) of the light that passes the varnish, which is 1 - mean E of
+    // diffuse light. F is the share of diffuse light that the varnish reflects back inside. By reciprocity 1
+    // - F = (1 - mean E)/η².
     void operator()(const CoatedDiffuseMaterial& m) const {
         const V2f alpha = covered_alpha(m.coat.roughness, m.coat.table.get(), point);
         const float least = std::min(alpha.x, alpha.y);
-        // What hardly lets any light in (an index far below 1) divides by no less than this, and stays dark.
+        // The limit keeps a varnish that lets almost no light in (an index far below 1) from a division by 0.
         const float in = std::max(1 - m.coat.table->rough_mean(least), 1e-4F);
         const float out = std::min(in / (m.coat.eta * m.coat.eta), 1.0F);
         const Rgb rho = share_of(m.reflectance, point);
@@ -110,8 +110,9 @@ struct AddLobes {
             CoveredDiffuseLobe{albedo, {.table = m.coat.table.get(), .alpha = least, .gloss = Rgb(1.0F)}});
     }
 
-    // For small angles: a facet of the metal tilted by m turns the light by 2m inside, by 2 η m outside. A
-    // facet of the varnish tilted by m turns it by (η - 1) m, on the way in and on the way out.
+    // These relations hold for small angles. A facet of the metal tilted by m turns the light by 2m inside
+    // the varnish, by 2 η m outside. A facet of the varnish tilted by m turns it by (η - 1) m, once in, once
+    // out.
     void operator()(const CoatedConductorMaterial& m) const {
         const V2f coat = covered_alpha(m.coat.roughness, m.coat.table.get(), point);
         const ConductorLobe metal = metal_lobe(m.metal, point);
@@ -140,7 +141,7 @@ struct AddLobes {
         gloss *= down, reflect *= down, transmit *= down;
         const V2f alpha = covered_alpha(m.roughness, m.table.get(), point);
 
-        // Where opacity leaves nothing of a part, the surface must not be taken for one that scatters.
+        // A component that opacity makes black must not count as a lobe that scatters.
         const Rgb diffuse = share_of(m.diffuse, point), base = diffuse * opacity;
         if (largest(diffuse + gloss, larger(reflect, transmit)) <= 1) {
             if (!is_black(base)) list.add(DiffuseLobe{base});
@@ -166,7 +167,8 @@ struct AddLobes {
         const Rgb down = down_to_one(reflect + transmit);
         reflect *= down, transmit *= down;
         const Rgb gloss = share_of(m.gloss, point);
-        // Of rough glass at least all that is not taken by the larger of its two parts is left.
+        // The larger of the rough glass's two parts bounds what the glass takes; the rest is left for the
+        // diffuse lobes.
         Rgb diffuse = share_of(m.diffuse, point);
         const Rgb most = Rgb(1.0F) - gloss * larger(reflect, transmit);
         for (int c = 0; c < 3; ++c) {
@@ -180,7 +182,7 @@ struct AddLobes {
             list.add(DielectricLobe{1.5F, gloss * reflect, gloss * transmit, alpha.x, alpha.y});
     }
 
-    // Both parts reflect all at grazing: the sum is taken as that of one metal, shared out between them.
+    // Both lobes reflect everything at grazing, so that the sum is that of one metal, split between them.
     void operator()(const ShinyMetalMaterial& m) const {
         const Rgb gloss = share_of(m.gloss, point), mirror = share_of(m.mirror, point);
         const Rgb sum = gloss + mirror;
@@ -195,7 +197,7 @@ struct AddLobes {
     void operator()(const MixMaterial& m) const;
 
     void operator()(const InterfaceMaterial&) const {
-        list.add(DielectricLobe{1, Rgb(0.0F), Rgb(1.0F)});  // as a part of a mix
+        list.add(DielectricLobe{1, Rgb(0.0F), Rgb(1.0F)});  // an interface in a mix
     }
 };
 

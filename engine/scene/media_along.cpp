@@ -7,7 +7,7 @@
 namespace lucerna {
 namespace {
 
-// Mean number of places at which emission is looked for along a crossing.
+// Emission is evaluated at this mean number of places along a crossing.
 constexpr double kSearches = 4;
 
 }  // namespace
@@ -25,7 +25,7 @@ MediaAlong::MediaAlong(const SceneMedia& media, std::int32_t inside, const Ray& 
     if (inside != kNoMedium) add(media.all[static_cast<std::size_t>(inside)]);
     for (const std::uint32_t region : media.regions) add(media.all[region]);
     if (crossings_.empty()) return;
-    // Before the first crossing and after the last there is nothing.
+    // There is no medium before the first crossing and after the last.
     end_ = last_;
     last_ = 0;
     for (const MediumCrossing& c : crossings_) {
@@ -99,7 +99,7 @@ MediaAlong::Choice MediaAlong::choose(double t, const V3d& weight, double u) con
         choice.medium = c.medium;
         for (int k = 0; k < 3; ++k) choice.share[k] = sum[k] > 0 ? sigma_s[k] / (sum[k] * part) : 0;
         if (u < part) break;
-        u -= part;  // where rounding leaves a rest, the last one takes it
+        u -= part;  // the last medium takes what rounding leaves
     }
     return choice;
 }

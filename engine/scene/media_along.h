@@ -1,7 +1,7 @@
-// All media along a piece of a ray, cut into stretches.
+// Describes all media along a piece of a ray, cut into stretches.
 //
-// On a stretch the same media are met from end to end, and each of those that vary stays under one bound:
-// what closed forms and tracking by null collisions [Woodcock 1965] need.
+// On a stretch the set of media is constant, and one bound holds for each medium that varies. Closed forms
+// and null-collision tracking [Woodcock 1965] need both.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace lucerna {
 
-// Sums over the media at one place, per scene unit.
+// Holds sums over all media at one place, per scene unit.
 struct Coefficients {
     V3d sigma_t{0, 0, 0}, sigma_s{0, 0, 0};
     V3d emission{0, 0, 0};  // W/(m² sr) per unit
@@ -19,33 +19,33 @@ struct Coefficients {
 
 class MediaAlong {
   public:
-    // The ray from 0 to `end` (scene units, may be infinite); `inside` is the medium that the borders left
-    // it in.
+    // Takes the ray from 0 to `end` (scene units, may be infinite). `inside` is its medium by interfaces.
     MediaAlong(const SceneMedia& media, std::int32_t inside, const Ray& ray, double end);
 
     bool empty() const { return crossings_.empty(); }
-    // Whether any of the media on the way does.
+    // These tell whether any of the media on the ray scatters or emits.
     bool scatters() const { return scatters_; }
     bool emits() const { return emits_; }
-    // Whether closed forms hold all along.
+    // Tells whether no medium varies, so that closed forms hold on the whole ray.
     bool is_uniform() const { return uniform_all_; }
-    // Goes to the next stretch, at first to the first. False: there is none.
+    // Advances to the next stretch; the first call enters the first. Returns false if there is none.
     bool next();
     double begin() const { return begin_; }
     double end() const { return end_; }
 
-    // Of the present stretch, extinction per channel.
-    const V3d& uniform() const { return uniform_; }  // of what does not vary, exact
-    const V3d& bound() const { return bound_; }      // of what varies, an upper bound
-    // Further null collisions per unit that emission wants, so that it is found where nothing collides.
+    // These return the extinction per channel on the present stretch.
+    const V3d& uniform() const { return uniform_; }  // sum over uniform media, exact
+    const V3d& bound() const { return bound_; }      // upper bound of the sum over varying media
+    // Returns the rate of additional null collisions per unit of length, which find emission between
+    // collisions.
     double search() const { return search_; }
 
-    // At t in the present stretch.
+    // Returns the sums over the media at t in the present stretch.
     Coefficients at(double t) const;
-    V3d varying_at(double t) const;  // extinction of what varies
-    // One of the media there, in proportion to what it scatters of `weight`: `u` in [0,1). Requires that
-    // some do. `share` is what the medium scatters over the sum of all, per channel, over the choice's
-    // probability.
+    V3d varying_at(double t) const;  // extinction of varying media
+    // Chooses one of the media there, in proportion to how much of `weight` it scatters; `u` in [0,1). At
+    // least one must scatter. `share` is the medium's part of the scattering coefficient per channel, divided
+    // by the choice's probability.
     struct Choice {
         const Medium* medium;
         V3d share;

@@ -7,10 +7,10 @@
 namespace lucerna {
 namespace {
 
-constexpr int kAims = 64;          // places of a border's box towards which medium_around() looks
-constexpr int kMostPassages = 64;  // through which it looks in each
+constexpr int kAims = 64;  // points in an interface's bounding box towards which medium_around() looks
+constexpr int kMostPassages = 64;  // surfaces that each of these rays may pass
 
-// Even over the box: the additive recurrence of [Roberts 2018] in three dimensions.
+// Returns the i-th point of a low-discrepancy sequence in the box: the R3 sequence of [Roberts 2018].
 V3f aim(const Box3f& box, int i) {
     constexpr double kSteps[] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
     V3f place;
@@ -21,7 +21,7 @@ V3f aim(const Box3f& box, int i) {
     return place;
 }
 
-// The medium on the near side of the first border that a ray meets, through all surfaces that are none.
+// Returns the medium on the near side of the first medium interface that a ray meets beyond other surfaces.
 std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
     for (int i = 0; i < kMostPassages; ++i) {
         const auto hit = scene.intersect_with_borders(ray);
@@ -32,7 +32,7 @@ std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
     return std::nullopt;
 }
 
-// Multiplies `passed` by the share that the media of a ray let pass, and returns the medium at its end.
+// Multiplies `passed` by the transmittance of the media along a ray, and returns the medium at its end.
 std::int32_t pass_media(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler,
                         Rgb& passed) {
     return for_each_piece(scene, ray, medium, [&](MediumPiece piece) {
@@ -94,9 +94,9 @@ MediaTraversal traverse_media(const Scene& scene, const Ray& ray, const std::opt
 
 std::int32_t medium_around(const Scene& scene, const SurfacePoint& from, const V3f& d) {
     const SceneMedia& media = scene.media();
-    if (media.all.size() == media.regions.size()) return kNoMedium;  // regions are no borders' media
+    if (media.all.size() == media.regions.size()) return kNoMedium;  // regions have no interfaces
     if (const auto found = before_first_border(scene, Ray{from.towards(d), d})) return *found;
-    // The first border on the way to any border tells, too.
+    // The first interface on a ray towards any interface determines the medium, too.
     const V3f start = from.towards(d);
     for (int i = 0; scene.a_border() && i < kAims; ++i) {
         const V3f way = aim(*scene.a_border(), i) - start;
@@ -109,9 +109,9 @@ std::int32_t medium_around(const Scene& scene, const SurfacePoint& from, const V
 
 namespace {
 
-constexpr std::uint32_t kBranch = 0xf1;  // of the path's sampler
+constexpr std::uint32_t kBranch = 0xf1;  // branch of the path's sampler
 
-// Under this transmittance roulette is played, and survived by half.
+// Below this transmittance Russian roulette ends half of the estimates.
 constexpr double kFaint = 0.05;
 
 double exponential(float u) {
@@ -130,7 +130,8 @@ double largest(const V3d& v) {
     return std::max({v.x, v.y, v.z});
 }
 
-// The channel that decides, and the densities of the path so far by all three, up to a common factor.
+// Holds the channel that samples distances, and the path's densities so far for all channels, up to a common
+// factor.
 class Channels {
   public:
     Channels(const Rgb& throughput, float u) : throughput_(throughput) {
@@ -138,20 +139,20 @@ class Channels {
         double rest = static_cast<double>(u);
         for (int k = 0; k < 3; ++k) {
             chance_[k] = chance[k];
-            density_[k] = chance[k] > 0 ? 1 : 0;  // what carries nothing needs no density
+            density_[k] = chance[k] > 0 ? 1 : 0;  // a channel without throughput needs no density
             if (chance[k] > 0 && rest >= 0) hero_ = k;
             rest -= chance[k];
         }
     }
 
     int hero() const { return hero_; }
-    // To the next event, the same for all.
+    // Multiplies the densities by the factors of an event that all channels share.
     void multiply(const V3d& factor) {
         density_ *= factor;
         const double most = largest(density_);
-        if (most > 0) density_ /= most;  // only ratios matter, and products of many must not vanish
+        if (most > 0) density_ /= most;  // only ratios matter; products must not underflow
     }
-    // What the throughput becomes by an event of value `value` that was drawn with density `pdf` per channel.
+    // Returns the throughput after an event of value `value` that was drawn with density `pdf` per channel.
     Rgb weigh(const V3d& value, const V3d& pdf) const {
         const double mean = chance_.dot(density_ * pdf);
         if (!(mean > 0)) return Rgb(0);
@@ -178,8 +179,8 @@ Flight scatter(const MediaAlong& along, double t, const Channels& channels, cons
     return flight;
 }
 
-// To the next collision that is none of the null ones, `depth` away in the hero's optical depth; none: the
-// end was reached. Leaves `along` in that stretch.
+// Advances to the next real collision, `depth` away in the hero channel's optical depth. Returns none if the
+// end is reached. Leaves `along` in the stretch of the collision.
 std::optional<double> collide(MediaAlong& along, Channels& channels, double depth, Sampler& more,
                               Rgb& emitted) {
     const int hero = channels.hero();
@@ -193,7 +194,7 @@ std::optional<double> collide(MediaAlong& along, Channels& channels, double dept
             t += step;
             const Coefficients here = along.at(t);
             emitted += channels.weigh(here.emission, majorant);
-            // A collision, or none after all.
+            // The collision is real with probability sigma_t / majorant, else it is a null collision.
             if (static_cast<double>(more.next()) * majorant[hero] < here.sigma_t[hero]) return t;
             V3d null = majorant - here.sigma_t;
             for (int k = 0; k < 3; ++k) null[k] = std::max(0.0, null[k]);
@@ -207,7 +208,7 @@ std::optional<double> collide(MediaAlong& along, Channels& channels, double dept
     return std::nullopt;
 }
 
-// Optical depth of the present stretch from its beginning to t, which may be infinite.
+// Returns the optical depth of the present stretch from its beginning to t, which may be infinite.
 V3d uniform_depth(const MediaAlong& along, double t) {
     V3d depth(0);
     for (int k = 0; k < 3; ++k) {
@@ -216,8 +217,8 @@ V3d uniform_depth(const MediaAlong& along, double t) {
     return depth;
 }
 
-// A distance within ways of closed form: the channel that draws it is chosen by what it scatters or loses on
-// them, and its density is the exponential one, cut off at the end.
+// Draws a distance within uniform media. The channel that draws it is chosen by what it scatters or loses on
+// the ray; its density is exponential, truncated at the end.
 struct DrawnWithin {
     double t;
     V3d flow;
@@ -255,9 +256,9 @@ std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput,
             if (contribution[k] > 0)
                 pdf += contribution[k] / sum * along.uniform()[k] * passed[k] / interacting[k];
         }
-        return DrawnWithin{t, passed / pdf};  // > 0: the hero's part is
+        return DrawnWithin{t, passed / pdf};  // > 0, because the hero's part is
     }
-    return std::nullopt;  // rounding: the goal lay on the very end
+    return std::nullopt;  // by rounding, the goal is at the very end
 }
 
 }  // namespace
@@ -299,7 +300,7 @@ std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughp
         if (!t) return std::nullopt;
         place.t = *t;
         flow = V3d(channels.weigh(V3d(1), along.at(*t).sigma_t));
-        // weigh() counts in the throughput, which is not black; a channel without it gets nothing.
+        // weigh() includes the throughput, which is not black. A channel without throughput gets nothing.
         for (int k = 0; k < 3; ++k)
             flow[k] = throughput[k] > 0 ? flow[k] / static_cast<double>(throughput[k]) : 0;
     }

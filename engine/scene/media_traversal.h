@@ -1,8 +1,8 @@
-// Ways through a scene's media, from one vertex of a path to the next.
+// Traverses a scene's media from one vertex of a path to the next.
 //
-// Between two surfaces a way may cross interfaces at which the medium changes: it falls into pieces, each in
-// one medium of the borders and any number of regions. Whoever goes along must say in which medium the way
-// begins: what a path carries from border to border.
+// A ray between two surfaces may cross interfaces at which the medium changes. They divide it into pieces,
+// each in one medium of the interfaces and any number of regions. The caller must know the medium in which
+// the ray begins, which a path carries from interface to interface.
 #pragma once
 
 #include <cmath>
@@ -18,65 +18,62 @@
 
 namespace lucerna {
 
-// A flight through media: how far light comes, and what it loses and gains on the way.
-//
 // fly() draws a distance for a path; transmittance() estimates the share that passes. Both are unbiased for
-// any density: where it varies, null collisions fill it up to a bound. What media absorb is taken off the
-// throughput, never decided by chance. scatter_within() draws a place on a way of which the end is of
-// interest anyway: where the media do not vary, none of its draws is lost beyond the end.
+// any density: where it varies, null collisions fill it up to a bound. Absorption reduces the throughput and
+// is never decided by Russian roulette. scatter_within() draws a place on a ray whose end is shaded anyway;
+// in uniform media it never draws beyond the end.
 //
-// Sources: delta tracking [Woodcock 1965]; ratio tracking [Novák 2014]; [Miller 2019]: the weights that make
-// one distance serve three channels. The channel that draws it is chosen in proportion to the throughput, and
-// the estimate is divided by the mean over all channels' densities, so no colour gains more than the sum of
-// all.
+// Sources: delta tracking [Woodcock 1965]; ratio tracking [Novák 2014]; the weights by which one distance
+// serves three channels [Miller 2019]. The channel that draws it is chosen in proportion to the throughput,
+// and the estimate is divided by the mean over all channels' densities, so that no channel gains more than
+// the sum of all.
 
 struct Flight {
-    bool scattered = false;  // within the media; otherwise the end was reached
-    double t = 0;            // where, along the ray; scene units
+    bool scattered = false;  // within the media; else the end was reached
+    double t = 0;            // place of the event along the ray, scene units
     float g = 0;             // of the medium that scattered
-    Rgb throughput{0.0F};    // after scattering (black: absorbed), or at the end
+    Rgb throughput{0.0F};    // after scattering, or at the end; black if absorbed
     Rgb emitted{0.0F};       // by the media on the way, throughput included, W/(m² sr)
 };
 
-// `throughput` is not black. Takes one pair of numbers from `sampler`, the rest from a branch of it.
+// `throughput` must not be black. Draws one pair of numbers from `sampler` and the rest from a branch of it.
 Flight fly(MediaAlong along, const Rgb& throughput, Sampler& sampler);
 
-// A place at which light is scattered into the way, back towards its beginning.
+// Holds a place at which a medium scatters light back towards the beginning of a ray.
 struct InScattering {
-    double t = 0;       // along the ray; scene units
+    double t = 0;       // along the ray, scene units
     float g = 0;        // of the medium that scatters there
-    Rgb flow{0.0F};     // the share that reaches the beginning, over the density of t, scene units
+    Rgb flow{0.0F};     // transmittance to the beginning, divided by the density of t; scene units
     Rgb sigma_s{0.0F};  // of all media there, per scene unit
 };
 
-// For any function F of place and phase function, the mean of flow·F (0 without a place) is the integral over
-// the way of transmittance · F, where media scatter at all. `throughput`, not black, is what the light is
-// worth to the path, and only serves to choose well. Takes one pair of numbers from `sampler`, the rest from
-// a branch of it.
+// Draws a place so that, for any function F of place and phase function, the mean of flow·F (0 without a
+// place) is the integral of transmittance · F over the ray, where media scatter. `throughput`, not black, is
+// that of the path and only serves importance sampling. Draws one pair of numbers from `sampler` and the rest
+// from a branch of it.
 std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughput, Sampler& sampler);
 
-// The same at a place that the caller has drawn, whose density it divides by: `flow` is the share that
-// reaches the beginning from t, which lies within `along`; `before` is the way up to there. None: nothing
-// scatters.
+// Does this for a t within `along` that the caller draws and by whose density it divides: `flow` is the
+// transmittance from t to the beginning. `before` is the ray up to t. Returns none if nothing scatters there.
 std::optional<InScattering> scattered_at(MediaAlong along, MediaAlong before, double t, const Rgb& throughput,
                                          Sampler& sampler);
 
-// Its mean is the transmittance from end to end: 0 over an infinite way through a medium. Exact, and without
-// random numbers, where nothing varies.
+// Estimates the transmittance from end to end, without bias; 0 over an infinite ray through a medium. It is
+// exact, without random numbers, if no medium varies.
 Rgb transmittance(MediaAlong along, Sampler& sampler);
 
-// Borders on one way. Only rounding at a grazing border can exhaust them.
+// Limits the medium interfaces on one ray. Only rounding at a grazing interface can reach it.
 inline constexpr int kMaxBorders = 10'000;
 
 struct MediumPiece {
-    Ray ray;              // from the border before it; t_max is the piece's end
-    double to_go;         // from ray.o to the end of the whole way
-    std::int32_t medium;  // of the borders
+    Ray ray;              // begins at the interface before the piece; t_max is the piece's end
+    double to_go;         // from ray.o to the end of the whole ray
+    std::int32_t medium;  // medium of the interfaces
     MediaAlong along;     // not empty
 };
 
-// Calls visit(MediumPiece) for the pieces of the ray up to t_max that hold any medium, until it returns
-// false. Returns the medium at the end, or where it was stopped. Surfaces are not looked for.
+// Calls visit(MediumPiece) for each piece of the ray up to t_max that contains any medium, until it returns
+// false. Returns the medium at the end, or where visit() stopped. Ignores surfaces that are not interfaces.
 template <typename Visit>
 std::int32_t for_each_piece(const Scene& scene, const Ray& ray, std::int32_t medium, Visit&& visit) {
     Ray rest = ray;
@@ -95,24 +92,24 @@ std::int32_t for_each_piece(const Scene& scene, const Ray& ray, std::int32_t med
     return medium;
 }
 
-// The share that passes the media of the ray from 0 to t_max, begun in `medium`: unbiased, and exact where no
-// medium varies. 1 without media.
+// Estimates the transmittance of the media along the ray from 0 to t_max, which begins in `medium`. It is
+// unbiased, exact if no medium varies, and 1 without media.
 Rgb transmittance(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler);
 
-// The share of light that passes a whole way (way_from(), way_between()) in a straight line: 0 if anything
-// opaque is met. Panes and other surfaces that pass light unbent take their share of it, by its direction
-// (Bsdf::straight_share()), and media theirs: unbiased, and exact where no medium varies. The way begins in
-// `medium`. A shadow ray meets cut-outs as shadows do; others as rays from the eye do.
+// Estimates the share of light that passes a whole ray (way_from(), way_between()) in a straight line: 0 if
+// anything opaque is met. Panes and other surfaces that pass light unbent attenuate it by its direction
+// (Bsdf::straight_share()), and so do media: unbiased, and exact if no medium varies. The ray begins in
+// `medium`. With `shadow`, cut-outs count as for shadow rays, otherwise as for rays from the eye.
 Rgb passing(const Scene& scene, const Ray& way, std::int32_t medium, Sampler& sampler, bool shadow = true);
 
-// Where a way is scattered at distance t of a piece whose whole way ends on the surface `hit`: never on the
-// far side of it, whatever was rounded.
+// Returns the place at distance t of a piece whose whole ray ends on the surface `hit`. Despite rounding, it
+// is never on the far side of the surface.
 V3f scattering_point(const MediumPiece& piece, double t, const std::optional<Hit>& hit);
 
-// What becomes of a particle on its way to the next surface.
+// Holds the outcome of a particle's flight to the next surface.
 struct MediaTraversal {
-    Rgb power;            // at the end, or after it was scattered; what media absorb is taken off
-    std::int32_t medium;  // around it then
+    Rgb power;            // at the end or after scattering, less absorption
+    std::int32_t medium;  // around the particle after the flight
     struct Scattered {
         V3f p;
         float g;  // of the medium that scattered
@@ -120,27 +117,27 @@ struct MediaTraversal {
     std::optional<Scattered> scattered;
 };
 
-// `hit` is what the ray meets, if anything. `power` is not black.
+// `hit` is the hit of the ray, if any. `power` must not be black.
 MediaTraversal traverse_media(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                               std::int32_t medium, const Rgb& power, Sampler& sampler);
 
-// The medium of the borders around a point from which light leaves, or to which it comes, on d's side of its
-// surface. It is found by looking along d and towards a border of the scene; where there is none, the medium
-// is that around the camera.
+// Returns the medium of the interfaces at a point where light leaves or arrives, on d's side of its surface.
+// It looks along d and towards an interface of the scene; if it finds none, the medium is that around the
+// camera.
 std::int32_t medium_around(const Scene& scene, const SurfacePoint& from, const V3f& d);
 
-// Where a path meets a surface or is scattered in a medium, as whoever lights such a place asks for it.
+// Direct light is computed for a Vertex or a MediumVertex.
 
-// Where a path meets a surface that scatters.
+// Holds a place where a path meets a surface that scatters.
 struct Vertex {
     const Hit& hit;
     const Bsdf& bsdf;
     V3f wo;                           // towards the eye
-    std::int32_t medium = kNoMedium;  // of the borders, in which it lies on wo's side
+    std::int32_t medium = kNoMedium;  // medium of the interfaces, on wo's side
 
     SurfacePoint from() const { return hit.at; }
     V3f normal() const { return face_forward(hit.at.n, wo); }  // geometric, on wo's side
-    // Of what arrives from w per solid angle, the share that leaves towards wo: f·cosθ.
+    // Returns the share of the radiance per solid angle from w that leaves towards wo: f·cosθ.
     Rgb value(const V3f& w) const {
         return bsdf.f(wo, w, Transport::radiance) * std::fabs(w.dot(bsdf.shading_normal()));
     }
@@ -150,7 +147,7 @@ struct Vertex {
     }
 };
 
-// Where a path is scattered in a medium.
+// Holds a place where a path is scattered in a medium.
 struct MediumVertex {
     V3f p;
     HenyeyGreenstein phase;

@@ -11,7 +11,7 @@ struct Span {
     double entry, exit;
 };
 
-// The slabs of a box, one axis after the other.
+// Clips the span to a box, one pair of planes after the other.
 std::optional<Span> clip(const Box3d& box, const V3d& o, const V3d& d, Span span) {
     for (int k = 0; k < 3; ++k) {
         if (d[k] == 0) {

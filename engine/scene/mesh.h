@@ -1,4 +1,4 @@
-// Surfaces as the scene holds them: in world space, relative to the scene's own origin.
+// Describes surfaces of the scene, in world space relative to the scene's own origin.
 #pragma once
 
 #include <Imath/ImathVec.h>
@@ -19,28 +19,28 @@ inline constexpr std::int32_t kNoLight = -1;
 
 inline constexpr std::int32_t kNoMedium = -1;
 
-// The media on the two sides of a surface, as indices into SceneMedia::all; `outside` lies on the side of the
-// geometric normal as Hit has it (ReverseOrientation swaps the two, as in pbrt). Only a surface that is a
-// border changes what a path is in.
+// Holds the media on both sides of a surface, as indices into SceneMedia::all. `outside` is on the side of
+// Hit's geometric normal (ReverseOrientation swaps the two, as in pbrt). A path's medium changes only where
+// `border` is set.
 struct MediumInterface {
     bool border = false;
     std::int32_t inside = kNoMedium, outside = kNoMedium;
 };
 
-// What every surface has beside its shape.
+// Holds the attributes of a surface beside its shape.
 struct SurfaceTraits {
     std::uint32_t material = 0;        // index into SceneParts::materials
     std::int32_t light = kNoLight;     // index into SceneParts::lights
     bool reverse_orientation = false;  // the geometric normal (the side that emits) is flipped
-    MediumInterface media = {};        // what lies on either side, if the surface is a border
-    // Cut-outs: where the number is 0 there is nothing, in between a part of the rays passes; null: solid.
-    // The first holds for all rays, the second for those that only ask what they can see.
+    MediumInterface media = {};        // media on both sides, if the surface is a medium interface
+    // These are cut-outs: a ray passes where the value is 0, and with probability 1 - value in between; null
+    // means solid. `alpha` holds for all rays, `shadow_alpha` in addition for shadow rays.
     std::shared_ptr<const FloatTexture> alpha = {}, shadow_alpha = {};
 };
 
-// Triangles. `n` and `uv` are empty or have one entry per vertex. The geometric normal of a triangle is
-// (p1-p0) × (p2-p0), flipped by reverse_orientation; when shading normals are given it is NOT turned towards
-// them (the shading normal is turned towards the geometric one).
+// Holds triangles. `n` and `uv` are empty or have one entry per vertex. The geometric normal of a triangle is
+// (p1-p0) × (p2-p0), flipped by reverse_orientation. Given shading normals are turned towards the geometric
+// normal, NOT the reverse.
 struct Mesh {
     std::vector<V3f> p;
     std::vector<V3i> triangles;
@@ -49,15 +49,15 @@ struct Mesh {
     SurfaceTraits traits;
 };
 
-// A surface of revolution about z, or a disk, under an affine map: exact, not tessellated. Object space, as
-// pbrt defines it: sphere, cylinder and paraboloid reach from z_min to z_max, the disk lies in z = height,
-// the cone's tip in z = height over a base in z = 0; the hyperboloid is swept by the line from p1 to p2. All
-// may be partial in phi. Normals point outwards (along +z for a disk; for a hyperboloid whose p2 lies below
-// p1 inwards), flipped by reverse_orientation.
+// Describes a surface of revolution about z, or a disk, under an affine map: exact, not tessellated. Object
+// space is as in pbrt: sphere, cylinder and paraboloid reach from z_min to z_max, the disk lies in z =
+// height, the cone's tip is at z = height over a base in z = 0, and the line from p1 to p2 sweeps the
+// hyperboloid. All may be partial in phi. Normals point outwards (along +z for a disk, inwards for a
+// hyperboloid whose p2 lies below p1), flipped by reverse_orientation.
 struct Quadric {
     enum class Kind : std::uint8_t { sphere, disk, cylinder, cone, paraboloid, hyperboloid };
     Kind kind = Kind::sphere;
-    float radius = 1;                           // object units, > 0; not of the hyperboloid
+    float radius = 1;                           // object units, > 0; unused by the hyperboloid
     float z_min = -INFINITY, z_max = INFINITY;  // sphere, cylinder, paraboloid
     float height = 0, inner_radius = 0;         // disk; cone (height > 0)
     V3f p1{0, 0, 0}, p2{1, 1, 1};               // hyperboloid; p1.z != p2.z
@@ -67,9 +67,9 @@ struct Quadric {
     SurfaceTraits traits;
 };
 
-// Bilinear patches: p(u, v) between corners 00, 10, 01, 11 in this order. `n` and `uv` are empty or have one
-// entry per vertex. The geometric normal is dp/du × dp/dv, flipped by reverse_orientation; where `n` is given
-// it is turned to the side of that instead.
+// Holds bilinear patches p(u, v) with corners 00, 10, 01, 11 in this order. `n` and `uv` are empty or have
+// one entry per vertex. The geometric normal is dp/du × dp/dv, flipped by reverse_orientation; where `n` is
+// given, it is turned to the side of `n` instead.
 struct BilinearMesh {
     std::vector<V3f> p;
     std::vector<std::array<std::int32_t, 4>> patches;
@@ -78,15 +78,15 @@ struct BilinearMesh {
     SurfaceTraits traits;
 };
 
-// Cubic Bézier curves with a width: hair, grass, wire.
+// Holds cubic Bézier curves with a width: hair, grass, wire.
 struct Curves {
     using V4f = Imath::V4f;
     enum class Kind : std::uint8_t {
-        flat,   // a band that turns to each ray
+        flat,   // a band that faces each ray
         round,  // a tube
-        ribbon  // a band that turns to given normals
+        ribbon  // a band that faces given normals
     };
-    // A piece of a curve, with the part of the whole curve's u that it covers.
+    // Describes a segment of a curve, with the part of the whole curve's u that it covers.
     struct Segment {
         float u_from = 0, u_to = 1;
     };
@@ -97,7 +97,7 @@ struct Curves {
     SurfaceTraits traits;
 };
 
-// All that lies in one frame of reference.
+// Holds all shapes that lie in one frame of reference.
 struct Shapes {
     std::vector<Mesh> meshes;
     std::vector<Quadric> quadrics;
@@ -105,15 +105,13 @@ struct Shapes {
     std::vector<Curves> curves;
 };
 
-// A prototype's shapes once more, elsewhere.
+// Places a copy of a prototype's shapes.
 struct Instance {
     std::uint32_t prototype = 0;  // index into SceneParts::prototypes
     M44d world_from_prototype;    // affine, invertible; relative to the scene's origin
 };
 
-// Bilinear patches, met exactly, in double precision.
-
-// p(u, v) = (1-u)(1-v) p00 + u(1-v) p10 + (1-u)v p01 + uv p11
+// Intersects a bilinear patch in double: p(u, v) = (1-u)(1-v) p00 + u(1-v) p10 + (1-u)v p01 + uv p11.
 struct PatchShape {
     V3d p00, p10, p01, p11;
 
@@ -122,32 +120,31 @@ struct PatchShape {
     struct Crossing {
         double t, u, v;  // t in units of d's length
     };
-    // The nearest with t_min < t <= t_max.
+    // Returns the nearest crossing with t_min < t <= t_max.
     std::optional<Crossing> nearest(const V3d& o, const V3d& d, double t_min, double t_max) const;
 
     V3d point(double u, double v) const;
     V3d dpdu(double v) const { return (1 - v) * (p10 - p00) + v * (p11 - p01); }
     V3d dpdv(double u) const { return (1 - u) * (p01 - p00) + u * (p11 - p10); }
-    // Unit; where an edge has shrunk to a point, that of the patch as a whole.
+    // Returns the unit normal; where an edge has shrunk to a point, that of the patch as a whole.
     V3d normal(double u, double v) const;
-    // Largest side of the bounds.
+    // Returns the largest side of the bounds.
     float extent() const;
     bool is_flat_parallelogram() const;
 };
 
-// Loop subdivision: a coarse mesh of triangles to points and normals of its limit surface.
+// Holds points and normals of a coarse triangle mesh's limit surface under Loop subdivision.
 struct LoopMesh {
     std::vector<V3d> p, n;  // n unit, on the side of the triangles' own normals
     std::vector<V3i> triangles;
 };
 
-// Each level cuts every triangle into four. Boundaries are creases (pbrt's rule, too). Throws InputError for
-// what is no surface: a triangle that names a vertex twice, an edge of more than two triangles.
+// Each level splits every triangle into four. Boundaries are creases, as in pbrt. Throws InputError for what
+// is not a surface: a triangle that names a vertex twice, or an edge of more than two triangles.
 LoopMesh subdivide_loop(const std::vector<V3d>& p, const std::vector<V3i>& triangles, int levels);
 
-// PLY files (Stanford polygon format), as pbrt's plymesh reads them.
-
-// `n` and `uv` are empty or have one entry per vertex; every index is one of a vertex.
+// Holds a mesh from a PLY file (Stanford polygon format), as pbrt's plymesh reads it. `n` and `uv` are empty
+// or have one entry per vertex; every index is valid.
 struct PlyMesh {
     std::vector<V3f> p;  // the file's units
     std::vector<V3f> n;
@@ -155,10 +152,10 @@ struct PlyMesh {
     std::vector<V3i> triangles;
 };
 
-// ASCII or binary of either byte order. Vertex x y z, with nx ny nz and u v (or s t, texture_u texture_v,
-// texture_s texture_t) if the file has them; faces vertex_indices or vertex_index, polygons cut into a fan.
-// All else is skipped. Throws InputError naming file and cause; a count is believed only as far as the file
-// is long.
+// Reads ASCII or binary of either byte order. Vertices have x y z, and optionally nx ny nz and u v (or s t,
+// texture_u texture_v, texture_s texture_t); faces have vertex_indices or vertex_index, and polygons become
+// triangle fans. Everything else is skipped. Throws InputError that names file and cause; a count is trusted
+// only up to the file's length.
 PlyMesh read_ply(const std::filesystem::path& file);
 
 }  // namespace lucerna

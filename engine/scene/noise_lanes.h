@@ -1,9 +1,8 @@
-// Perlin's noise of eight octaves at once, where the processor can look up 64 bytes in a table of 256 in one
-// step (AVX-512 VBMI); behind texture_noise.cpp.
+// Evaluates eight octaves of Perlin noise at once on processors that can look up 64 bytes in a table of 256
+// in one step (AVX-512 VBMI). It serves texture_noise.cpp.
 //
-// The arithmetic is that of one place at a time, in the same order and without fused steps, so both give the
-// same bits. A portable build therefore asks the processor when it runs, and does not need a build of its own
-// for it.
+// The arithmetic is that of the scalar code, in the same order and without fused steps, so that both give the
+// same bits. A portable build can therefore choose at run time.
 #pragma once
 
 #include <array>
@@ -23,12 +22,12 @@ namespace lucerna {
 
 inline constexpr std::size_t kNoiseLanes = 8;
 
-// Places beyond lose their fractions in the way the lanes find the cell.
+// Beyond this coordinate the vector code's search of the cell loses fractions.
 inline constexpr double kLanesReach = 0x1p50;
 
 #if LUCERNA_NOISE_LANES
 
-// Whether noise_lanes() may be called.
+// Tells whether noise_lanes() may be called.
 inline bool has_noise_lanes() {
     static const bool has = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
                             __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
@@ -36,19 +35,19 @@ inline bool has_noise_lanes() {
     return has;
 }
 
-// All functions from here to the end of the region are compiled for that processor, whatever the build is
-// for; nothing of it is called from elsewhere but noise_lanes().
+// All functions from here to the end of the region are compiled for that processor, whatever the build's
+// target is. Other code calls only noise_lanes().
 #ifdef __clang__
 #pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx512vbmi"))), \
                              apply_to = function)
 #else
-#pragma GCC diagnostic push  // registers that the compiler's own header leaves undefined on purpose
+#pragma GCC diagnostic push  // for intrinsics' deliberately undefined registers
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl,avx512vbmi")
 #endif
 
-// Perlin's permutation, and the components of the sixteen gradients, as registers hold them.
+// Holds Perlin's permutation and the components of the sixteen gradients in registers.
 class NoiseLanes {
   public:
     NoiseLanes(const std::array<std::uint8_t, 256>& permutation,
@@ -60,7 +59,7 @@ class NoiseLanes {
         }
     }
 
-    // At p times each of the eight frequencies; all products within kLanesReach.
+    // Evaluates the noise at p times each of the eight frequencies; all products must be within kLanesReach.
     void at(double px, double py, double pz, const double* frequencies, double* out) const {
         const __m512d f = _mm512_loadu_pd(frequencies);
         const auto along = [&](double coordinate) {
@@ -68,7 +67,7 @@ class NoiseLanes {
         };
         at(along(px), along(py), along(pz), out);
     }
-    // At eight places, within kLanesReach.
+    // Evaluates the noise at eight places, which must be within kLanesReach.
     void at(const double* px, const double* py, const double* pz, double* out) const {
         const auto along = [](const double* coordinates) { return Axis(_mm512_loadu_pd(coordinates)); };
         at(along(px), along(py), along(pz), out);
@@ -77,7 +76,7 @@ class NoiseLanes {
   private:
     struct Axis {
         __m512d within, weight;
-        __m128i cell;  // modulo 256, a byte for each lane
+        __m128i cell;  // modulo 256, one byte per lane
 
         explicit Axis(__m512d x) {
             const __m512d floor = _mm512_roundscale_pd(x, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
@@ -93,7 +92,7 @@ class NoiseLanes {
 
     void at(const Axis& x, const Axis& y, const Axis& z, double* out) const {
         const __m512i hash = hash_corners(x.cell, y.cell, z.cell);
-        // Corners in the order of hash_corners: x first, then y, then z.
+        // The corners are in the order of hash_corners: x first, then y, then z.
         const __m512d one = _mm512_set1_pd(1);
         const __m512d x1 = _mm512_sub_pd(x.within, one), y1 = _mm512_sub_pd(y.within, one),
                       z1 = _mm512_sub_pd(z.within, one);
@@ -119,7 +118,7 @@ class NoiseLanes {
         return _mm512_mask_blend_epi8(_mm512_movepi8_mask(index), low, high);
     }
 
-    // A byte for each lane at each of the cell's eight corners. Bytes wrap as the period does.
+    // Returns one byte per lane for each of the cell's eight corners. Byte arithmetic wraps with the period.
     __m512i hash_corners(__m128i x, __m128i y, __m128i z) const {
         const __m128i one = _mm_set1_epi8(1);
         const __m128i by_x = _mm512_castsi512_si128(
@@ -133,7 +132,8 @@ class NoiseLanes {
         return look_up(_mm512_inserti64x4(_mm512_castsi256_si512(of_z), of_z1, 1));
     }
 
-    // By the first eight bytes, of which four bits count.
+    // Returns the gradient's product with the offset, by four bits of each of the first eight bytes of
+    // `hash`.
     __m512d gradient(__m128i hash, __m512d dx, __m512d dy, __m512d dz) const {
         const __m512i index = _mm512_cvtepu8_epi64(hash);
         const auto component = [&](std::size_t c) {

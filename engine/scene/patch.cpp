@@ -1,5 +1,5 @@
-// The ray's line meets the patch where the segment between the two u-edges, at some u, touches it; the volume
-// that the line and that segment span is a quadratic in u [Reshetov 2019].
+// A ray meets the patch where its line touches the segment between the two u-edges at some u. The volume that
+// the line and that segment span is a quadratic in u [Reshetov 2019].
 #include "engine/scene/mesh.h"
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 namespace lucerna {
 namespace {
 
-// Patches overlap by this at their edges, so that no ray slips through between two of them.
+// Patches overlap by this amount at their edges, so that no ray slips through between two of them.
 constexpr double kOverlap = 1e-12;
 
 bool within_unit(double x) {
@@ -34,7 +34,7 @@ V3d PatchShape::point(double u, double v) const {
 V3d PatchShape::normal(double u, double v) const {
     V3d n = dpdu(v).cross(dpdv(u));
     if (!(n.length2() > 0)) n = (p11 - p00).cross(p01 - p10);
-    return n.length2() > 0 ? n.normalized() : V3d(0, 0, 1);  // a patch without area is never met
+    return n.length2() > 0 ? n.normalized() : V3d(0, 0, 1);  // a patch without area is never hit
 }
 
 float PatchShape::extent() const {
@@ -57,9 +57,9 @@ std::optional<PatchShape::Crossing> PatchShape::nearest(const V3d& o, const V3d&
     const double a = (p00 - o).cross(d).dot(e00);
     const double b = (p10 - o).cross(d).dot(e11) - a - c;
     const double discriminant = b * b - 4 * a * c;
-    if (!(discriminant >= 0)) return std::nullopt;  // also when the ray is not a number
+    if (!(discriminant >= 0)) return std::nullopt;  // true also if the ray is NaN
     const double large = -0.5 * (b + std::copysign(std::sqrt(discriminant), b));
-    // Either may be infinite or 0/0 (the line lies in the patch's plane): within_unit() refuses that.
+    // Either root may be infinite or 0/0 (a line in the patch's plane), which within_unit() rejects.
     const double roots[] = {large / c, a / large};
 
     std::optional<Crossing> best;
@@ -69,7 +69,7 @@ std::optional<PatchShape::Crossing> PatchShape::nearest(const V3d& o, const V3d&
         const V3d edge = (1 - u) * e00 + u * e11;
         const V3d across = d.cross(edge);
         const double det = across.length2();
-        if (!(det > 0)) continue;  // the ray runs along the segment: a tangent has no one crossing
+        if (!(det > 0)) continue;  // the ray runs along the segment: no single crossing
         const V3d n = across.cross(pa);
         const double v = n.dot(d) / det;
         const double t = n.dot(edge) / det;

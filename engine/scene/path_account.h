@@ -1,19 +1,18 @@
-// The account of a path from the eye: what its light is worth there, and to which layer and light group it
-// belongs.
+// Keeps the account of a path from the eye: its throughput, and the layer and light group of its light.
 //
-// Layers tell the light of an image apart by its path's end at the eye. Follow the path from the eye through
-// mirrors and clear glass (perfectly specular scattering alone) to the first place that scatters it
-// otherwise; at a surface that does both, as paint under varnish, each path belongs to what it did there.
+// Layers divide the light of an image by the end of its path at the eye. Follow the path from the eye through
+// mirrors and clear glass (perfectly specular scattering only) to the first place that scatters it otherwise.
+// At a surface that does both, as paint under varnish, each path belongs to the lobe that scattered it.
 //
 //   emission   there is no such place: the eye sees a lamp or the sky, straight or over mirrors and glass
 //   direct     the place is on a surface, and a straight line leads from there to the lamp or the sky
-//   caustic    the same, but over one or more mirrors or clear glass, and nothing else
-//   indirect   the place is on a surface, and its light came in any other way
+//   caustic    the place is on a surface, and only mirrors or clear glass are between it and the lamp or sky
+//   indirect   the place is on a surface, and its light arrives in any other way
 //   media      the place is in a medium, which scatters or emits
 //
-// Media and panes on the way do not change the layer. The layers of a sample add up to its radiance, because
-// that is defined as their sum. Gloss, however smooth, is not a mirror here, whatever a method's settings
-// take for one: all methods tell layers apart alike.
+// Media and panes on the way do not change the layer. The layers of a sample add up to its radiance, which is
+// defined as their sum. Gloss, however smooth, does not count as a mirror here, whatever a method's settings
+// say, so that all methods define layers alike.
 #pragma once
 
 #include <array>
@@ -35,14 +34,14 @@ inline std::string_view layer_name(Layer layer) {
     return names[static_cast<std::size_t>(layer)];
 }
 
-// Stands before a group's name in the names of image channels.
+// Precedes a group's name in the names of image channels.
 inline constexpr const char* kLightGroupPrefix = "lightgroup.";
 
-// Groups of lights: each light is in one. Without names there are none.
+// Assigns each light to a group. Without names there are no groups.
 struct LightGroups {
     std::vector<std::string> names;
-    std::vector<std::uint32_t> of_light;  // index into `names`, of each of the scene's lights
-    std::uint32_t of_rest = 0;            // the group of what no light sends: what media emit
+    std::vector<std::uint32_t> of_light;  // per light of the scene: index into `names`
+    std::uint32_t of_rest = 0;            // the group of light that no light source sends: emission of media
 
     bool empty() const { return names.empty(); }
     std::uint32_t of(std::int32_t light) const {
@@ -50,19 +49,19 @@ struct LightGroups {
     }
 };
 
-// Holds what one sample of a pixel or a sensor brings, in the image's unit.
+// Holds the result of one sample of a pixel or a sensor, in the image's unit.
 struct SampleAccount {
     std::array<Rgb, kLayers> layers;
     std::vector<Rgb> groups;  // one for each of the scene's light groups
-    // The part of it that no sampling of lights can find: light that a scattered path met by chance at the
-    // end of a specular chain; and the same by light group.
+    // Holds the share of the radiance that no light sampling can find: light that a scattered path met by
+    // chance at the end of a specular chain. `groups_by_chance` has this share by light group.
     Rgb by_chance;
     std::vector<Rgb> groups_by_chance;
-    // How much density estimates at what the eye sees differ from sharper ones (DensityEstimateResult). It is
-    // measured only if `wants_blur`.
+    // Holds the difference of density estimates at the visible place from sharper ones
+    // (DensityEstimateResult). It is estimated only if `wants_blur`.
     Rgb blur;
     bool wants_blur = false;
-    const LightGroups* of;  // outlives this; null: the account has no groups
+    const LightGroups* of;  // outlives this account; null: no groups
 
     explicit SampleAccount(const LightGroups* light_groups = nullptr)
         : groups(light_groups ? light_groups->names.size() : 0),
@@ -77,7 +76,7 @@ struct SampleAccount {
         groups_by_chance.assign(groups_by_chance.size(), Rgb(0));
     }
     Rgb radiance() const { return layers[0] + layers[1] + layers[2] + layers[3] + layers[4]; }
-    // Adds `share` of what another account of the same scene holds.
+    // Adds `share` times the contents of another account of the same scene.
     void add(const SampleAccount& other, float share = 1) {
         for (std::size_t i = 0; i < kLayers; ++i) layers[i] += share * other.layers[i];
         for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -89,12 +88,11 @@ struct SampleAccount {
     }
 };
 
-// The end of a path from the eye, as whoever finds light there sees it: the throughput of the path, what the
-// path has done so far, and the account of its sample. All radiance reaches an image through the functions
-// that book it here; they multiply it by the throughput.
+// Represents the end of a path from the eye: throughput, scattering events so far, and account of the sample.
+// All radiance reaches an image through the functions that book it here, which multiply it by the throughput.
 class PathAccount {
   public:
-    // Begins at the eye. `to` outlives this.
+    // Begins a path at the eye. `to` must outlive it.
     explicit PathAccount(SampleAccount& to, const Rgb& throughput_at_eye = Rgb(1.0F))
         : throughput(throughput_at_eye), to_(&to) {}
 
@@ -106,15 +104,15 @@ class PathAccount {
         return scaled;
     }
     PathAccount times(float share) const { return times(Rgb(share)); }
-    // Books all further light in another account.
+    // Makes all further light go to another account.
     void book_in(SampleAccount& account) { to_ = &account; }
-    // An empty account with the same groups, for light of which it is not yet known whether it counts.
+    // Returns an empty account with the same groups, for light that may turn out not to count.
     SampleAccount scratch() const { return SampleAccount(to_->of); }
-    // Books what a scratch account of this path has found, as it is.
+    // Books the contents of a scratch account of this path, without multiplying by the throughput.
     void take(const SampleAccount& found, float share = 1) const { to_->add(found, share); }
 
-    // Notes that the path was scattered: by a perfectly specular lobe, by any other lobe of a surface, or in
-    // a medium.
+    // Records that the path was scattered by a perfectly specular or any other lobe of a surface, or in a
+    // medium.
     void scatter_at_surface(bool specular) {
         if (!specular) {
             way_ = way_ == Way::eye ? Way::lit : beyond();
@@ -124,8 +122,8 @@ class PathAccount {
     }
     void scatter_in_medium() { way_ = way_ == Way::eye ? Way::in_medium : beyond(); }
 
-    // Books a light that the path's ray meets; kNoLight stands for whatever no light sends. `by_chance`: no
-    // light was sampled for it at the vertex before.
+    // Books a light that the path's ray meets; kNoLight stands for emission of media. `by_chance` says that
+    // no light was sampled for it at the previous vertex.
     void met(const Rgb& radiance, std::int32_t light, bool by_chance = false) const {
         constexpr Layer layers[] = {Layer::emission, Layer::direct, Layer::caustic, Layer::indirect,
                                     Layer::media};
@@ -137,28 +135,28 @@ class PathAccount {
     void met(const Rgb& radiance, std::uint32_t light, bool by_chance = false) const {
         met(radiance, static_cast<std::int32_t>(light), by_chance);
     }
-    // Books light found at the place where the path has arrived: from a light in a straight line, or in any
-    // other way than over mirrors and clear glass alone.
+    // These two book light found at the place where the path has arrived: direct() from a light in a straight
+    // line, indirect() in any way except over mirrors and clear glass alone.
     void direct(const Rgb& radiance, std::uint32_t light) const { found(Layer::direct, radiance, light); }
     void indirect(const Rgb& radiance, std::uint32_t light) const { found(Layer::indirect, radiance, light); }
-    // These two book such light of many lights in two steps. It belongs to `at_first` if the path has arrived
-    // at its first place.
+    // These two book such light of many lights in two steps. Its layer is `at_first` at the path's first
+    // place.
     void book_in_layer(Layer at_first, const Rgb& radiance) const {
         to_->layers[static_cast<std::size_t>(layer_here(at_first))] += throughput * radiance;
     }
     void book_in_group(const Rgb& radiance, std::uint32_t light) const {
         to_->groups[group_of(light)] += throughput * radiance;
     }
-    // Books what a medium emits along the path's ray, the throughput included.
+    // Books the emission of a medium along the path's ray; `arriving` includes the throughput.
     void glow(const Rgb& arriving) const {
         const bool seen = way_ == Way::eye || way_ == Way::in_medium;
         add(seen ? Layer::media : Layer::indirect, arriving, kNoLight);
     }
-    // Books by how much a density estimate at the first place differs from a sharper one.
+    // Books the difference of a density estimate at the first place from a sharper one.
     void blurred(const Rgb& difference) const { to_->blur += throughput * difference; }
 
     bool wants_blur() const { return to_->wants_blur && way_ == Way::eye; }
-    // Whether caustics here have a layer of their own.
+    // Tells whether caustics here belong to a layer of their own.
     bool tells_caustics() const { return way_ == Way::eye; }
     bool tells_groups() const { return !to_->groups.empty(); }
     std::uint32_t group_of(std::uint32_t light) const {
@@ -166,13 +164,13 @@ class PathAccount {
     }
 
   private:
-    // In the order of met()'s layers. `in_medium` stays what it is, as `beyond` does.
+    // The states are in the order of met()'s layers. `in_medium` and `beyond` are final.
     enum class Way : std::uint8_t {
-        eye,       // from the eye, over mirrors and glass at the most
-        lit,       // straight from the first surface that is neither
-        mirrored,  // from there over mirrors and glass
+        eye,       // from the eye, over mirrors and glass at most
+        lit,       // in a straight line from the first surface that is neither
+        mirrored,  // from that surface over mirrors and glass
         beyond,    // anything further
-        in_medium  // the first place that is neither mirror nor glass was in a medium
+        in_medium  // beyond a first place in a medium
     };
     Way beyond() const { return way_ == Way::in_medium ? Way::in_medium : Way::beyond; }
     Layer layer_here(Layer at_first) const {

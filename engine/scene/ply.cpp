@@ -1,4 +1,4 @@
-// PLY: a text header that describes rows of numbers, then the rows, as text or binary.
+// Reads PLY: a text header that describes rows of numbers, then the rows, as text or binary.
 #include "engine/scene/mesh.h"
 
 #include <array>
@@ -17,11 +17,11 @@
 namespace lucerna {
 namespace {
 
-// A count is believed only if the file could hold that many rows.
+// Throws unless the file could hold the number of rows that the header states.
 void require_room(const PlyCursor& in, const PlyElement& element) {
     std::size_t least = 0;  // bytes of a row
     for (const PlyProperty& property : element.properties) {
-        // The shortest text for a number is a digit and a blank; the last blank may be missing.
+        // The shortest text of a number is a digit and a blank; the last blank may be missing.
         least += in.encoding == PlyEncoding::ascii ? 2 : size_of(property.count.value_or(property.type));
     }
     const std::size_t left = in.left() + 1;
@@ -53,9 +53,9 @@ void skip_element(PlyCursor& in, const PlyElement& element) {
     }
 }
 
-// Where a vertex property goes: slot c of p, n or uv.
+// Maps vertex properties to slots: slot c of p, n or uv.
 struct Slots {
-    std::vector<int> of;  // per property; -1: not wanted
+    std::vector<int> of;  // per property; -1: ignored
     bool n = false, uv = false;
 };
 
@@ -88,8 +88,8 @@ void store(PlyMesh& mesh, const Slots& slots, const std::array<float, kSlots>& r
     if (slots.uv) mesh.uv.emplace_back(row[6], row[7]);
 }
 
-// Binary rows without lists all have one size: take them where they lie, positions in one piece if they can
-// be.
+// Reads binary rows without lists, which have a fixed size, in place. Positions alone are copied as one block
+// if their layout fits.
 void read_fixed_vertices(PlyCursor& in, const PlyElement& vertex, const Slots& slots, PlyMesh& mesh) {
     struct Source {
         std::size_t offset;
@@ -127,7 +127,7 @@ void read_fixed_vertices(PlyCursor& in, const PlyElement& vertex, const Slots& s
 void read_vertices(PlyCursor& in, const PlyElement& vertex, PlyMesh& mesh) {
     const Slots slots = find_slots(in, vertex);
     require_room(in, vertex);
-    // Positions are needed in double precision, too.
+    // The scene also holds the positions in double precision.
     require_memory(bytes_of(vertex.rows, sizeof(V3f) + sizeof(V3d) + (slots.n ? sizeof(V3f) : 0) +
                                              (slots.uv ? sizeof(V2f) : 0)),
                    fmt::format("{}: {} vertices", in.file(), vertex.rows), "use fewer vertices");
@@ -160,7 +160,7 @@ int read_index(PlyCursor& in, const PlyProperty& list) {
     return static_cast<int>(index);
 }
 
-// The usual case by far: binary rows of a byte 3 and three 32-bit indices, up to the first that is none.
+// Reads the most frequent form: binary rows of a byte 3 and three 32-bit indices, up to the first other row.
 std::uint64_t read_plain_triangles(PlyCursor& in, const PlyElement& face, PlyMesh& mesh) {
     const PlyProperty& list = face.properties.front();
     const bool plain = face.properties.size() == 1 && in.encoding == PlyEncoding::little &&
@@ -174,7 +174,7 @@ std::uint64_t read_plain_triangles(PlyCursor& in, const PlyElement& face, PlyMes
     for (; taken < rows && *in.here() == 3; ++taken) {
         V3i triangle;
         std::memcpy(&triangle.x, in.here() + 1, sizeof triangle);
-        if (triangle.x < 0 || triangle.y < 0 || triangle.z < 0) break;  // the slow way says what is wrong
+        if (triangle.x < 0 || triangle.y < 0 || triangle.z < 0) break;  // the general reader reports it
         mesh.triangles.push_back(triangle);
         in.skip(kRow);
     }

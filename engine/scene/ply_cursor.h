@@ -1,5 +1,4 @@
-// The pieces of a PLY file that its readers share: what the header declares, and the bytes with the place in
-// them. Only for ply*.cpp.
+// Declares what the PLY readers (ply*.cpp) share: the header's contents, and the bytes with a read position.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +31,7 @@ inline bool is_whole(PlyScalar type) {
 struct PlyProperty {
     std::string name;
     PlyScalar type = PlyScalar::f32;
-    std::optional<PlyScalar> count;  // of a list
+    std::optional<PlyScalar> count;  // type of a list's length; none for a scalar
 };
 
 struct PlyElement {
@@ -40,7 +39,7 @@ struct PlyElement {
     std::uint64_t rows = 0;
     std::vector<PlyProperty> properties;
 
-    // Position of the first property of that name.
+    // Returns the index of the first property of that name.
     std::optional<std::size_t> find(std::string_view wanted) const {
         for (std::size_t i = 0; i < properties.size(); ++i) {
             if (properties[i].name == wanted) return i;
@@ -57,7 +56,7 @@ struct PlyElement {
 
 enum class PlyEncoding : std::uint8_t { ascii, little, big };
 
-// The file's bytes and how far they have been read. Every read checks what is left.
+// Holds the file's bytes and the read position. Every read checks that enough bytes are left.
 class PlyCursor {
   public:
     PlyCursor(const std::filesystem::path& file, const std::vector<std::byte>& bytes)
@@ -71,7 +70,7 @@ class PlyCursor {
     const char* here() const { return text_.data() + at_; }
     void skip(std::size_t bytes) { at_ += bytes; }
 
-    // A line of the header, without its end (any of the three conventions).
+    // Returns the next line of the header without its line end (any of the three conventions).
     std::string_view line() {
         const std::size_t end = text_.find_first_of("\r\n", at_);
         if (end == std::string_view::npos) fail("the header has no end_header line");
@@ -113,7 +112,7 @@ class PlyCursor {
         return 0;
     }
 
-    // Lines are only known in text; binary data have none.
+    // Throws InputError, with a line number in text; binary data have no lines.
     template <typename... Args>
     [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
         Location at{file_};
@@ -145,7 +144,7 @@ class PlyCursor {
         const char* first = text_.data() + at_ + (text_[at_] == '+' ? 1 : 0);
         double value = 0;
         const auto [stop, error] = std::from_chars(first, text_.data() + end, value);
-        const bool range = error == std::errc::result_out_of_range;  // value keeps 0: too small, or too large
+        const bool range = error == std::errc::result_out_of_range;  // value keeps 0: too small or too large
         if (stop != text_.data() + end || (error != std::errc() && !range)) {
             fail("'{}' is not a number", printable(text_.substr(at_, end - at_)));
         }
@@ -156,7 +155,7 @@ class PlyCursor {
     }
 
   public:
-    // Part of the file, fit for one line of a message.
+    // Returns a part of the file in a form that fits one line of a message.
     static std::string printable(std::string_view text) {
         std::string result;
         for (const char c : text.substr(0, 40)) result += c >= 32 && c < 127 ? c : '?';
@@ -171,7 +170,7 @@ class PlyCursor {
     bool in_header_ = true;
 };
 
-// From the file's first line to end_header, which also tells the cursor the encoding. Throws InputError.
+// Reads from the first line to end_header, and sets the cursor's encoding. Throws InputError.
 std::vector<PlyElement> read_ply_header(PlyCursor& in);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// The text at the head of a PLY file: its encoding, and elements with their properties.
+// Parses the header of a PLY file: its encoding, and elements with their properties.
 #include "engine/scene/ply_cursor.h"
 
 namespace lucerna {

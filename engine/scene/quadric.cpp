@@ -38,12 +38,12 @@ M44d inverse_of(const M44d& m, Kind kind) {
     }
 }
 
-// An angle in [0, 2π).
+// Returns the angle in [0, 2π).
 double turned_positive(double phi) {
     return phi < 0 ? phi + kTwoPi : phi;
 }
 
-// Normals go by the inverse transpose; with row vectors p' = p A that is n' = A⁻¹ n.
+// Normals transform by the inverse transpose; with row vectors p' = p A that is n' = A⁻¹ n.
 V3d to_world_normal(const M44d& object_from_world, const V3d& n) {
     V3d out;
     for (int i = 0; i < 3; ++i) {
@@ -94,7 +94,7 @@ QuadricShape::QuadricShape(const Quadric& q)
     if (whole_phi_) phi_max_ = kTwoPi;
     make_profile();
     box_ = compute_box();
-    // Room for the float32 rounding of points on the shape and of the box itself.
+    // The slack covers the float32 rounding of points on the shape and of the box itself.
     const V3d size = box_.size();
     const double span = std::max({size.x, size.y, size.z});
     V3f far;
@@ -132,7 +132,7 @@ void QuadricShape::check() const {
     if (kind_ == Kind::paraboloid) require(z_max_ > 0, kind_, "zmax", z_max_, "greater than 0");
 }
 
-// What is divided by was checked to be other than 0.
+// check() has made sure that the divisors are not 0.
 void QuadricShape::make_profile() {
     if (kind_ == Kind::cylinder) {
         profile_ = {0, 0, sqr(radius_), 0};
@@ -141,7 +141,7 @@ void QuadricShape::make_profile() {
     } else if (kind_ == Kind::paraboloid) {
         profile_ = {0, sqr(radius_) / (2 * z_max_), 0, 0};
     } else if (kind_ == Kind::hyperboloid) {
-        // |p1 + v (p2 - p1)|² in the plane, with v = (z - z1) / (z2 - z1).
+        // In the plane this is |p1 + v (p2 - p1)|², with v = (z - z1) / (z2 - z1).
         const V3d way = (p2_ - p1_) / (p2_.z - p1_.z);
         profile_ = {sqr(way.x) + sqr(way.y), p1_.x * way.x + p1_.y * way.y, sqr(p1_.x) + sqr(p1_.y), p1_.z};
     }
@@ -152,14 +152,14 @@ QuadricShape::Line QuadricShape::to_object(const V3d& o, const V3d& d) const {
     object_from_world_.multVecMatrix(o, line.o);
     object_from_world_.multDirMatrix(d, line.d);
     line.scale = line.d.length();
-    line.d /= line.scale;  // > 0: the map is invertible and d is not 0
+    line.d /= line.scale;  // > 0, because the map is invertible and d is not 0
     return line;
 }
 
-// Angle about z from where the sweep began, in [0, 2π).
+// Returns the angle about z from the beginning of the sweep, in [0, 2π).
 double QuadricShape::phi_at(const V3d& p) const {
     if (kind_ != Kind::hyperboloid) return turned_positive(std::atan2(p.y, p.x));
-    const V3d start = p1_ + v_at(p) * (p2_ - p1_);  // the point of the line that came here
+    const V3d start = p1_ + v_at(p) * (p2_ - p1_);  // the point of the generating line that is swept to p
     return turned_positive(std::atan2(start.x * p.y - start.y * p.x, start.x * p.x + start.y * p.y));
 }
 
@@ -186,7 +186,7 @@ bool QuadricShape::within(const V3d& p) const {
 
 std::optional<double> QuadricShape::nearest(const V3d& o, const V3d& d, double t_min, double t_max) const {
     const Line line = to_object(o, d);
-    // A crossing that was found once is not found again: s -> t -> s may round it up.
+    // The factor keeps a crossing from being found twice, because s -> t -> s may round it up.
     const double s_min = t_min * line.scale * (1 + 0x1p-50), s_max = t_max * line.scale;
     const std::optional<double> s = kind_ == Kind::sphere ? nearest_on_sphere(line, s_min, s_max)
                                     : kind_ == Kind::disk ? nearest_on_disk(line, s_min, s_max)
@@ -199,13 +199,13 @@ std::optional<double> QuadricShape::nearest(const Ray& ray) const {
     return nearest(V3d(ray.o), V3d(ray.d), 0, static_cast<double>(ray.t_max));
 }
 
-// The half chord comes from the distance between centre and line, not from b² - ac, which loses all of a
-// small sphere seen from afar (difference of two numbers of the size of distance⁴).
+// The half chord is computed from the distance between centre and line. b² - ac would lose all digits of a
+// small distant sphere, as a difference of two numbers of the size of distance⁴.
 std::optional<double> QuadricShape::nearest_on_sphere(const Line& line, double s_min, double s_max) const {
     const double middle = -line.o.dot(line.d);
     const V3d off = line.o + middle * line.d;
     const double half2 = sqr(radius_) - off.length2();
-    if (!(half2 >= 0)) return std::nullopt;  // also when the ray is not a number
+    if (!(half2 >= 0)) return std::nullopt;  // true also if the ray is NaN
     const double half = std::sqrt(half2);
     for (const double s : {middle - half, middle + half}) {
         if (s > s_min && s <= s_max && within(line.o + s * line.d)) return s;
@@ -214,7 +214,7 @@ std::optional<double> QuadricShape::nearest_on_sphere(const Line& line, double s
 }
 
 std::optional<double> QuadricShape::nearest_on_disk(const Line& line, double s_min, double s_max) const {
-    if (line.d.z == 0) return std::nullopt;  // parallel: seen edge-on, a disk has no thickness
+    if (line.d.z == 0) return std::nullopt;  // parallel: a disk seen edge-on has no thickness
     const double s = (height_ - line.o.z) / line.d.z;
     if (!(s > s_min && s <= s_max)) return std::nullopt;
     const V3d p = line.o + s * line.d;
@@ -223,8 +223,8 @@ std::optional<double> QuadricShape::nearest_on_disk(const Line& line, double s_m
     return s;
 }
 
-// The equation of the profile along the line, counted from the line's point nearest to the shape's middle, so
-// that a far start costs no digits: A s² + 2 B s + C = 0.
+// Solves the profile's equation along the line, A s² + 2 B s + C = 0. s is relative to the line's point
+// nearest to the shape's centre, so that a distant origin loses no precision.
 std::optional<double> QuadricShape::nearest_on_profile(const Line& line, double s_min, double s_max) const {
     const V3d& d = line.d;
     const double middle = -(line.o - V3d(0, 0, 0.5 * (z_min_ + z_max_))).dot(d);
@@ -233,10 +233,10 @@ std::optional<double> QuadricShape::nearest_on_profile(const Line& line, double 
     const double b = profile_.half_gradient(q).dot(d);
     const double c = profile_.rest(q);
     const double discriminant = b * b - a * c;
-    if (!(discriminant >= 0)) return std::nullopt;  // also when the ray is not a number
+    if (!(discriminant >= 0)) return std::nullopt;  // true also if the ray is NaN
     const double large = -(b + std::copysign(std::sqrt(discriminant), b));
-    // Either quotient may be infinite or 0/0 (a line along a generator): no crossing, and the comparisons
-    // below refuse it.
+    // Either quotient may be infinite or 0/0 (a line along a generator). There is no crossing then, and the
+    // comparisons below reject it.
     double roots[] = {large / a, c / large};
     if (roots[1] < roots[0] || std::isnan(roots[0])) std::swap(roots[0], roots[1]);
     for (const double root : roots) {
@@ -249,13 +249,13 @@ std::optional<double> QuadricShape::nearest_on_profile(const Line& line, double 
 QuadricShape::Surface QuadricShape::at(const V3d& o, const V3d& d, double t) const {
     const Line line = to_object(o, d);
     V3d p = line.o + t * line.scale * line.d;
-    // Put the point back on the surface, whatever the distance has rounded away.
+    // The point is moved back onto the surface, because the distance is rounded.
     if (kind_ == Kind::sphere) {
-        p *= radius_ / p.length();  // > 0: p lies on the sphere but for rounding
+        p *= radius_ / p.length();  // > 0, because p is on the sphere up to rounding
     } else if (kind_ == Kind::disk) {
         p.z = height_;
     } else {
-        const V3d g = profile_.half_gradient(p);  // one step of Newton's method along the gradient
+        const V3d g = profile_.half_gradient(p);  // one Newton step along the gradient
         if (g.length2() > 0) p -= profile_.rest(p) / (2 * g.length2()) * g;
     }
     return surface(p, phi_at(p), v_at(p));
@@ -292,7 +292,7 @@ V3d QuadricShape::normal_at(const V3d& p) const {
     if (kind_ == Kind::sphere) return p / radius_;
     V3d n = profile_.half_gradient(p);
     if (kind_ == Kind::hyperboloid && p2_.z < p1_.z) n.negate();
-    return n.length2() > 0 ? n : V3d(0, 0, 1);  // the tip of a cone has none
+    return n.length2() > 0 ? n : V3d(0, 0, 1);  // a cone's tip has no normal
 }
 
 V3d QuadricShape::derivative_v(const V3d& p, double phi) const {
@@ -311,7 +311,7 @@ V3d QuadricShape::derivative_v(const V3d& p, double phi) const {
         case Kind::cone:
             return {-radius_ * cosine, -radius_ * sine, height_};
         case Kind::paraboloid: {
-            // dr/dz = b / r; infinite at the vertex, where the surface lies across the axis.
+            // This is dr/dz = b / r. It is infinite at the vertex, where the surface is normal to the axis.
             const double r = std::hypot(p.x, p.y);
             if (r < 1e-10 * radius_) return V3d(cosine, sine, 0) * radius_;
             return span * V3d(cosine * profile_.b / r, sine * profile_.b / r, 1);
@@ -325,7 +325,7 @@ V3d QuadricShape::derivative_v(const V3d& p, double phi) const {
 
 QuadricShape::Surface QuadricShape::surface(const V3d& p, double phi, double v) const {
     V3d dpdu(-phi_max_ * p.y, phi_max_ * p.x, 0);
-    // On the axis the derivative vanishes; there any tangent will do.
+    // On the axis the derivative vanishes, and any tangent serves.
     const double size = kind_ == Kind::hyperboloid ? p1_.length() + p2_.length() : radius_;
     if (dpdu.length2() < 1e-20 * sqr(size)) dpdu = phi_max_ * size * V3d(-std::sin(phi), std::cos(phi), 0);
 
@@ -340,8 +340,8 @@ QuadricShape::Surface QuadricShape::surface(const V3d& p, double phi, double v) 
     return out;
 }
 
-// Each shape reaches ±(its half-axes' norm) along a world axis: a ball for the whole sphere, otherwise the
-// cylinder of the largest radius between the lowest and the highest z.
+// A sphere extends along a world axis by the norm of its semi-axes' components. Any other shape is bounded by
+// the cylinder of its largest radius between its lowest and highest z.
 Box3d QuadricShape::compute_box() const {
     const M44d& m = world_from_object_;
     const bool ball = kind_ == Kind::sphere;

@@ -1,7 +1,7 @@
-// Quadrics and disks under an affine map, met exactly: what a ray needs of a Quadric, in double precision.
+// Intersects quadrics and disks under an affine map exactly, in double precision.
 //
-// A ray is carried into object space and solved there in double, so radii from 1e-6 to 1e6 and rays that
-// start a few float units off the surface are all alike.
+// A ray is transformed into object space and solved there in double, so that radii from 1e-6 to 1e6 and rays
+// that start a few float32 units off the surface are handled alike.
 #pragma once
 
 #include <optional>
@@ -13,33 +13,33 @@ namespace lucerna {
 
 class QuadricShape {
   public:
-    // Throws InputError for a radius, range or transformation that makes no surface (not > 0, empty,
-    // singular).
+    // Throws InputError for a radius, range or transformation without a surface (not > 0, empty, singular).
     explicit QuadricShape(const Quadric& quadric);
 
-    // Distance to the nearest crossing with t_min < t <= t_max, in units of d's length (any but 0).
+    // Returns the distance of the nearest crossing with t_min < t <= t_max, in units of d's length (not 0).
     std::optional<double> nearest(const V3d& o, const V3d& d, double t_min, double t_max) const;
-    // The same for 0 < t <= ray.t_max.
+    // Returns the nearest crossing with 0 < t <= ray.t_max.
     std::optional<double> nearest(const Ray& ray) const;
 
     struct Surface {
         V3d p;     // scene units, on the surface to double precision
         V3d n;     // unit, geometric; reverse_orientation applied
-        V3d dpdu;  // pbrt's, not normalised, never zero
-        V3d dpdv;  // pbrt's, not normalised, never zero
-        V2f uv;    // pbrt's
+        V3d dpdu;  // pbrt's definition, not normalised, never zero
+        V3d dpdv;  // pbrt's definition, not normalised, never zero
+        V2f uv;    // pbrt's definition
     };
-    // The surface where the ray meets it at distance t (a value that nearest() returned for this very ray).
+    // Returns the surface where the ray meets it at distance t, which must be nearest()'s result for this
+    // ray.
     Surface at(const V3d& o, const V3d& d, double t) const;
     Surface at(const Ray& ray, double t) const;
-    // The surface at texture coordinates from 0 to 1.
+    // Returns the surface at texture coordinates from 0 to 1.
     Surface at(double u, double v) const;
 
-    // Holds the whole shape, rounded outwards.
+    // Returns bounds of the whole shape, rounded outwards.
     const Box3f& bounds() const { return bounds_; }
-    // The same, not rounded to float32.
+    // Returns bounds that are not rounded to float32.
     const Box3d& box() const { return box_; }
-    // Largest side of the bounds, scene units: the size that surface_error asks for.
+    // Returns the largest side of the bounds, scene units, which surface_error takes.
     float extent() const { return extent_; }
 
   private:
@@ -47,10 +47,10 @@ class QuadricShape {
         V3d o, d;      // object space, d unit
         double scale;  // object units per unit of t
     };
-    // A surface of revolution: x² + y² = a z² + 2 b z + c, with z counted from z_zero.
+    // Describes a surface of revolution: x² + y² = a z² + 2 b z + c, with z relative to z_zero.
     struct Profile {
         double a = 0, b = 0, c = 0, z_zero = 0;
-        double rest(const V3d& p) const;  // x² + y² minus the right side
+        double rest(const V3d& p) const;  // x² + y² minus the right-hand side
         V3d half_gradient(const V3d& p) const;
     };
     void check() const;

@@ -6,14 +6,14 @@ namespace lucerna {
 
 Receiver placed(Receiver receiver, const Scene& scene) {
     const V3f p(receiver.position - scene.origin());
-    const float reach = surface_error(p, diagonal(scene));  // the greatest error that any surface has
+    const float reach = surface_error(p, diagonal(scene));  // the largest error of any surface
     receiver.off = V3f(0);
     for (const V3f& side : {receiver.up, receiver.normal}) {
         const auto hit = scene.intersect(Ray{p + reach * side, -side, 2 * reach});
         if (!hit) continue;
         const V3f n = face_forward(hit->at.n, side);
-        // A little more than the error, so that heads that face the surface begin off it, too. A surface
-        // that both rays find is left once.
+        // The offset slightly exceeds the error, so that sensors that face the surface begin off it, too. A
+        // surface that both rays find is left once.
         const float height = 2 * surface_error(p, 0) + hit->at.error;
         receiver.off += std::max(0.0F, height - receiver.off.dot(n)) * n;
     }

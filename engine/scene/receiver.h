@@ -1,18 +1,18 @@
-// A point of a calculation surface: what a photometer's head there reads, in free space, with no surface of
-// the scene behind it.
+// A receiver is a point of a calculation surface, where a photometer measures in free space, with no surface
+// of the scene behind it.
 //
-// Kinds of illuminance (EN 12665, CIE 17.3), of the radiance L from the direction w with the angle ε to the
-// vertical:
+// The kinds of illuminance (EN 12665, CIE 17.3) are, with the radiance L from the direction w, which makes
+// the angle ε with the vertical:
 //
 //   planar            E    = ∫ L max(0, n·w) dw
 //   cylindrical       E_z  = 1/π ∫ L sin ε dw, all sides of a vertical cylinder
 //   semicylindrical   E_sc = 1/π ∫ L (1 + cos α) sin ε dw, the half whose middle faces n; α is w's azimuth
 //                     from n
 //   hemispherical     E_hs = 1/4 ∫ L (1 + n·w) dw, a dome on a base with the normal n
-//   spherical         E_s  = 1/4 ∫ L dw, of which the scalar illuminance E_0 = 4 E_s is four times as much
+//   spherical         E_s  = 1/4 ∫ L dw; the scalar illuminance is E_0 = 4 E_s
 //
-// The last four are means of E over heads whose normals are spread evenly over the cylinder, the half of it,
-// the dome and the sphere; so that is how they are estimated, one head for each sample.
+// The last four are means of E over planar sensors whose normals are distributed evenly over the cylinder,
+// its half, the dome and the sphere. They are estimated in this way, with one sensor for each sample.
 #pragma once
 
 #include <algorithm>
@@ -36,18 +36,18 @@ inline constexpr std::string_view kReceiverKinds[] = {"planar", "cylindrical", "
 inline std::string_view receiver_kind_name(ReceiverKind kind) {
     return kReceiverKinds[static_cast<std::size_t>(kind)];
 }
-// None: it is no name of a kind.
+// Returns none for an unknown name.
 inline std::optional<ReceiverKind> receiver_kind(std::string_view name) {
     const auto found = std::find(std::begin(kReceiverKinds), std::end(kReceiverKinds), name);
     if (found == std::end(kReceiverKinds)) return std::nullopt;
     return static_cast<ReceiverKind>(found - std::begin(kReceiverKinds));
 }
 
-// Whether turning it changes what it reads, beside turning a cylinder's axis.
+// Tells whether turning the receiver changes its reading, apart from turning a cylinder's axis.
 inline bool has_facing(ReceiverKind kind) {
     return kind != ReceiverKind::cylindrical && kind != ReceiverKind::spherical;
 }
-// Why there is no direction that such a receiver faces.
+// Returns a message that says why such a receiver has no direction to face.
 inline std::string no_facing_text(ReceiverKind kind) {
     return std::string("a ") + std::string(receiver_kind_name(kind)) +
            " sensor receives light from all sides and faces no direction; leave \"facing\" out, or use "
@@ -57,20 +57,20 @@ inline std::string no_facing_text(ReceiverKind kind) {
 
 struct Receiver {
     V3d position;  // world, scene units
-    V3f normal;    // unit: of the head; horizontal for a semicylinder; the axis of a cylinder
+    V3f normal;    // unit: of a planar sensor; horizontal for a semicylinder; the axis of a cylinder
     V3f up;  // unit: a semicylinder's axis, normal to `normal`; away from the surface that it may lie on
     ReceiverKind kind = ReceiverKind::planar;
-    V3f off{0, 0, 0};                 // scene units: from the position to where rays begin (placed)
-    std::int32_t medium = kNoMedium;  // of the borders, around it (placed)
+    V3f off{0, 0, 0};                 // scene units: from the position to the rays' origin (set by placed())
+    std::int32_t medium = kNoMedium;  // medium of the interfaces around it (set by placed())
 };
 
-// The receiver as it stands in the scene: off the surfaces that it lies on, on the side of `up` and `normal`,
-// and in its own medium. Rays begin as far off as the error of those surfaces' own points, which grows with
-// their size: a floor of a few metres is measured to micrometres, though the ground around it may be
+// Returns the receiver placed in the scene: off the surfaces that it lies on, on the side of `up` and
+// `normal`, and in its medium. Rays begin at a distance equal to the position error of those surfaces, which
+// grows with their size: a floor of a few metres is measured to micrometres, even if the ground around it is
 // kilometres wide.
 Receiver placed(Receiver receiver, const Scene& scene);
 
-// The normal of one head of the receiver. `u` uniform in [0,1)².
+// Returns the normal of one planar sensor of the receiver. `u` is uniform in [0,1)².
 inline V3f head_normal(const Receiver& receiver, const V2f& u) {
     const V3f& n = receiver.normal;
     switch (receiver.kind) {
@@ -94,9 +94,9 @@ inline V3f head_normal(const Receiver& receiver, const V2f& u) {
     return n;
 }
 
-// That head as the first surface of a path from the eye: white, seen from its front (quantity.h). It is not
-// in the scene, and nothing there knows of it. Rays leave from a little off the point (`off`), so that
-// one on a floor is not below it by rounding.
+// Returns that planar sensor as the first surface of a path from the eye: white, seen from its front
+// (quantity.h). It is not part of the scene. Rays leave from the point plus `off`, so that rounding does not
+// put a sensor on a floor below it.
 Hit receiver_hit(const Receiver& receiver, const V2f& u, const Scene& scene);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// Bump maps and normal maps: the shading normal of a surface that is not moved [Blinn 1978].
+// Bump maps and normal maps change the shading normal without moving the surface [Blinn 1978].
 #include <array>
 #include <cmath>
 
@@ -8,17 +8,17 @@
 namespace lucerna {
 namespace {
 
-// Step of the differences in u and v, as pbrt takes it where it knows no size of the pixel's footprint.
+// This is the step of the differences in u and v, as in pbrt where the pixel's footprint is unknown.
 constexpr float kStep = 0.0005F;
-// wo stands at least at this share of its cosine to the geometric normal above the bent plane.
+// The cosine of wo to the bent normal is at least this share of its cosine to the geometric normal.
 constexpr float kLeastCosine = 0.1F;
 
 V3f across(const V3f& v, const V3f& n) {
     return v - n.dot(v) * n;
 }
 
-// p' = p + d n: dp'/du = dp/du + dd/du n, and likewise along v. What d times the normal's own change would
-// add is left out: it tilts the normal by the order of d over the radius of curvature.
+// Displacement p' = p + d n gives dp'/du = dp/du + dd/du n, and likewise along v. The term of d times the
+// normal's derivative is omitted: it tilts the normal by the order of d over the radius of curvature.
 V3f displaced_normal(const FloatTexture& displacement, const Hit& hit, const TexturePoint& point) {
     const auto stepped = [&](const V2f& step, const V3f& tangent) {
         return TexturePoint(point.uv + step, point.p + V3d(tangent * kStep));
@@ -42,8 +42,8 @@ V3f mapped_normal(const RgbTexture& normals, const Hit& hit, const TexturePoint&
     return (2 * stored.x - 1) * s + (2 * stored.y - 1) * hit.ns.cross(s) + (2 * stored.z - 1) * hit.ns;
 }
 
-// Seen from wo a surface never turns its back: the normal is bent towards ng, which is on wo's side, until
-// wo stands above its plane.
+// Keeps the surface facing wo: bends the normal towards ng, which is on wo's side, until wo is above its
+// plane.
 V3f facing(const V3f& n, const V3f& ng, const V3f& wo) {
     const float cos_g = ng.dot(wo);
     const float side = cos_g >= 0 ? 1.0F : -1.0F;
@@ -62,10 +62,10 @@ V3f bent_normal(const Relief& relief, const Hit& hit, const TexturePoint& point)
     const float length = n.length();
     if (!(length > 0) || !std::isfinite(length)) return hit.ns;
     n /= length;
-    // Which way u × v points is the parametrisation's whim.
+    // The parametrisation determines the direction of u × v, so that it may point to either side.
     if (n.dot(hit.ns) < 0) n = -n;
     const float cos_g = n.dot(hit.at.n);
-    if (cos_g < 0) n = (n - 2 * cos_g * hit.at.n).normalized();  // into ng's hemisphere, by reflection
+    if (cos_g < 0) n = (n - 2 * cos_g * hit.at.n).normalized();  // reflect it into ng's hemisphere
     return facing(n, hit.at.n, hit.wo);
 }
 

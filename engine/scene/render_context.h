@@ -1,4 +1,4 @@
-// What every step of a render may use.
+// Provides what every step of a render needs.
 #pragma once
 
 #include <cstdint>
@@ -12,31 +12,30 @@
 
 namespace lucerna {
 
-// What the film shows of the scene.
+// Holds the camera and the part of the film that an image shows.
 struct View {
     const Camera* camera;  // not null
-    V2f begin, end;        // the part of the film that is rendered, pixels, begin < end
+    V2f begin, end;        // the part of the film that is rendered, pixels; begin < end
 };
 
-// All of it outlives the step; so does the camera.
+// Everything that it refers to outlives the step; so does the camera.
 struct RenderContext {
     const Scene& scene;
     std::uint64_t seed;
     const Workers& workers;
     Monitor& monitor;
-    std::optional<View> view = {};  // what the image shows; steps may work for it alone
-    // By when preparations are to be done, with fewer photons or points than the settings ask for if need be.
-    // What they make depends on the clock then.
+    std::optional<View> view = {};  // the image's view; steps may work for it alone
+    // Limits the time of preparations, which use fewer photons or points than the settings ask for if need
+    // be. Their results then depend on the clock.
     Deadline prepared = {};
-    // Whether the image's samples are of two halves that are to be independent of each other: what their
-    // errors come from, each has for itself.
+    // Says whether the image's samples form two independent halves, which share nothing that causes errors.
     bool two_halves = false;
 
-    // The same, its phases told to another monitor.
+    // Returns this context with another monitor, to which its phases are reported.
     RenderContext told_to(Monitor& other) const {
         return {scene, seed, workers, other, view, prepared, two_halves};
     }
-    // The same, but for when preparations end.
+    // Returns this context with another deadline of preparations.
     RenderContext prepared_by(const Deadline& deadline) const {
         return {scene, seed, workers, monitor, view, deadline, two_halves};
     }

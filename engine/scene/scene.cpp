@@ -1,8 +1,8 @@
-// The scene: shapes made ready, the acceleration structure over them, and what is asked of both.
+// Implements the scene: prepared shapes and the acceleration structure over them.
 //
-// Interfaces (pbrt's "interface" material) are not there at all: no ray has to step through them. One that
-// carries a light is kept, as a black surface that emits. One that is a border between media is kept in a
-// layer of its own, which only rays that ask for it meet.
+// Interfaces (pbrt's "interface" material) are not in the acceleration structure, so that no ray has to step
+// through them. An interface that carries a light is kept as a black surface that emits. A medium interface
+// is kept in a layer of its own, which only rays that ask for it meet.
 #include "engine/scene/scene.h"
 
 #include <algorithm>
@@ -18,19 +18,19 @@
 namespace lucerna {
 namespace {
 
-// Embree aborts on rays that are not numbers.
+// Embree aborts on rays that are not finite.
 bool is_usable_ray(const Ray& ray) {
     return is_usable(ray.o) && is_usable(ray.d) && !std::isnan(ray.t_max);
 }
 
-// A box around the image of a box.
+// Returns a box around the image of a box under an affine map.
 Box3f carried(const Box3f& box, const M44d& m) {
     if (box.isEmpty()) return {};
     const Box3d to = carried_box(Box3d(V3d(box.min), V3d(box.max)), m);
     return {V3f(to.min), V3f(to.max)};
 }
 
-// Some particle of the light: not every one of its numbers needs to give one.
+// Returns some particle of the light. Several tries are needed, because a sample may yield no particle.
 std::optional<LeSample> first_particle(const Light& light) {
     constexpr std::uint32_t kTries = 64;
     for (std::uint32_t i = 0; i < kTries; ++i) {
@@ -58,7 +58,7 @@ SceneSphere enclosing_sphere(const Box3f& box) {
     const V3d upper(box.max);
     SceneSphere sphere;
     sphere.centre = V3f(0.5 * (lower + upper));
-    // The centre was rounded; the radius makes up for it.
+    // The radius compensates for the rounding of the centre.
     const V3d reach(std::max(upper.x - static_cast<double>(sphere.centre.x),
                              static_cast<double>(sphere.centre.x) - lower.x),
                     std::max(upper.y - static_cast<double>(sphere.centre.y),
@@ -79,11 +79,11 @@ float diagonal_with_media(const Scene& scene) {
 }
 
 struct Scene::Impl {
-    SceneParts parts;  // without its shapes and prototypes, which the sets own
+    SceneParts parts;  // without shapes and prototypes, which the sets own
     LightPicker picker;
     LightTree light_tree;
     std::vector<std::uint32_t> impostors;
-    std::vector<bool> on_solid_surfaces;  // each light
+    std::vector<bool> on_solid_surfaces;  // per light
     bool has_sky = false, has_specular = false, has_borders = false, has_panes = false;
     Box3f bounds;
     std::optional<Box3f> a_border;
@@ -102,7 +102,7 @@ struct Scene::Impl {
     const ShapeSet& set_of(const ClosestHit& closest) const {
         return closest.instance == kNoInstance ? *world : prototypes[instances[closest.instance].prototype];
     }
-    // The ray in the frame of what it met.
+    // Returns the ray in the frame of the shape that it met.
     LocalRay local(const Ray& ray, const ClosestHit& closest) const {
         if (closest.instance != kNoInstance) return instances[closest.instance].placement.local(ray);
         return {V3d(ray.o), V3d(ray.d)};
@@ -189,7 +189,7 @@ void Scene::Impl::count() {
 
 Scene::Scene(SceneParts parts, const Workers& workers)
     : impl_(std::make_unique<Impl>(std::move(parts), workers)) {
-    // Last of all, with rays through the finished scene.
+    // This comes last, because it traces rays through the finished scene.
     auto& places = impl_->light_places;
     places.resize(lights().size());
     if (media().empty()) return;
@@ -249,7 +249,7 @@ void Scene::closest_hits(std::span<const Ray> rays, std::span<std::optional<Clos
         impl_->accelerator->nearest(rays[i], kSurfaces, closest[i]);
         if (closest[i]) prefetch_corners(*closest[i]);
     }
-    // Once for all: what other threads see at once is slow to count.
+    // The counter is updated once for all rays, because contended updates are slow.
     impl_->rays.add(rays.size() - invalid);
     if (invalid > 0) impl_->invalid_rays.add(invalid);
 }
@@ -271,7 +271,7 @@ std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers, bool shadow) 
 float Scene::distance(const Ray& ray, const ClosestHit& closest) const {
     const auto t =
         static_cast<float>(impl_->set_of(closest).exact(closest.primitive, impl_->local(ray, closest)).t);
-    return std::min(t, ray.t_max);  // beyond it by rounding
+    return std::min(t, ray.t_max);  // rounding may put it beyond t_max
 }
 
 Hit Scene::intersect(const Ray& ray, const ClosestHit& closest) const {
@@ -286,7 +286,7 @@ void Scene::intersect(const Ray& ray, const ClosestHit& closest, Hit& hit) const
     set.exact_hit(primitive, impl_->local(ray, closest), hit);
     if (closest.instance != kNoInstance) hit = impl_->instances[closest.instance].placement.world(hit);
     const SurfaceTraits& traits = set.traits(primitive.geometry, primitive.primitive);
-    hit.t = std::min(hit.t, ray.t_max);  // beyond it by rounding
+    hit.t = std::min(hit.t, ray.t_max);  // rounding may put it beyond t_max
     hit.wo = -ray.d;
     hit.material = traits.material;
     hit.light = traits.light;
@@ -297,15 +297,15 @@ void Scene::intersect(const Ray& ray, const ClosestHit& closest, Hit& hit) const
 Ray way_from(const SurfacePoint& x, const V3f& w, float distance) {
     Ray ray{x.towards(w), w, distance};
     if (!std::isfinite(distance)) return ray;
-    // The start was moved along the normal, the end must not move with it: a large surface's shift would
-    // carry an oblique ray beyond a small lamp, which would then hide itself.
+    // The start is moved along the normal, but the end must stay: a large surface's shift would carry an
+    // oblique ray past a small lamp, which would then shadow itself.
     const V3f way = x.p + distance * w - ray.o;
-    if (way.dot(w) <= 0) {  // the start already lies beyond the end
+    if (way.dot(w) <= 0) {  // the start is already beyond the end
         ray.t_max = 0;
         return ray;
     }
     ray.t_max = way.length();
-    ray.d = way / ray.t_max;  // > 0: way has a part along w
+    ray.d = way / ray.t_max;  // > 0, because way has a component along w
     return ray;
 }
 

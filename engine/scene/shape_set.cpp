@@ -27,7 +27,7 @@ V3f point_of(const Curves::V4f& control) {
     return {control.x, control.y, control.z};
 }
 
-// A Bézier curve lies within its control points, its surface within their largest radius.
+// A Bézier curve lies within the hull of its control points, its surface within their largest radius of it.
 void extend(Box3f& box, const Curves& curves) {
     for (const Curves::V4f& control : curves.control) {
         const V3f reach(std::fabs(control.w));
@@ -108,7 +108,7 @@ void ShapeSet::take_meshes() {
         mesh.triangles = std::move(kept);
         if (mesh.triangles.empty()) continue;
         if ((note(mesh.traits) & kSurfaces) != 0) counts_.triangles += mesh.triangles.size();
-        // Embree reads vertices 16 bytes at a time and wants numbers in all of them, used or not.
+        // Embree reads vertices 16 bytes at a time and requires all of them to be finite, used or not.
         for (V3f& p : mesh.p) {
             if (!is_usable(p)) p = V3f(0, 0, 0);
         }
@@ -125,7 +125,7 @@ void ShapeSet::take_curves() {
         if (!curves.segments.empty() && (note(curves.traits) & kSurfaces) != 0) {
             counts_.curves += curves.segments.size();
         }
-        if (!curves.n.empty()) curves.n.emplace_back(0.0F, 0.0F, 0.0F);  // the same spare for normals
+        if (!curves.n.empty()) curves.n.emplace_back(0.0F, 0.0F, 0.0F);  // padding, as for vertices
         counts_.bytes += bytes_of(curves.control) + bytes_of(curves.n) + bytes_of(curves.segments);
     }
 }
@@ -178,7 +178,7 @@ Box3f ShapeSet::primitive_bounds(std::uint32_t geometry, std::uint32_t primitive
     if (geometry == quadrics_id()) return quadrics_[primitive].bounds();
     const PatchAddress& at = patches_[primitive];
     Box3f box = patch_box(shapes_.patches[at.mesh], at.patch);
-    // A flat patch's box is flat: room for what the ray's way to it rounds away.
+    // A flat patch has a flat box; the slack covers the rounding of the ray.
     V3f far;
     for (int j = 0; j < 3; ++j) far[j] = std::max(std::fabs(box.min[j]), std::fabs(box.max[j]));
     const V3f size = box.size();
@@ -267,7 +267,7 @@ void ShapeSet::exact_hit(const PrimitiveHit& m, const LocalRay& ray, Hit& out) c
 
 namespace {
 
-// Of a surface, only where it is.
+// Removes everything but the geometry from shapes.
 template <typename Shape>
 void strip(std::vector<Shape>& shapes) {
     for (Shape& shape : shapes) {
@@ -296,7 +296,7 @@ class TracedShape final : public LampShape {
           sphere_(scene_.sphere()),
           extent_(diagonal(scene_)) {}
 
-    // Seen from the other end, the last crossing is the first.
+    // Along the reversed line, the last crossing is the first.
     std::optional<SurfacePoint> last_crossing(const V3d& p, const V3d& d) const override {
         const V3d to_centre = V3d(sphere_.centre) - p;
         const double middle = to_centre.dot(d);

@@ -1,8 +1,8 @@
-// The shapes of one frame of reference (the world's, or a prototype's), made ready to be met by rays.
+// Prepares the shapes of one frame of reference (the world's, or a prototype's) for rays.
 //
 // A geometry is a mesh, a set of curves, all quadrics together or all patches together; a primitive is one
-// triangle, segment, quadric or patch of it. What the acceleration structure reports is a PrimitiveHit; the
-// set turns it into a Hit.
+// triangle, segment, quadric or patch of it. The acceleration structure reports a PrimitiveHit, which the set
+// turns into a Hit.
 #pragma once
 
 #include <cstdint>
@@ -17,9 +17,9 @@
 
 namespace lucerna {
 
-// Where surfaces stand: a ray says which of them it meets.
+// Surfaces are in layers. A ray states the layers that it meets.
 inline constexpr unsigned kOpaque = 1;
-inline constexpr unsigned kBorders = 2;  // nothing but a change of medium (an interface)
+inline constexpr unsigned kBorders = 2;  // medium interfaces that are nothing else
 inline constexpr unsigned kPanes = 4;    // surfaces that may pass light in a straight line, unbent
 inline constexpr unsigned kSurfaces = kOpaque | kPanes;
 
@@ -30,19 +30,19 @@ inline bool is_usable(const V3f& p) {
            std::fabs(p.z) <= kLargestCoordinate;
 }
 
-// The box of what is there to be met, interfaces included.
+// Returns bounds of everything that rays may meet, interfaces included.
 Box3f bounds_of(const Shapes& shapes);
 
-// The triangles that the scene keeps: those with an area and finite vertices, in their order.
+// Returns the triangles that the scene keeps, in their order: those with an area and finite vertices.
 std::vector<V3i> kept_triangles(const Mesh& mesh);
 
 class ShapeSet {
   public:
-    // Leaves out triangles of zero area or with a vertex that is no usable number, and gives every mesh the
-    // spare vertex that Embree may read.
+    // Leaves out triangles of zero area or with an unusable vertex, and gives every mesh the padding vertex
+    // that Embree may read.
     ShapeSet(Shapes shapes, std::span<const Material> materials);
 
-    // Geometries are numbered meshes first, then curves, then the quadrics, then the patches.
+    // Geometries are numbered in the order meshes, curves, quadrics, patches.
     std::uint32_t curves_begin() const { return static_cast<std::uint32_t>(shapes_.meshes.size()); }
     std::uint32_t quadrics_id() const {
         return curves_begin() + static_cast<std::uint32_t>(shapes_.curves.size());
@@ -51,27 +51,27 @@ class ShapeSet {
     std::uint32_t geometries() const { return quadrics_id() + 2; }
 
     const SurfaceTraits& traits(std::uint32_t geometry, std::uint32_t primitive) const;
-    // kOpaque, kPanes, kBorders, or 0 for a surface that is not there.
+    // Returns kOpaque, kPanes, kBorders, or 0 for a surface that no ray meets.
     unsigned layer(const SurfaceTraits& traits) const;
 
-    // Quadrics and patches: the nearest crossing of that primitive with t_min < t <= t_max.
+    // Returns the nearest crossing of a quadric or patch with t_min < t <= t_max.
     std::optional<PrimitiveHit> cross(std::uint32_t geometry, std::uint32_t primitive, const LocalRay& ray,
                                       double t_min, double t_max) const;
     Box3f primitive_bounds(std::uint32_t geometry, std::uint32_t primitive) const;
-    // The box of one primitive at which the medium changes, whatever its material; none: there is no such
-    // primitive. Curves are not looked at, as they enclose nothing.
+    // Returns the bounds of one primitive at which the medium changes, whatever its material; none if there
+    // is no such primitive. Curves are ignored, because they enclose nothing.
     std::optional<Box3f> a_border() const;
 
-    // The same hit with all digits of double, worked out from the primitive. Embree's own t, u and v rest
-    // on approximate reciprocals, whose last digits are not the same on every processor. Curves keep them.
+    // Returns the hit in full double precision, computed from the primitive. Embree's own t, u and v depend
+    // on approximate reciprocals, whose last digits differ between processors. Curves keep Embree's values.
     PrimitiveHit exact(const PrimitiveHit& hit, const LocalRay& ray) const;
     V2f uv(const PrimitiveHit& exact, const LocalRay& ray) const;
-    // With its t.
+    // Returns the Hit, including its t.
     Hit hit(const PrimitiveHit& exact, const LocalRay& ray) const;
-    // hit(exact(m, ray), ray), in its place.
+    // Writes hit(exact(m, ray), ray) to `hit`.
     void exact_hit(const PrimitiveHit& m, const LocalRay& ray, Hit& hit) const;
-    // Begins to fetch what hit() will read of a triangle: its corners' numbers, then, once these are there,
-    // what stands at them.
+    // These prefetch the memory that hit() reads of a triangle: first its vertex indices, then, once these
+    // are there, its vertices.
     void prefetch_corners(const PrimitiveHit& hit) const {
         if (hit.geometry >= curves_begin()) return;
         __builtin_prefetch(&shapes_.meshes[hit.geometry].triangles[hit.primitive]);
@@ -82,10 +82,10 @@ class ShapeSet {
     std::uint32_t quadrics() const { return static_cast<std::uint32_t>(quadrics_.size()); }
     std::uint32_t patches() const { return static_cast<std::uint32_t>(patches_.size()); }
 
-    // What can be met; surfaces that are only borders of media are not counted.
+    // Counts the shapes that rays may meet, without surfaces that are only medium interfaces.
     struct Counts {
         std::uint64_t triangles = 0, quadrics = 0, patches = 0, curves = 0, degenerate_triangles = 0;
-        std::uint64_t bytes = 0;  // of the shapes themselves
+        std::uint64_t bytes = 0;  // memory of the shapes themselves
     };
     const Counts& counts() const { return counts_; }
     bool has_borders() const { return has_borders_; }
@@ -100,23 +100,21 @@ class ShapeSet {
     void take_curves();
     void take_quadrics();
     void take_patches();
-    // Notes what stands there; the layer.
+    // Records the properties of a surface and returns its layer.
     unsigned note(const SurfaceTraits& traits);
     Hit surface(const PrimitiveHit& exact, const LocalRay& ray) const;
 
     Shapes shapes_;
     std::span<const Material> materials_;
-    std::vector<QuadricShape> quadrics_;       // those that are there
-    std::vector<std::uint32_t> quadric_from_;  // of the same index: in shapes_.quadrics
+    std::vector<QuadricShape> quadrics_;       // those in a layer other than 0
+    std::vector<std::uint32_t> quadric_from_;  // index in shapes_.quadrics of each element of quadrics_
     std::vector<PatchAddress> patches_;
     Counts counts_;
     bool has_borders_ = false, has_panes_ = false, has_specular_ = false;
 };
 
-// A lamp's shape, asked by rays.
-
-// The shapes must be those that the scene holds; what they are made of does not matter here. `origin`: that
-// of the scene, for the textures that cut holes.
+// Returns a lamp's shape that is intersected by rays. The shapes must be those in the scene; their materials
+// do not matter. `origin` is the scene's origin, for the textures of cut-outs.
 std::unique_ptr<const LampShape> make_traced_shape(Shapes shapes, const V3d& origin = V3d(0.0));
 
 }  // namespace lucerna

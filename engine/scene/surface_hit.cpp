@@ -8,17 +8,17 @@
 namespace lucerna {
 namespace {
 
-// pbrt's texture coordinates for a triangle that has none.
+// These are pbrt's texture coordinates for a triangle that has none.
 constexpr float kDefaultUv[3][2] = {{0, 0}, {1, 0}, {1, 1}};
 
-// The derivatives of position by u and v, from two edges and the change of the coordinates along them; any
-// frame where the coordinates have none.
+// Sets the derivatives of position by u and v from two edges and the change of coordinates along them; uses
+// an arbitrary frame where the coordinates are degenerate.
 void set_tangents(Hit& hit, const V3d& e1, const V3d& e2, const V2f& uv0, const V2f& uv1, const V2f& uv2) {
     const V2f d1 = uv1 - uv0, d2 = uv2 - uv0;
     const double du1 = static_cast<double>(d1.x), dv1 = static_cast<double>(d1.y);
     const double du2 = static_cast<double>(d2.x), dv2 = static_cast<double>(d2.y);
     const double determinant = du1 * dv2 - dv1 * du2;
-    hit.dpdu = V3f((dv2 * e1 - dv1 * e2) / determinant);  // may be 0/0: looked at next
+    hit.dpdu = V3f((dv2 * e1 - dv1 * e2) / determinant);  // may be 0/0; checked next
     hit.dpdv = V3f((du1 * e2 - du2 * e1) / determinant);
     const auto good = [](const V3f& v) { return is_finite(v) && v.length2() > 0; };
     if (good(hit.dpdu) && good(hit.dpdv)) return;
@@ -27,7 +27,7 @@ void set_tangents(Hit& hit, const V3d& e1, const V3d& e2, const V2f& uv0, const 
     hit.dpdv = frame.t;
 }
 
-// Turned into n's hemisphere; n itself where the interpolated one is no direction.
+// Returns the interpolated normal turned into n's hemisphere, or n itself if it is degenerate.
 V3f shading_normal(const V3f& interpolated, const V3f& n) {
     const float length = interpolated.length();
     if (!(length > 0) || !std::isfinite(length)) return n;
@@ -50,7 +50,7 @@ V2f uv_of(const Mesh& mesh, const V3i& triangle, int c) {
     return mesh.uv.empty() ? V2f(kDefaultUv[c][0], kDefaultUv[c][1]) : mesh.uv[corner(triangle, c)];
 }
 
-// A triangle's first corner, and the ways from there to the others.
+// Holds a triangle's first corner, and its edges from there to the others.
 struct TriangleEdges {
     V3d p0, e1, e2;
 
@@ -60,7 +60,7 @@ struct TriangleEdges {
           e2(V3d(mesh.p[corner(triangle, 2)]) - p0) {}
 };
 
-// What a float32 tangent must be: finite and not zero.
+// Returns the tangent if float32 holds it as a finite vector other than 0, else the fallback.
 V3f tangent_or(const V3d& tangent, const V3f& fallback) {
     const V3f t(tangent);
     return is_finite(t) && t.length2() > 0 ? t : fallback;
@@ -72,7 +72,7 @@ V3f tangent_or(const V3d& tangent, const V3f& fallback) {
 
 namespace {
 
-// [Möller and Trumbore 1997], in double.
+// Implements [Möller and Trumbore 1997] in double.
 std::optional<TrianglePoint> point_of(const TriangleEdges& edges, const LocalRay& ray) {
     const auto& [p0, e1, e2] = edges;
     const V3d across = ray.d.cross(e2);
@@ -90,7 +90,7 @@ void set_hit(Hit& hit, const Mesh& mesh, const V3i& t, const TriangleEdges& edge
     const auto& [p0, e1, e2] = edges;
     const float b0 = 1 - b1 - b2;
     hit.at.p = V3f(p0 + static_cast<double>(b1) * e1 + static_cast<double>(b2) * e2);
-    hit.at.n = V3f(unit(e1.cross(e2)));  // not 0: degenerate triangles were left out
+    hit.at.n = V3f(unit(e1.cross(e2)));  // not 0, because degenerate triangles were left out
     if (mesh.traits.reverse_orientation) hit.at.n.negate();
     hit.at.error = surface_error(hit.at.p, extent_of(e1, e2));
     const V2f uv0 = uv_of(mesh, t, 0), uv1 = uv_of(mesh, t, 1), uv2 = uv_of(mesh, t, 2);
@@ -219,7 +219,7 @@ double CurveShape::radius(double u) const {
 V3d CurveShape::derivative(double u) const {
     const double w = 1 - u;
     V3d d = 3.0 * (w * w * (p[1] - p[0]) + 2 * u * w * (p[2] - p[1]) + u * u * (p[3] - p[2]));
-    if (!(d.length2() > 0)) d = p[3] - p[0];  // a repeated control point at the end
+    if (!(d.length2() > 0)) d = p[3] - p[0];  // repeated control point at the end
     return d.length2() > 0 ? d : V3d(0, 0, 1);
 }
 
@@ -243,13 +243,13 @@ Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, d
     const V3d centre = shape.point(u);
     const double r = shape.radius(u);
     const Curves::Segment& part = curves.segments[at.segment];
-    // Longer along a curve of many segments; u_from < u_to.
+    // The derivative by the whole curve's u is longer for many segments; u_from < u_to.
     const V3d dpdu = shape.derivative(u) / static_cast<double>(part.u_to - part.u_from);
     V3d p = ray.at(t), n(at.n), across;
     Hit hit;
     hit.uv = curve_uv(curves, at.segment, at.u, at.v);
     if (curves.kind == Curves::Kind::flat) {
-        across = dpdu.cross(ray.d);  // a band that faces the ray; along the curve it is seen on edge
+        across = dpdu.cross(ray.d);  // the band faces the ray; along the curve it is seen edge-on
         n = dpdu.cross(across);
     } else {
         if (curves.traits.reverse_orientation) n.negate();
@@ -258,8 +258,7 @@ Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, d
             across = V3d(at.n).cross(dpdu);
             p = centre + (2 * static_cast<double>(at.v) - 1) * r * across.normalized();
         } else {
-            // Across a tube v counts as pbrt's does across its band: from one rim that the ray sees to the
-            // other.
+            // On a tube, v runs from one silhouette to the other, as pbrt's does across its band.
             const V3d side = dpdu.cross(ray.d).normalized();
             const double offset = r > 0 ? std::clamp((p - centre).dot(side) / r, -1.0, 1.0) : 0.0;
             hit.uv.y = static_cast<float>(0.5 + 0.5 * offset);
@@ -269,7 +268,7 @@ Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, d
     hit.at.n = V3f(n.normalized());
     if (!(hit.at.n.length2() > 0)) hit.at.n = V3f(-ray.d.normalized());
     hit.at.error = surface_error(hit.at.p, static_cast<float>((shape.p[3] - shape.p[0]).length() + 2 * r)) +
-                   static_cast<float>(1e-3 * r);  // Embree's own search for the crossing stops there
+                   static_cast<float>(1e-3 * r);  // tolerance of Embree's own search
     hit.ns = hit.at.n;
     const Frame frame(hit.at.n);
     hit.dpdu = tangent_or(dpdu, frame.s);
@@ -281,7 +280,7 @@ Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, d
 
 namespace {
 
-// The largest length that the map gives a unit vector, or a little more (Frobenius' norm).
+// Returns an upper bound of the length that the map gives a unit vector (the Frobenius norm).
 float largest_stretch(const M44d& m) {
     double sum = 0;
     for (int i = 0; i < 3; ++i) {
@@ -298,7 +297,7 @@ V3f carried(const M44d& m, const V3f& v) {
 
 }  // namespace
 
-// Embree has the map in float32: so has everyone else.
+// The map is rounded to float32 as in Embree, so that both use the same one.
 InstancePlacement::InstancePlacement(const M44d& world_from_local) {
     for (int i = 0; i < 4; ++i) {
         for (int j = 0; j < 4; ++j) {
@@ -332,10 +331,10 @@ Hit InstancePlacement::world(const Hit& hit) const {
     to_world.multVecMatrix(V3d(hit.at.p), p);
     out.at.p = V3f(p);
     out.at.n = normal(hit.at.n);
-    out.ns = face_forward(normal(hit.ns), out.at.n);  // a stretch may carry it past the edge
+    out.ns = face_forward(normal(hit.ns), out.at.n);  // a stretch may turn it past the horizon
     out.dpdu = carried(to_world, hit.dpdu);
     out.dpdv = carried(to_world, hit.dpdv);
-    // The prototype's own error, and what the way of a ray there rounds away.
+    // The error includes the prototype's own error and the rounding of the ray's transformation.
     const float far = std::max({std::fabs(out.at.p.x), std::fabs(out.at.p.y), std::fabs(out.at.p.z)});
     out.at.error = scale * (hit.at.error + kSurfaceUlps * (inverse_scale * far + reach)) + kSurfaceUlps * far;
     return out;

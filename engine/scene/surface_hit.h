@@ -1,5 +1,5 @@
-// From a primitive, and where on it, to the Hit there: position, normals, tangents, texture coordinates, all
-// in the frame of the shapes. Distance, material, light and media are left to the caller.
+// Computes the Hit at a place of a primitive: position, normals, tangents and texture coordinates, all in the
+// frame of the shapes. The caller sets distance, material, light and media.
 #pragma once
 
 #include <algorithm>
@@ -14,14 +14,14 @@
 
 namespace lucerna {
 
-// A ray in a shape's frame; d of any length.
+// Describes a ray in a shape's frame; d may have any length.
 struct LocalRay {
     V3d o, d;
     V3d at(double t) const { return o + t * d; }
 };
 
-// Where a ray meets the plane of a triangle: the weights of its second and third corner, those of the nearest
-// place on the triangle if it passes by the rim. Nothing for a ray along the plane.
+// Describes the place where a ray meets the plane of a triangle: the weights of its second and third corner,
+// clamped to the triangle if the ray passes beside the rim. There is none for a ray along the plane.
 struct TrianglePoint {
     double t, b1, b2;
 };
@@ -29,10 +29,10 @@ std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t tria
 
 V2f triangle_uv(const Mesh& mesh, std::uint32_t triangle, float b1, float b2);
 Hit triangle_hit(const Mesh& mesh, std::uint32_t triangle, float b1, float b2);
-// Both at once, with the distance, where Embree says that the ray meets it.
+// Writes the hit with its distance, at the exact place of the hit that Embree reports.
 void triangle_hit(const Mesh& mesh, const PrimitiveHit& embrees, const LocalRay& ray, Hit& hit);
 
-// A ray may begin within rounding of a triangle's plane, and behind it.
+// Returns a positive t, because a ray may begin slightly behind a triangle's plane by rounding.
 inline double ahead(double t) {
     return std::max(t, double{std::numeric_limits<float>::min()});
 }
@@ -42,8 +42,8 @@ Hit quadric_hit(const QuadricShape& shape, const LocalRay& ray, double t);
 V2f patch_uv(const BilinearMesh& mesh, std::uint32_t patch, double u, double v);
 Hit patch_hit(const BilinearMesh& mesh, std::uint32_t patch, double u, double v);
 
-// `u` along the segment and `v` across it as Embree has them: -1 to 1 on a flat curve, 0 on a round one, 0 to
-// 1 on a ribbon. `n` is Embree's normal, not unit.
+// `u` is along the segment and `v` across it, as Embree defines them: -1 to 1 on a flat curve, 0 on a round
+// one, 0 to 1 on a ribbon. `n` is Embree's normal, not unit.
 V2f curve_uv(const Curves& curves, std::uint32_t segment, float u, float v);
 struct CurvePoint {
     std::uint32_t segment;
@@ -52,11 +52,11 @@ struct CurvePoint {
 };
 Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, double t);
 
-// The hit carried from a prototype's frame by an affine map.
+// Transforms rays and hits between a prototype's frame and the world by an affine map.
 struct InstancePlacement {
     M44d to_world, to_local;
-    float scale = 1;          // at most this much longer does a vector become
-    float inverse_scale = 1;  // the same of the way back
+    float scale = 1;          // upper bound of a vector's lengthening
+    float inverse_scale = 1;  // upper bound for the inverse map
     float reach = 0;          // length of to_local's translation, prototype units
 
     explicit InstancePlacement(const M44d& world_from_local);
@@ -64,7 +64,7 @@ struct InstancePlacement {
     Hit world(const Hit& hit) const;
 };
 
-// A Bézier segment and what it is made of, in double.
+// Holds a Bézier segment and its radii, in double.
 struct CurveShape {
     V3d p[4];
     double r[4];

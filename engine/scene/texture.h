@@ -1,9 +1,9 @@
-// Values that vary over a surface: colours and plain numbers.
+// Textures are values that vary over a surface: colours and numbers.
 //
-// A texture is a handle, cheap to copy. A constant lies in the handle itself; any other kind is an immutable
-// node that handles share, and nodes refer to other textures. Every texture knows bounds of its values, so
-// that a reader can refuse a reflectance above 1 before anything is rendered, and how many nodes a look at it
-// asks, so that it can refuse what would never end.
+// A texture is a handle, cheap to copy. A constant is stored in the handle itself; any other kind is an
+// immutable node that handles share, and nodes refer to other textures. Every texture has bounds of its
+// values, so that a reader can reject a reflectance above 1 before rendering, and the number of nodes that an
+// evaluation visits, so that it can reject textures that would take forever.
 #pragma once
 
 #include <algorithm>
@@ -19,17 +19,17 @@
 
 namespace lucerna {
 
-// Where a texture is asked.
+// Describes the place where a texture is evaluated.
 struct TexturePoint {
     TexturePoint(const V2f& at_uv, const V3d& at_p = V3d(0), const V3f& at_n = V3f(0.0F))
         : uv(at_uv), p(at_p), n(at_n) {}
 
     V2f uv;  // the surface's
-    V3d p;   // world position, for textures that fill space
-    V3f n;   // unit normal, for textures that look at it; zero where it is not known
+    V3d p;   // world position, for solid textures
+    V3f n;   // unit normal, for textures that depend on it; zero where it is unknown
 };
 
-// All values, channel by channel, lie in [least, most].
+// Bounds all values, channel by channel: [least, most].
 struct ValueRange {
     float least = 0, most = 0;
 };
@@ -45,11 +45,11 @@ class TextureNode {
   public:
     virtual ~TextureNode() = default;
     virtual Value at(const TexturePoint& point) const = 0;
-    // The same at several points at once, for nodes that can share work between them.
+    // Evaluates several points at once, for nodes that can share work between them.
     virtual void at_each(std::span<const TexturePoint> points, std::span<Value> values) const {
         for (std::size_t i = 0; i < points.size(); ++i) values[i] = at(points[i]);
     }
-    // Begins to fetch from memory what at(point) will read.
+    // Prefetches the memory that at(point) will read.
     virtual void prefetch(const TexturePoint& /*point*/) const {}
 };
 
@@ -60,16 +60,16 @@ class Texture {
   public:
     Texture() : Texture(Value(0.0F)) {}
     static Texture constant(const Value& value) { return Texture(value); }
-    // Squares of side 1 in (u scale.x, v scale.y); the one that starts at (0,0) is even.
+    // Returns squares of side 1 in (u scale.x, v scale.y); the one that starts at (0,0) is even.
     static Texture checkerboard(const Value& even, const Value& odd, const V2f& scale);
-    // `range` bounds whatever the node answers; see evaluations().
+    // `range` bounds all values of the node; see evaluations().
     Texture(std::shared_ptr<const TextureNode<Value>> node, const ValueRange& range,
             std::uint32_t evaluations = 1)
         : range_(range), evaluations_(evaluations), node_(std::move(node)) {}
 
     Value at(const TexturePoint& point) const { return node_ ? node_->at(point) : value_; }
 
-    // As many values as points.
+    // `values` must be as long as `points`.
     void at_each(std::span<const TexturePoint> points, std::span<Value> values) const {
         if (node_) {
             node_->at_each(points, values);
@@ -81,15 +81,14 @@ class Texture {
         if (node_) node_->prefetch(point);
     }
 
-    // The value if it is the same everywhere.
+    // Returns the value if it is the same everywhere.
     std::optional<Value> constant_value() const {
         if (node_) return std::nullopt;
         return value_;
     }
     const ValueRange& range() const { return range_; }
-    // Nodes that one look asks at the most: its own, and those of the textures that it refers to, each as
-    // often as it is asked. 0 for a constant. Bounds the depth, too; what is more than a number holds stays
-    // that.
+    // Returns the largest number of nodes that one evaluation visits, counting the textures that it refers to
+    // as often as they are evaluated. It is 0 for a constant, saturates, and bounds the depth.
     std::uint32_t evaluations() const { return evaluations_; }
     float least() const { return range_.least; }
     float largest() const { return range_.most; }
@@ -109,27 +108,27 @@ using FloatTexture = Texture<float>;
 extern template class Texture<Rgb>;
 extern template class Texture<float>;
 
-// From a point of a surface to the coordinates in which a texture is drawn: pbrt's mappings.
+// The following are pbrt's mappings from a point of a surface to texture coordinates.
 //
-// World positions are double, because a pattern in space must not shimmer far from the origin. Nothing here
-// fails: coordinates that are not finite come out as 0.
+// World positions are double, because a solid pattern must not shimmer far from the origin. Nothing here
+// fails: coordinates that are not finite become 0.
 
 using V2d = Imath::V2d;
 
-// The surface's own coordinates: (scale.x u + delta.x, scale.y v + delta.y).
+// Maps the surface's own coordinates: (scale.x u + delta.x, scale.y v + delta.y).
 struct UvMapping {
     V2f scale{1, 1};
     V2f delta{0, 0};
 };
-// (θ/π, φ/2π) of the direction from the texture's origin, θ from its +z and φ from its +x towards +y.
+// Maps to (θ/π, φ/2π) of the direction from the texture's origin, θ from its +z and φ from its +x towards +y.
 struct SphericalMapping {
     M44d texture_from_world;
 };
-// ((π + atan2(y, x))/2π, z).
+// Maps to ((π + atan2(y, x))/2π, z).
 struct CylindricalMapping {
     M44d texture_from_world;
 };
-// (delta.x + p·v1, delta.y + p·v2).
+// Maps to (delta.x + p·v1, delta.y + p·v2).
 struct PlanarMapping {
     M44d texture_from_world;
     V3d v1{1, 0, 0}, v2{0, 1, 0};
@@ -137,7 +136,7 @@ struct PlanarMapping {
 };
 using Mapping2 = std::variant<UvMapping, SphericalMapping, CylindricalMapping, PlanarMapping>;
 
-// Coordinates in space, for textures that fill it.
+// Maps to coordinates in space, for solid textures.
 struct Mapping3 {
     M44d texture_from_world;
 };

@@ -23,7 +23,7 @@ namespace {
     throw InputError({file.string()}, "not a readable image: " + one_line(why));
 }
 
-// What a file says of itself.
+// Holds the properties that a file states.
 struct Header {
     int width, height;
     PictureChannels channels;
@@ -31,7 +31,7 @@ struct Header {
     bool bytes;
     std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
     std::size_t values() const { return pixels() * static_cast<std::size_t>(channels.count); }
-    // With the channels that lie between those that are wanted.
+    // Returns the number of values read, including unwanted channels between the wanted ones.
     std::size_t read_values() const {
         return pixels() * static_cast<std::size_t>(channels.range.end - channels.range.first);
     }
@@ -47,7 +47,7 @@ Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
     const PictureChannels channels = colour_channels(spec);
     for (int c = channels.range.first; c < channels.range.end; ++c) {
         const bool integer = spec.integer_channels[static_cast<std::size_t>(c)];
-        // Whole numbers of other kinds have no largest value that stands for white.
+        // Integers of other types have no largest value that stands for white.
         const bool known = spec.numbers == PictureNumbers::bytes || spec.numbers == PictureNumbers::words;
         if (integer && !known) {
             input_error({file.string()},
@@ -60,7 +60,7 @@ Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
             spec.numbers == PictureNumbers::bytes};
 }
 
-// What the library of picture formats reports becomes an error about the file.
+// Turns an exception of the picture library into an InputError about the file.
 template <typename Work>
 auto with_input_errors(const std::filesystem::path& file, Work&& work) {
     try {
@@ -70,7 +70,7 @@ auto with_input_errors(const std::filesystem::path& file, Work&& work) {
     }
 }
 
-// Of the pixels of a range of channels, those that are wanted, in their order, in the same place.
+// Moves the wanted channels of each pixel together, in their order, within the same memory.
 template <typename Stored>
 void pick_channels(const PictureChannels& channels, std::span<Stored> values) {
     if (channels.in_order()) return;
@@ -84,7 +84,7 @@ void pick_channels(const PictureChannels& channels, std::span<Stored> values) {
     }
 }
 
-// `copies`: floats of RGB for each pixel that are made of the values.
+// `copies` is the number of float RGB images that the caller makes of the values.
 template <typename Stored>
 std::vector<Stored> read_values(PictureReader& in, const Header& header, const std::filesystem::path& file,
                                 int copies = 0) {
@@ -99,7 +99,7 @@ std::vector<Stored> read_values(PictureReader& in, const Header& header, const s
     return values;
 }
 
-// Keeps the range of values that come in, and refuses those that are no light.
+// Tracks the range of values, and rejects those that are not finite or negative.
 class RangeFinder {
   public:
     RangeFinder(const std::filesystem::path& file, int width, int channels)
@@ -136,7 +136,7 @@ std::array<float, 256> decoded_bytes(const Encoding& encoding) {
     return table;
 }
 
-// In memory: bytes through a table, or floats as they are.
+// Holds texels in memory: bytes, decoded by a table, or floats.
 template <typename Stored>
 class MemoryTexels final : public Texels {
   public:
@@ -165,7 +165,7 @@ class MemoryTexels final : public Texels {
     }
 
   private:
-    // Of a texel's first value.
+    // Returns the index of a texel's first value.
     std::size_t place(int x, int y) const {
         const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(header_.width) +
                                   static_cast<std::size_t>(x);
@@ -209,7 +209,7 @@ class ImageTexels final : public Texels {
     ValueRange range_;
 };
 
-// In the cache: asked anew each time, decoded as MemoryTexels decodes.
+// Reads texels from the cache at each access, and decodes them as MemoryTexels does.
 class CachedTexels final : public Texels {
   public:
     CachedTexels(const TileCache& cache, const std::filesystem::path& file, const Header& header,
@@ -219,7 +219,7 @@ class CachedTexels final : public Texels {
           header_(header),
           encoding_(encoding),
           table_(decoded_bytes(encoding)) {
-        // Once through all of it, in bands of tiles, for its range and its faults.
+        // Reads the whole image once, in bands of tiles, to find its range and its faults.
         RangeFinder finder(file_, header.width, header.channels.count);
         std::vector<float> band;
         for (int y = 0; y < header.height; y += kBand) {
@@ -238,7 +238,7 @@ class CachedTexels final : public Texels {
     std::array<Rgb, 4> square(const TexelSquare& at) const override {
         std::array<float, 12> v{};
         const int n = header_.channels.count;
-        if (at.x[1] == at.x[0] + 1 && at.y[1] == at.y[0] + 1) {  // all but the edges
+        if (at.x[1] == at.x[0] + 1 && at.y[1] == at.y[0] + 1) {  // all squares but those at edges
             read(at.x[0], at.x[0] + 2, at.y[0], at.y[0] + 2, v.data());
         } else {
             for (int i = 0; i < 4; ++i) {
@@ -293,7 +293,7 @@ StatedColours colours_of(const std::filesystem::path& file, const PictureHeader&
     }
 }
 
-// From a file's colours to ratios of a working space.
+// Converts a file's colours to ratios of a working space.
 class Conversion {
   public:
     Conversion(const ColourSpace& from, const WorkingSpace& to)
@@ -304,7 +304,7 @@ class Conversion {
             keeps_grey_ = keeps_grey_ && std::fabs(row.x + row.y + row.z - 1) < 1e-4;
         }
     }
-    // None if there is nothing to do.
+    // Returns none if no conversion is needed.
     static std::optional<Conversion> of(const std::optional<ColourSpace>& stated, const WorkingSpace& to) {
         const ColourSpace& from = stated ? *stated : colour_spaces().front();
         if (!from.name.empty() && from.name == to.name()) return std::nullopt;
@@ -316,10 +316,10 @@ class Conversion {
         return Rgb(held_in_gamut(matrix_ * V3d(c), weights_));
     }
     ValueRange operator()(const ValueRange& range) const {
-        if (inside_ && keeps_grey_) return range;  // means of the channels
+        if (inside_ && keeps_grey_) return range;  // the results are means of the channels
         return {0, range.most * static_cast<float>(most_)};
     }
-    // Means do not leave what they are taken of but by rounding.
+    // Means stay within the range of their arguments except for rounding.
     Rgb within(const ValueRange& range, const Rgb& c) const {
         const Rgb made = (*this)(c);
         if (!inside_ || !keeps_grey_) return made;
@@ -330,12 +330,12 @@ class Conversion {
   private:
     RgbMatrix matrix_;
     V3d weights_;
-    bool inside_ = true;      // the one gamut is within the other
-    bool keeps_grey_ = true;  // grey is grey in every space but CIE XYZ
-    double most_ = 1;         // of a component, of colours up to 1
+    bool inside_ = true;      // the file's gamut is within the working space's
+    bool keeps_grey_ = true;  // true for every space but CIE XYZ
+    double most_ = 1;         // largest component that a colour up to 1 becomes
 };
 
-// Converted whenever they are asked for: in sRGB files of bytes stay bytes.
+// Converts at each access, so that bytes stay bytes in memory.
 class ConvertedTexels final : public Texels {
   public:
     ConvertedTexels(std::shared_ptr<const Texels> of, const Conversion& conversion)
@@ -413,7 +413,8 @@ std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& fil
     const OpenedPicture in = open_picture(file, PictureUse::colour);
     const Header header = header_of(file, in.header);
     const StatedColours stated = colours_of(file, in.header, warn);
-    const std::vector<float> stored = read_values<float>(*in.reader, header, file, 2);  // its distribution
+    // The second copy is the image's sampling distribution.
+    const std::vector<float> stored = read_values<float>(*in.reader, header, file, 2);
     auto image = std::make_shared<Image>(Image::rgb(header.width, header.height));
     RangeFinder finder(file, header.width, header.channels.count);
     const auto channels = static_cast<std::size_t>(header.channels.count);

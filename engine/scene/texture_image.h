@@ -1,9 +1,9 @@
-// Textures made of images.
+// Makes textures of images.
 //
 // Images that are small once decoded stay in memory, bytes as bytes. Larger ones, and all that come after a
-// budget is spent, are read tile by tile through a cache of bounded size: memory does not grow with the
-// scene's textures, except with those that are Radiance pictures, which stay in memory. Both give the same
-// values, bit for bit: texels are decoded before they are interpolated.
+// memory budget is used up, are read tile by tile through a cache of bounded size, so that memory does not
+// grow with the scene's textures. Radiance pictures are the exception and always stay in memory. Both ways
+// give the same values, bit for bit, because texels are decoded before they are interpolated.
 #pragma once
 
 #include <array>
@@ -25,38 +25,38 @@ namespace lucerna {
 
 class TileCache;
 
-// Is told what of a file's colours is not followed, in a sentence that names the file.
+// Receives a sentence that names the file and says which of its colour information is ignored.
 using PictureWarning = std::function<void(const std::string&)>;
 
-// Two neighbours in each direction; equal ones at an edge.
+// Holds two neighbouring texels in each direction, which are equal at an edge.
 struct TexelSquare {
     int x[2], y[2];
 };
 
-// An image as a texture sees it: decoded texels, wherever they lie. Constant, shared, safe from any thread.
+// Provides an image as decoded texels, independent of storage. It is constant and thread-safe.
 class Texels {
   public:
     virtual ~Texels() = default;
     virtual int width() const = 0;
     virtual int height() const = 0;
-    // Of all channels of all texels; finite and not negative.
+    // Returns bounds of all channels of all texels, finite and not negative.
     virtual ValueRange range() const = 0;
-    // (x0,y0), (x1,y0), (x0,y1), (x1,y1), rows running down. Throws InputError if the file has become
-    // unreadable since it was opened.
+    // Returns the texels (x0,y0), (x1,y0), (x0,y1), (x1,y1); y points down. Throws InputError if the file has
+    // become unreadable since it was opened.
     virtual std::array<Rgb, 4> square(const TexelSquare& at) const = 0;
-    // Begins to fetch them from memory, if that is where they lie.
+    // Prefetches the texels if they are in memory.
     virtual void prefetch(const TexelSquare& /*at*/) const {}
 };
 
 std::shared_ptr<const Texels> texels_of(std::shared_ptr<const Image> image);  // linear
 
 struct TextureMemory {
-    std::size_t one = std::size_t{64} << 20;   // bytes that an image may take to be kept
-    std::size_t all = std::size_t{1} << 30;    // bytes that all kept images may take
-    std::size_t cache = std::size_t{1} << 30;  // bytes of tiles of the others
+    std::size_t one = std::size_t{64} << 20;   // largest image that is kept in memory, bytes
+    std::size_t all = std::size_t{1} << 30;    // limit of all images in memory, bytes
+    std::size_t cache = std::size_t{1} << 30;  // size of the tile cache for the other images, bytes
 };
 
-// Opens images for textures, each once. What it returned lives on without it.
+// Opens images for textures, each once. The returned texels may outlive it.
 class TextureImages {
   public:
     explicit TextureImages(const TextureMemory& memory = {});
@@ -64,13 +64,13 @@ class TextureImages {
     TextureImages(const TextureImages&) = delete;
     TextureImages& operator=(const TextureImages&) = delete;
 
-    // Any format that pictures.h reads. Grey files are grey, alpha is left out. With `colours` texels are
-    // ratios of that space: files are in the space that they state (picture_colours.h) once decoded, linear
-    // sRGB where they state none, and what is outside the working space's gamut is mixed with grey. Without
-    // it numbers are no colours and stay as they are (normals). An encoding other than the file's own stands
-    // for all that the file says of whole numbers. Throws InputError naming file and cause: not readable, not
-    // credible in size, integers of other sizes than 8 and 16 bits, chromaticities that span no space, or a
-    // value that is negative or not finite.
+    // Opens a file in any format that pictures.h reads. Grey files are grey; alpha is ignored. With `colours`
+    // texels are ratios of that space: decoded values are in the space that the file states
+    // (picture_colours.h), linear sRGB by default, and colours outside the working space's gamut are mixed
+    // with grey. Without it the values are not colours (e.g. normals) and stay as they are. An encoding other
+    // than the file's own replaces everything that the file states about integers. Throws InputError that
+    // names file and cause: unreadable, implausible size, integers other than 8 and 16 bits, chromaticities
+    // that span no space, or a value that is negative or not finite.
     std::shared_ptr<const Texels> open(const std::filesystem::path& file, const Encoding& encoding,
                                        const std::optional<WorkingSpace>& colours = {},
                                        const PictureWarning& warn = {});
@@ -87,11 +87,11 @@ class TextureImages {
 
     TextureMemory memory_;
     std::size_t in_memory_ = 0;
-    std::unique_ptr<const TileCache> cache_;  // made when first needed
-    std::map<std::string, Opened> opened_;    // by file and encoding
+    std::unique_ptr<const TileCache> cache_;  // created on first use
+    std::map<std::string, Opened> opened_;    // key: file and encoding
 };
 
-// What lies beyond the image: it again, its edge, or nothing.
+// Determines the values beyond the image: repeated, those of its edge, or 0.
 enum class Wrap : std::uint8_t { repeat, clamp, black };
 
 struct ImageLookup {
@@ -100,13 +100,13 @@ struct ImageLookup {
     float scale = 1;      // >= 0
     bool invert = false;  // 1 - value, after the scale; 0 where that is negative
 };
-// Bilinear between texel centres; (s,t) = (0,0) is the lower left corner of the image. Numbers are
-// luminances.
+// Interpolates bilinearly between texel centres; (s,t) = (0,0) is the lower left corner of the image. A
+// number texture has the luminance.
 template <typename Value>
 Texture<Value> image_texture(std::shared_ptr<const Texels> texels, const ImageLookup& lookup);
 
-// The same formats as a whole image R, G, B, for lights: ratios of `colours`, as TextureImages::open makes
-// them with the file's own encoding. Throws as TextureImages::open does.
+// Reads the same formats as a whole RGB image, for lights: ratios of `colours`, converted as by
+// TextureImages::open with the file's own encoding. Throws as TextureImages::open does.
 std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file,
                                                 const WorkingSpace& colours = {},
                                                 const PictureWarning& warn = {});

@@ -1,4 +1,4 @@
-// From (s,t) to the four texels around it.
+// Finds the four texels around (s,t), and evaluates the mappings.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -9,23 +9,23 @@
 namespace lucerna {
 namespace {
 
-// The place within a repeat, [0,1).
+// Returns the position within a repeat, [0,1).
 double fraction(double x) {
     const double within = x - std::floor(x);
     return within < 1 ? within : 0.0;  // 1: a tiny negative x, rounded
 }
 
-// The two texels between whose centres x lies, how far beyond the first, and which of them are there.
+// Holds the two texels between whose centres x lies, the second's weight, and whether they are in the image.
 struct Between {
     int texel[2];
     float share;  // of the second
     bool there[2] = {true, true};
 };
 
-// Inlined: as a return value it goes through memory, narrow in and wide out, which processors wait for.
+// It is inlined: a returned struct would pass through memory, and wide reads after narrow stores would stall.
 [[gnu::always_inline]] inline Between between(double x, int n, Wrap wrap) {
     if (wrap == Wrap::repeat) x = fraction(x);
-    // Two texels beyond the edge, clamped and black are what they are everywhere there.
+    // From two texels beyond the edge on, clamped and black textures are constant.
     const double place = std::clamp(x * n - 0.5, -2.0, n + 1.0);
     const double below = std::floor(place);
     const int first = static_cast<int>(below);
@@ -41,7 +41,7 @@ struct Between {
     return result;
 }
 
-// The texels around a place; rows run down.
+// Holds the texels around a place; y points down.
 struct Around {
     Between x, y;
 
@@ -110,7 +110,7 @@ double finite(double x) {
     return std::isfinite(x) ? x : 0.0;
 }
 
-// The maps are affine: the reader sees to it.
+// Applies an affine map; the scene reader guarantees that it is affine.
 V3d moved(const M44d& m, const V3d& p) {
     return {p.x * m[0][0] + p.y * m[1][0] + p.z * m[2][0] + m[3][0],
             p.x * m[0][1] + p.y * m[1][1] + p.z * m[2][1] + m[3][1],
@@ -128,7 +128,7 @@ struct Map {
     }
     V2d operator()(const SphericalMapping& m) const {
         const V3d p = moved(m.texture_from_world, point.p);
-        // atan2 has an answer everywhere, at the poles and the origin too.
+        // atan2 is defined everywhere, also at the poles and the origin.
         const double phi = std::atan2(p.y, p.x);
         return {std::atan2(std::hypot(p.x, p.y), p.z) / kPiD, (phi < 0 ? phi + 2 * kPiD : phi) / (2 * kPiD)};
     }

@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-// Perlin's permutation of 0...255.
+// This is Perlin's permutation of 0...255.
 constexpr std::array<std::uint8_t, 256> kPermutation = {
     151, 160, 137, 91,  90,  15,  131, 13,  201, 95,  96,  53,  194, 233, 7,   225, 140, 36,  103, 30,
     69,  142, 8,   99,  37,  240, 21,  10,  23,  190, 6,   148, 247, 120, 234, 75,  0,   26,  197, 62,
@@ -30,19 +30,19 @@ unsigned hashed(unsigned i) {
     return kPermutation[i & 255U];
 }
 
-// The cell a coordinate lies in, modulo the period, and the place within it.
+// Holds the lattice cell of a coordinate, modulo the period, and the position within it.
 struct Cell {
     unsigned index;
     double within;  // [0,1]
 };
 Cell cell_of(double x) {
     const double floor = std::floor(x);
-    // Exact: floor/256 only shifts the exponent. Beyond 2^53 every number is a lattice point.
+    // It is exact: floor/256 only changes the exponent. Beyond 2^53 every number is a lattice point.
     return {static_cast<unsigned>(floor - 256 * std::floor(floor / 256)) & 255U, x - floor};
 }
 
-// The gradient that belongs to each of sixteen hash values: towards the edges of a cube, four of them twice.
-// As a table, because no branch on a hash can be foreseen.
+// The gradients of the sixteen hash values point towards the edges of a cube, four of them twice. They are in
+// a table, because a branch on a hash is unpredictable.
 constexpr std::array<std::array<double, 3>, 16> kGradients = [] {
     std::array<std::array<double, 3>, 16> all{};
     for (unsigned h = 0; h < 16; ++h) {
@@ -54,7 +54,7 @@ constexpr std::array<std::array<double, 3>, 16> kGradients = [] {
     return all;
 }();
 
-// The gradient of a lattice point, times the way from there.
+// Returns the product of a lattice point's gradient with the offset from it.
 double gradient(unsigned hash, double dx, double dy, double dz) {
     const std::array<double, 3>& g = kGradients[hash & 15U];
     return g[0] * dx + g[1] * dy + g[2] * dz;
@@ -87,7 +87,7 @@ double perlin_noise(const V3d& p) {
 namespace {
 
 #if LUCERNA_NOISE_LANES
-// Component by component: kGradients the other way round.
+// This is kGradients transposed: component by component.
 constexpr std::array<std::array<double, 16>, 3> kGradientParts = [] {
     std::array<std::array<double, 16>, 3> parts{};
     for (std::size_t h = 0; h < 16; ++h) {
@@ -97,11 +97,11 @@ constexpr std::array<std::array<double, 16>, 3> kGradientParts = [] {
 }();
 #endif
 
-// The noise at p times each of kNoiseLanes frequencies, which rise; the first `count` are wanted.
+// Returns the noise at p times each of kNoiseLanes increasing frequencies; only the first `count` are needed.
 std::array<double, kNoiseLanes> noise_of(const V3d& p, const double* frequencies, std::size_t count) {
     std::array<double, kNoiseLanes> noise{};
 #if LUCERNA_NOISE_LANES
-    // Not where p is no number.
+    // The condition is false if p is NaN.
     if (has_noise_lanes() &&
         (std::fabs(p.x) + std::fabs(p.y) + std::fabs(p.z)) * frequencies[kNoiseLanes - 1] < kLanesReach) {
         noise_lanes(kPermutation, kGradientParts, p, frequencies, noise.data());
@@ -112,7 +112,7 @@ std::array<double, kNoiseLanes> noise_of(const V3d& p, const double* frequencies
     return noise;
 }
 
-constexpr std::size_t kFirstOctaves = 16;  // a multiple of kNoiseLanes, and more than pictures need
+constexpr std::size_t kFirstOctaves = 16;  // a multiple of kNoiseLanes, and more than images need
 constexpr std::array<double, kFirstOctaves> kFrequencies = [] {
     std::array<double, kFirstOctaves> all{};
     double frequency = 1;
@@ -123,7 +123,7 @@ constexpr std::array<double, kFirstOctaves> kFrequencies = [] {
     return all;
 }();
 
-// The sum of amplitude times shape(noise), octave by octave.
+// Returns the sum over octaves of amplitude times shape(noise).
 template <typename Shape>
 double sum_octaves(const V3d& p, const Octaves& octaves, Shape&& shape) {
     const auto count = static_cast<std::size_t>(std::max(octaves.count, 0));
@@ -147,8 +147,8 @@ double sum_octaves(const V3d& p, const Octaves& octaves, Shape&& shape) {
 }
 
 #if LUCERNA_NOISE_LANES
-// The same at several places that share the lanes between them: three places of five octaves fill two times
-// eight lanes, where one after the other would take three.
+// Several places share the vector lanes: three places of five octaves take two vectors of eight lanes, where
+// one place at a time would take three.
 constexpr std::size_t kMostPlaces = 3;
 
 bool share_lanes(std::span<const V3d> at, const Octaves& octaves) {

@@ -1,5 +1,5 @@
-// A pattern is a function of a point; its node holds the function. Constants are folded where textures meet,
-// so that a product of constants costs as much as one.
+// A pattern is a function of a point that its node holds. Constants are folded where textures are combined,
+// so that a product of constants costs as much as one constant.
 #include "engine/scene/texture_patterns.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class FunctionNode final : public TextureNode<Value> {
     Function function_;
 };
 
-// Of a node that asks each of these once.
+// Returns evaluations() of a node that evaluates each of these textures once.
 template <typename... Textures>
 std::uint32_t evaluations_of(const Textures&... asked) {
     const std::uint64_t sum = (std::uint64_t{1} + ... + asked.evaluations());
@@ -35,7 +35,7 @@ Texture<Value> pattern(const ValueRange& range, Function function, const Texture
             evaluations_of(asked...)};
 }
 
-// A product of two, the second of which may be a number.
+// Multiplies two textures, the second of which may be a number.
 template <typename Value, typename Factor>
 class ProductNode final : public TextureNode<Value> {
   public:
@@ -64,7 +64,7 @@ class ProductNode final : public TextureNode<Value> {
     Texture<Factor> b_;
 };
 
-// Sums of octaves of noise.
+// Sums octaves of noise.
 template <typename Sum>
 class OctavesNode final : public TextureNode<float> {
   public:
@@ -103,7 +103,7 @@ FloatTexture octaves_texture(const ValueRange& range, const Octaves& octaves, co
 ValueRange joined(const ValueRange& a, const ValueRange& b) {
     return {std::min(a.least, b.least), std::max(a.most, b.most)};
 }
-// Of a product: the extremes lie at corners.
+// Returns the range of a product, whose extremes are at corners.
 ValueRange times(const ValueRange& a, const ValueRange& b) {
     const float c[] = {a.least * b.least, a.least * b.most, a.most * b.least, a.most * b.most};
     return {*std::min_element(c, c + 4), *std::max_element(c, c + 4)};
@@ -124,7 +124,7 @@ Value between(const Value& a, const Value& b, float share) {
     return a * (1 - share) + b * share;
 }
 
-// Noise over the plane: pbrt asks at z = 1/2.
+// Returns noise over the plane, which pbrt evaluates at z = 1/2.
 double noise2(double x, double y) {
     return perlin_noise({x, y, 0.5});
 }
@@ -160,7 +160,7 @@ Texture<Value> mix_texture(const Texture<Value>& a, const Texture<Value>& b, con
     const auto x = a.constant_value(), y = b.constant_value();
     const auto share = amount.constant_value();
     if (x && y && share) return Texture<Value>::constant(between(*x, *y, *share));
-    // Linear in the amount: the extremes lie at its ends.
+    // The mixture is linear in the amount, so that the extremes are at its ends.
     const ValueRange range =
         joined(mixed(a.range(), b.range(), amount.least()), mixed(a.range(), b.range(), amount.largest()));
     return pattern<Value>(
@@ -227,7 +227,7 @@ Texture<Value> dots_texture(const Texture<Value>& inside, const Texture<Value>& 
             const V2d st = texture_st(mapping, p);
             const double s = std::floor(st.x + 0.5), t = std::floor(st.y + 0.5);
             if (noise2(s + 0.5, t + 0.5) <= 0) return outside.at(p);
-            // Where pbrt asks the noise, so that the dots lie where its dots lie.
+            // The noise is evaluated at the same places as in pbrt, so that the dots have the same positions.
             const V2d centre(s + kShift * noise2(s + 1.5, t + 2.8), t + kShift * noise2(s + 4.5, t + 9.8));
             return (st - centre).length2() < kRadius * kRadius ? inside.at(p) : outside.at(p);
         },
@@ -258,7 +258,7 @@ FloatTexture wrinkled_texture(const Octaves& octaves, const Mapping3& mapping) {
                            });
 }
 
-// Waves of six octaves, as high as a slower noise of three says.
+// Returns waves of six octaves, whose height is a slower noise of three octaves.
 FloatTexture windy_texture(const Mapping3& mapping) {
     static constexpr Octaves kStrength{0.5, 3}, kWaves{0.5, 6};
     const auto bound = static_cast<float>(fractal_bound(kStrength) * fractal_bound(kWaves));
@@ -268,13 +268,13 @@ FloatTexture windy_texture(const Mapping3& mapping) {
     });
 }
 
-// pbrt's marble: a Bézier curve of colours, six segments of it that share their control points.
+// Returns pbrt's marble: a Bézier curve of colours, with six segments that share their control points.
 RgbTexture marble_texture(const Marble& marble, const Mapping3& mapping) {
     static constexpr float kColours[9][3] = {
         {0.58F, 0.58F, 0.6F}, {0.58F, 0.58F, 0.6F}, {0.58F, 0.58F, 0.6F},
         {0.5F, 0.5F, 0.5F},   {0.6F, 0.59F, 0.58F}, {0.58F, 0.58F, 0.6F},
         {0.58F, 0.58F, 0.6F}, {0.2F, 0.2F, 0.33F},  {0.58F, 0.58F, 0.6F}};
-    // The curve stays within its control points; times 1.5.
+    // The range is that of the control points, times 1.5.
     return pattern<Rgb>({0.3F, 0.9F}, [marble, mapping](const TexturePoint& point) {
         const V3d p = marble.scale * texture_position(mapping, point);
         const double layer = 0.5 + 0.5 * std::sin(p.y + marble.variation * fractal_noise(p, marble.octaves));
@@ -309,7 +309,7 @@ FloatTexture luminance_texture(const RgbTexture& of) {
 RgbTexture ratio_texture(const RgbTexture& of, const WorkingSpace& colours) {
     if (colours.is_srgb()) return of;
     if (const auto value = of.constant_value()) return RgbTexture::constant(colours.ratio(*value));
-    // sRGB's gamut is within the others': ratios are means of the channels.
+    // sRGB's gamut is within the others', so that ratios are means of the channels.
     return pattern<Rgb>(
         of.range(), [of, colours](const TexturePoint& p) { return colours.ratio(of.at(p)); }, of);
 }

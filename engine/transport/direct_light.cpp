@@ -6,10 +6,10 @@
 namespace lucerna {
 namespace {
 
-// A branch of a path's sampler: numbers that only media take.
+// This branch of a path's sampler serves only media, so that their numbers don't shift the path's own.
 constexpr std::uint32_t kShadowBranch = 0x5d;
 
-// The share of a light's sample that arrives.
+// Returns the share of a light sample that arrives at the place.
 template <typename Place>
 Rgb arriving_share(const Scene& scene, const Place& place, const LightSample& light_sample,
                    Sampler& sampler) {
@@ -26,26 +26,26 @@ Rgb unshadowed_at(const Place& place, const LightChoice::Draw& drawn) {
     Rgb result = place.value(light_sample.w);
     if (is_black(result)) return Rgb(0);
     result *= light_sample.weight * drawn.gain;
-    if (!(drawn.pdf_w > 0)) return result;  // a delta light: nothing else finds it
+    if (!(drawn.pdf_w > 0)) return result;  // a delta light, which no other strategy can find
     return result * power_heuristic(drawn.pdf_w, place.pdf_w(light_sample.w));
 }
 
 template <typename Place>
 std::optional<Sunlight> sunlight_at(const Scene& scene, const Place& place, std::uint32_t sun,
                                     Sampler& sampler) {
-    const auto arriving = scene.lights()[sun]->sample_Li(place.from().p, V2f(0.5F));  // of one direction
+    const auto arriving = scene.lights()[sun]->sample_Li(place.from().p, V2f(0.5F));  // one direction only
     if (!arriving) return std::nullopt;
     const Rgb value = place.value(arriving->w) * arriving->weight;
     if (is_black(value)) return std::nullopt;
     return Sunlight{value * arriving_share(scene, place, *arriving, sampler), arriving->w};
 }
 
-// Asks one light, for a surface or a place in a medium, and the suns. Returns what was drawn; none: nothing
-// arrives from the light.
+// Samples one light from a surface or a place in a medium, and then every sun. Returns the light sample, or
+// none if the drawn light sends nothing here.
 template <typename Place>
 std::optional<LightChoice::Draw> ask_light(const Scene& scene, const Place& place, Sampler& sampler,
                                            const LightChoice& choice, const PathAccount& path) {
-    // Draw always, so that the later draws of a path do not depend on what is found here.
+    // The numbers are always drawn, so that the later draws of a path do not depend on what is found here.
     const float u_light = sampler.next();
     const V2f u_place = sampler.next2();
     const auto drawn = choice.draw(scene, place.from().p, u_light, u_place);
@@ -61,17 +61,18 @@ std::optional<LightChoice::Draw> ask_light(const Scene& scene, const Place& plac
     return drawn;
 }
 
-// The chance of a BSDF sample at a diffuse surface beside a light that was drawn there. Where lights are
-// drawn far more densely than directions of the BSDF, the power heuristic leaves the latter next to nothing,
-// at the price of a ray: it is taken sometimes [Russian roulette; Veach 1997, 10.4.1], so that its variance,
-// which falls by the square of the densities' ratio, still is the smaller one. Never under a sky: what is
-// drawn densely there (the sun) says nothing about the rest of it, which only BSDF samples find well; nor
-// beside several lights, or parts of one, where that of one says nothing about the others.
+// Returns the probability of taking a BSDF sample at a diffuse surface, given the light sample drawn there.
+// Where lights are drawn far more densely than directions of the BSDF, the power heuristic leaves the BSDF
+// sample almost no weight, yet it costs a ray. It is therefore taken only sometimes [Russian roulette; Veach
+// 1997, 10.4.1]: its variance falls by the square of the densities' ratio and still remains the smaller one.
+// Under a sky the probability is 1, because a dense sample of the sun says nothing about the rest of the sky,
+// which only BSDF samples find well. It is also 1 with several lights or several parts of a light, because a
+// sample of one says nothing about the others.
 float bsdf_sample_chance(const Scene& scene, const Bsdf& bsdf,
                          const std::optional<LightChoice::Draw>& drawn) {
     constexpr float kLeast = 0.125F;
-    // A diffuse surface's largest density; how many times more densely lights are drawn for the chance to
-    // fall.
+    // kDensity is a diffuse surface's largest density. The probability falls below 1 once lights are drawn
+    // kMargin times more densely.
     constexpr float kDensity = kInvPi, kMargin = 4;
     const bool one_light = scene.lights().size() == 1 && scene.lights()[0]->part_bounds().empty();
     if (!one_light || !bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0)) return 1;
@@ -145,7 +146,7 @@ void direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampl
     next_event(scene, vertex, sampler, choice, path);
     const V3f wi = vertex.phase.sample(vertex.wo, sampler.next2());
     const Ray ray{vertex.p, wi};
-    // The phase function over its own density is 1.
+    // The throughput needs no factor, because the phase function divided by its own density is 1.
     EyePath found(path, ray, vertex.medium, EmissionRule::mis(vertex.pdf_w(wi), choice));
     found.scatter_in_medium();
     add_emission_ahead(scene, found, scene.intersect(ray), sampler);

@@ -1,15 +1,15 @@
-// Direct light by Monte Carlo: both strategies of multiple importance sampling [Veach 1997, 9].
+// Computes direct light by Monte Carlo, with both strategies of multiple importance sampling [Veach 1997, 9].
 //
-// A surface samples a direction towards a light (next_event); or a direction drawn from the BSDF happens to
-// find a light (emission, with the rule that says which share of it still counts). Used together, with the
-// power heuristic, the two are unbiased and neither small nor large lights are noisy. A place where a medium
-// scatters is lit in the same two ways, its phase function in the BSDF's place.
+// A surface either samples a direction towards a light (next_event), or draws a direction from the BSDF,
+// which may happen to meet a light (emission, whose MIS weight is given by EmissionRule). Combined by the
+// power heuristic, the two are unbiased, and neither small nor large lights are noisy. A place where a medium
+// scatters is lit in the same two ways, with its phase function in place of the BSDF.
 //
-// Which light is asked, and which part of it, is the caller's to choose (light_choice.h): nothing is chosen
-// by default, so that no place forgets what the settings say.
+// The caller chooses which light is sampled, and which part of it (light_choice.h). There is no default
+// choice, so that no caller can overlook the settings.
 //
-// Media take their share of every ray, here as everywhere between vertices. The weights of the two strategies
-// go by the densities of directions alone: both are weakened alike, so it need not be in them.
+// Media attenuate every ray, here as everywhere between vertices. The MIS weights use only the densities of
+// directions: media attenuate both strategies alike, so that the attenuation need not enter the weights.
 #pragma once
 
 #include <optional>
@@ -22,33 +22,34 @@
 
 namespace lucerna {
 
-// Asks one light, which is chosen and asked for a direction, and all suns of the choice: the radiance that
-// they send towards wo is booked on the path that ends at the vertex.
+// Samples one light, drawn by `choice`, and all suns of the choice. Books the radiance that they send towards
+// wo on the path that ends at the vertex.
 void next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
                 const PathAccount& path);
 void next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
                 const PathAccount& path);
 
-// By which density directions are drawn at a vertex, where it is not the BSDF's alone.
+// Describes how directions are drawn at a vertex, where they are not drawn by the BSDF alone.
 class DirectionDensity {
   public:
-    // Per solid angle, without deltas.
+    // Returns the density per solid angle, without deltas.
     virtual float pdf_w(const V3f& wi) const = 0;
 
   protected:
     ~DirectionDensity() = default;
 };
-// The first of these, beside directions drawn so.
+// Samples a light at a surface whose other strategy draws directions by `drawn_by` instead of the BSDF.
 void next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
                 const DirectionDensity& drawn_by, const PathAccount& path);
 
-// What a drawn light would send towards wo if nothing stood in between: the share of the lights' strategy.
+// Returns the unoccluded radiance that a drawn light sends towards wo, MIS weight included.
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
-// What of it arrives: 0 if something stands in between, else what media let pass.
+// Returns the share of that radiance that arrives: 0 behind something opaque, else the transmittance.
 Rgb transmitted_share(const Scene& scene, const Vertex& vertex, const LightSample& light_sample,
                       Sampler& sampler);
 
-// What a sun of LightChoice::suns() sends towards wo. None: nothing, whatever stands in between.
+// Holds the radiance that a sun of LightChoice::suns() sends towards wo. There is none if it is black even
+// unoccluded.
 struct Sunlight {
     Rgb radiance;
     V3f w;  // unit, towards the sun
@@ -56,18 +57,19 @@ struct Sunlight {
 std::optional<Sunlight> sunlight(const Scene& scene, const Vertex& vertex, std::uint32_t sun,
                                  Sampler& sampler);
 
-// Samples direct light by both strategies at once, one light sample and one BSDF sample, and books it on the
-// path that ends at the vertex; the BSDF is sampled only by chance on diffuse surfaces from which lights are
-// small. Returns the BSDF sample where it is one that only mirrors and smooth glass make: what comes from
-// there is still to be found.
+// Samples direct light by both strategies, one light sample and one BSDF sample, and books it on the path
+// that ends at the vertex. On diffuse surfaces that see the light as small, the BSDF sample is subject to
+// Russian roulette. A specular BSDF sample (mirror, smooth glass) is returned instead: the light from its
+// direction is still to be found.
 std::optional<BsdfSample> direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
                                        const LightChoice& choice, const PathAccount& path);
-// In a medium: times the scattering coefficient, what the ray towards wo gains per unit of length.
+// Does the same in a medium. The booked radiance times the scattering coefficient is the gain of the ray
+// towards wo per unit of length.
 void direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
                   const PathAccount& path);
 
-// Books what is emitted along a direction drawn at a vertex, for which the path's account is `found`: the
-// share of the BSDF's strategy.
+// Books the emission along a direction that was drawn from the BSDF at a vertex, with its MIS weight. `found`
+// is the path's account at the vertex.
 void add_emission_towards(const Scene& scene, const Vertex& vertex, const BsdfSample& sample,
                           const LightChoice& choice, Sampler& sampler, const PathAccount& found);
 

@@ -1,4 +1,4 @@
-// Multiple importance sampling of emission [Veach 1997, 9]: what a light counts for where a ray meets it.
+// Weights the emission of a light that a ray meets by multiple importance sampling [Veach 1997, 9].
 #pragma once
 
 #include "engine/scene/scene.h"
@@ -8,40 +8,40 @@
 namespace lucerna {
 
 inline float power_heuristic(float pdf, float other) {
-    // As a ratio, so that squares of extreme densities neither overflow nor vanish. pdf > 0.
+    // The ratio keeps squares of extreme densities from overflowing or vanishing. pdf > 0.
     const float ratio = other / pdf;
     return 1 / (1 + ratio * ratio);
 }
 
-// What emission at the end of a ray counts for.
+// Determines the weight of the emission that a ray meets.
 struct EmissionRule {
     enum class Kind : std::uint8_t {
-        all,   // the eye's own ray, or one that only mirrors and glass have turned: nothing else finds it
-        mis,   // a ray from a surface that also asked the lights: the share of the BSDF's strategy
+        all,   // the eye's own ray, or one turned only by mirrors and glass: no other strategy finds it
+        mis,   // a ray from a surface that also sampled the lights: the MIS weight of the BSDF strategy
         none,  // accounted for elsewhere
     } kind = Kind::all;
-    float pdf_w = 0;     // with which the ray's direction was drawn; for `mis`
-    LightChoice choice;  // by which the surface asked the lights; for `mis`
-    // Lamps that count nothing on this ray, because whoever made it samples them separately; null: none.
+    float pdf_w = 0;     // density of the ray's direction, per solid angle; for `mis`
+    LightChoice choice;  // the choice by which the surface sampled lights; for `mis`
+    // Contains the lamps that have no weight on this ray, because its maker samples them separately; null:
+    // none.
     const LampSet* but = nullptr;
-    // The vertex whose direction the density belongs to, where the ray has gone straight on through panes
-    // since, and how far it has come from there to where it begins now, scene units.
+    // These two matter after the ray has gone straight through panes: the vertex at which its direction was
+    // drawn, and the distance from there to the ray's present origin in scene units.
     V3f vertex{0, 0, 0};
     float passed = 0;
-    // Multiplies all emission. Below 1 where another technique has brought the rest of it.
+    // Multiplies all emission. It is below 1 where another technique has found the rest.
     Rgb weight{1.0F};
 
     static EmissionRule all() { return {}; }
     static EmissionRule all_but(const LampSet* lamps) { return {Kind::all, 0, {}, lamps}; }
     static EmissionRule none() { return {Kind::none, 0, {}}; }
     static EmissionRule mis(float pdf_w, const LightChoice& choice) { return {Kind::mis, pdf_w, choice}; }
-    // The share of what was seen of a light that counts.
+    // Returns the weight of the emission that was seen of a light.
     float share(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const {
         if (but && but->holds(light, seen)) return 0;
         return share(kind == Kind::mis ? choice.pdf_w(scene, light, seen) : 0.0F);
     }
-    // The share of emission that counts, given the density with which next_event() would have drawn this
-    // direction.
+    // Returns the weight of emission, given the density of next_event() drawing this direction.
     float share(float light_pdf_w) const {
         switch (kind) {
             case Kind::all:
@@ -53,10 +53,10 @@ struct EmissionRule {
         }
         return 0;
     }
-    // After a mirror or smooth glass: next_event before it could not reach beyond.
+    // Returns the rule after a mirror or smooth glass, beyond which next_event() cannot reach.
     EmissionRule through_specular() const { return kind == Kind::none ? none() : all(); }
-    // Of a ray that goes straight on where `ray`, which had this rule, met a pane at distance t: next_event
-    // sees through panes, so nothing changes but where the ray begins.
+    // Returns the rule of a ray that goes straight on where `ray`, which had this rule, met a pane at
+    // distance t. next_event() sees through panes, so that only the ray's origin changes.
     EmissionRule behind(const Ray& ray, float t) const {
         EmissionRule rule = *this;
         if (!(passed > 0)) rule.vertex = ray.o;
@@ -66,7 +66,7 @@ struct EmissionRule {
     EmissionRule after(const BsdfSample& sample, const Ray& ray, float t) const {
         return sample.straight ? behind(ray, t) : through_specular();
     }
-    // The ray from the vertex on. Lights' densities go by it.
+    // Returns the ray from the vertex on, by which the lights' densities are computed.
     Ray whole(const Ray& ray) const { return passed > 0 ? Ray{vertex, ray.d, passed + ray.t_max} : ray; }
 };
 

@@ -5,11 +5,11 @@
 namespace lucerna {
 namespace {
 
-// Branches of a path's sampler: numbers that only media take.
+// These branches of a path's sampler serve only media, so that their numbers don't shift the path's own.
 constexpr std::uint32_t kLampBranch = 0x1a;
-constexpr std::uint32_t kAheadBranch = 0xa000;  // and one more for each pane
+constexpr std::uint32_t kAheadBranch = 0xa000;  // plus the number of panes passed
 
-// The radiance that the surface which was met emits, as far as the rule counts it.
+// Returns the radiance that the surface at `hit` emits, times the rule's share().
 Rgb surface_emission(const Scene& scene, const EyePath& path, const Hit& hit) {
     const auto light = static_cast<std::uint32_t>(hit.light);
     const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(

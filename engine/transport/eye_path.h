@@ -1,9 +1,9 @@
-// The path from a camera or a sensor: one type for every integrator.
+// Represents the path from a camera or a sensor, for every integrator.
 //
-// A path owns its ray, what it is worth at the eye (throughput) and the account of its sample, so that
-// whoever finds light calls one function, which books it in image, layer and light group at once
-// (engine/scene/path_account.h). How it is followed through mirrors, glass and media is follow.h; what
-// happens where it meets a surface that is not purely specular is each integrator's own.
+// A path owns its ray, its throughput at the eye and the account of its sample. Code that finds light calls
+// one function, which books the light in image, layer and light group at once (engine/scene/path_account.h).
+// follow.h follows a path through mirrors, glass and media; each integrator decides what happens at a surface
+// that is not purely specular.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 
 namespace lucerna {
 
-// At this many smooth boundaries that the eye sees, one behind the other, light is followed both ways.
+// Both reflection and refraction are followed at this many smooth boundaries in a row, from the eye on.
 inline constexpr int kGlassSplits = 3;
 
 struct EyePath : PathAccount {
@@ -27,59 +27,62 @@ struct EyePath : PathAccount {
         : PathAccount(account), ray(along), medium(in_medium), rule(counts) {}
 
     Ray ray;
-    std::int32_t medium;  // of the borders, in which the ray begins
-    EmissionRule rule;    // what emission along the ray counts for
-    // Bounces that the whole path, from the light to the eye, may still have. With none left the path meets
-    // what emits, and nothing else.
+    std::int32_t medium;  // of the medium interfaces, in which the ray begins
+    EmissionRule rule;    // determines the weight of emission along the ray
+    // Counts the bounces that the path may still have, from light to eye. With none left, only emission is
+    // found.
     int left = kMaxBounces;
-    int bounces = 0;  // that it has had; a pane that is passed straight is none
+    int bounces = 0;  // bounces so far; passing straight through a pane is none
     int splits = 0;   // boundaries of glass at which both ways may still be followed
-    // The factors that the throughput has for reasons which say nothing about how much light the path
-    // carries, as radiance compression in glass. Russian roulette goes by the throughput without them.
+    // Collects factors of the throughput that don't change how much light the path carries, as radiance
+    // compression. Russian roulette uses the throughput without them.
     float eta_scale = 1;
-    // How many times more densely its directions were drawn than by BSDFs alone.
+    // Holds the ratio of the density by which the path's directions were drawn to that of the BSDFs alone.
     float density_ratio = 1;
 
-    // Where a medium scatters the path: the share of direct light that is to be found there. The rest has
-    // been found beside a lamp (passed_lamp.h).
+    // Holds the share of direct light to be found where a medium scatters the path. The rest has been found
+    // by sampling beside a lamp (passed_lamp.h).
     float direct_share = 1;
 
-    // How the path begins. With `meters` the first surface is a white one, and what lies before it does not
-    // count (Quantity::illuminance); the surface is `receiver` if that is set, on which the ray then ends,
-    // and otherwise the first that the ray meets.
+    // With `meters` the path begins at a white surface, and whatever lies before it does not count
+    // (Quantity::illuminance). The surface is `receiver` if that is set, on which the ray then ends, and
+    // otherwise the first surface that the ray meets.
     bool meters = false;
     const Hit* receiver = nullptr;
-    // The place on the whole film, pixels: a method may take more or fewer samples there than elsewhere.
+    // Holds the position on the whole film, pixels, for methods whose numbers of samples vary over the film.
     V2f film{0, 0};
-    // The half of the image's samples, 0 or 1, to which this one belongs, where halves are to be independent:
-    // of what a method makes two it uses one for each half. None: the sample may use all.
+    // Names the half (0 or 1) of the image's samples to which this one belongs, where halves must be
+    // independent: each then has one of the two structures that a method makes. Without a value the sample
+    // may use both.
     std::optional<int> half = {};
 
-    // Begins at a camera or a sensor, in the scene's camera's medium. `max_depth` as max_depth_of() has it.
+    // Begins a path at a camera or a sensor, in the medium around the camera. See max_depth_of() for
+    // `max_depth`.
     static EyePath begin(const Scene& scene, const Ray& ray, Quantity quantity, int max_depth,
                          SampleAccount& account);
 
     // Turns the path at a surface by a sample of its BSDF, whose weight goes into the throughput. `rough`
     // says what emission along the new ray counts for, unless the sample is specular.
     void turn(const Vertex& at, const BsdfSample& sample, const EmissionRule& rough);
-    // Turns the path in a medium. The throughput stays, as the phase function is sampled exactly. Of emission
-    // along the new ray the rule counts `direct_share`.
+    // Turns the path in a medium. The throughput stays, because the phase function is sampled exactly.
+    // Emission along the new ray is weighted by `direct_share`.
     void turn(const MediumVertex& at, const V3f& wi, const EmissionRule& rule_there);
-    // Goes straight on behind a surface that passes light unbent.
+    // Continues the ray straight behind a surface that passes light unbent.
     void pass(const Hit& hit);
 
-    // Russian roulette: false ends the path. A chance of 1 or more is certain; it is 0 where nothing is left.
+    // Plays Russian roulette; false ends the path. A chance of 1 or more is certain; the chance is 0 where
+    // the throughput is black.
     bool survives(float chance, Sampler& sampler) {
         if (!(sampler.next() < chance)) return false;
         throughput /= std::min(chance, 1.0F);  // > 0
         return true;
     }
-    // The chance by what the path still carries.
+    // Returns the survival probability that fits what the path still carries.
     float survival() const { return survival_of(throughput, eta_scale); }
 };
 
-// Calls found(radiance, distance, light) for each light that is not geometry (the sky, lamps' impostors) and
-// lies on the ray before `hit`, with the share of its radiance that counts.
+// Calls found(radiance, distance, light) for each light without geometry (the sky, lamps' impostors) that
+// lies on the ray before `hit`. The radiance includes the rule's share().
 template <typename Found>
 void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                        const EmissionRule& rule, Found&& found) {
@@ -88,18 +91,19 @@ void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<H
     const float nearest = hit ? rule.passed + hit->t : INFINITY;
     for (const std::uint32_t light : scene.impostors()) {
         const auto seen = scene.lights()[light]->Le(whole);
-        if (!seen || seen->distance < rule.passed) continue;  // before the last pane: it has been counted
+        if (!seen || seen->distance < rule.passed) continue;  // before the last pane: already counted
         if (!(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
         found(seen->radiance * rule.share(scene, light, *seen), seen->distance - rule.passed, light);
     }
 }
 
-// Books what is emitted along the path's ray, which met `hit` or nothing, as it arrives through the media on
-// the way: by surfaces, and by what is not geometry (the sky, lamps' impostors).
+// Books what is emitted along the path's ray, which met `hit` or nothing: by surfaces, and by lights without
+// geometry (the sky, lamps' impostors). Media on the way attenuate it.
 void add_emission(const Scene& scene, const EyePath& path, const std::optional<Hit>& hit, Sampler& sampler);
 
-// Books the same and all that lies straight behind panes, where next_event() finds it, too: as far as the
-// first surface that lets nothing pass unbent. For paths that end here.
+// Books the emission along the path's ray and, behind panes, along its straight continuation, where
+// next_event() finds light too. It stops at the first surface that passes nothing unbent. Paths that end here
+// use it.
 void add_emission_ahead(const Scene& scene, EyePath path, std::optional<Hit> hit, Sampler& sampler);
 
 }  // namespace lucerna

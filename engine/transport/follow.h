@@ -1,12 +1,12 @@
-// Following a path from the eye: one loop for every integrator.
+// Follows a path from the eye, in one loop for every integrator.
 //
-//   meet what the ray meets, and book what is emitted there
-//   cross the media on the way: a part of the light is scattered into the ray
-//   at a mirror or smooth glass, turn the path; glass that the eye sees sends it both ways
-//   anywhere else, let the integrator's visitor book light, and turn the path or end it
+// 1. Intersect the ray with the scene and book what is emitted there.
+// 2. Cross the media on the way, which scatter light into the ray.
+// 3. At a mirror or smooth glass, turn the path. Glass that the eye sees directly sends it both ways.
+// 4. At any other surface, let the integrator's visitor book light, and turn the path or end it.
 //
-// A visitor derives from EyeVisitor and hides what it changes. It is copied where a path is followed two
-// ways, so that what it remembers belongs to one path.
+// A visitor derives from EyeVisitor and hides the members that it changes. It is copied where a path is
+// followed both ways, so that its state belongs to one path.
 #pragma once
 
 #include <cmath>
@@ -24,35 +24,36 @@
 namespace lucerna {
 
 struct EyeVisitor {
-    // Whether a ray through media is split: its end is always looked at, and one place on the way beside it,
-    // whatever the chances. So a thin fog makes no noise on what is seen through it, and a thick one none on
-    // itself. That is for methods that know the radiance at any place; they do not look for what media emit.
-    // Otherwise one of the two is chosen, as a path tracer does, for which both are a path to be followed.
+    // Says whether a ray through media is split: then its end is always shaded, and also one place on the
+    // way, whatever the probabilities. A thin fog thus adds no noise to what is seen through it, and a thick
+    // fog none to itself. Splitting suits methods that know the radiance at any place; they ignore emission
+    // of media. Otherwise one of the two is chosen at random, as in a path tracer.
     static constexpr bool kSplitsMedia = true;
-    // Whether direct light in media is found beside lamps, too (passed_lamp.h), where a ray is not split. A
-    // visitor that says so has lights(), a LightChooser, and finds `path.direct_share` of direct light in
-    // at_medium().
+    // Says whether direct light in media is also sampled beside lamps (passed_lamp.h), where a ray is not
+    // split. Such a visitor has lights(), which returns a LightChooser, and finds the share
+    // `path.direct_share` of direct light in at_medium().
     static constexpr bool kFindsPassedLamps = false;
-    // Whether mirrors and smooth glass are given to at_surface(), too.
+    // Says whether mirrors and smooth glass are given to at_surface(), too.
     static constexpr bool kTakesMirrors = false;
 
-    // Is told what the path has met, before the surface is worked out. False ends the path.
+    // Learns which surface the path has met, before its BSDF is evaluated. False ends the path.
     static bool arrives(const EyePath& /*path*/, const Hit& /*hit*/) { return true; }
-    // The chance with which a path goes on after a mirror or smooth glass. In a row of them there is nothing
-    // to shade on the way, and a lamp seen by way of them is bright.
+    // Returns the survival probability after a mirror or smooth glass. The first bounces always survive,
+    // because a specular chain has nothing to shade on the way, and a lamp seen through it is bright.
     static float survival(const EyePath& path) {
         return path.bounces > kRouletteFromSpecular ? path.survival() : 1;
     }
-    // For visitors that look at surfaces one at a time: goes on if the sample of direct_light() is specular.
+    // Continues the path if the sample of direct_light() is specular, for visitors that shade single
+    // surfaces.
     static bool go_on(EyePath& path, const Vertex& at, const std::optional<BsdfSample>& specular,
                       Sampler& sampler) {
         if (!specular) return false;
         path.turn(at, *specular, EmissionRule::none());
         return specular->straight || path.survives(survival(path), sampler);
     }
-    // A visitor must have these two, which book the light found there on the path. They return whether the
-    // path, which they have turned, goes on. In a medium the light counts times sigma_s, per scene unit; a
-    // path of a ray that was split ends there.
+    // A visitor must have the following two functions, which book the light found there on the path. They
+    // return whether the path, which they have turned, goes on. In a medium, light is multiplied by sigma_s,
+    // per scene unit, and the path of a split ray ends there.
     //   bool at_surface(EyePath& path, const Vertex& at, Sampler& sampler);
     //   bool at_medium(EyePath& path, const MediumVertex& at, const Rgb& sigma_s, Sampler& sampler);
 };
@@ -60,26 +61,27 @@ struct EyeVisitor {
 namespace follow_detail {
 
 inline constexpr std::uint32_t kGlassBranch = 0x61a, kPassBranch = 0x9a;
-inline constexpr std::uint32_t kPassedLampBranch = 0xb000;  // and one more for each piece of a way
+inline constexpr std::uint32_t kPassedLampBranch = 0xb000;  // plus the number of the piece
 
-// Bounces of a path after which lamps that it passes are not looked at any more: it carries little then, and
-// each look costs two rays. In Cornell's box with fog a sample takes 1.4 times as long and the squared error
-// times the time falls to 0.82; in a room with a small lamp in fog the variance of the illuminance falls to a
-// tenth.
+// After this many bounces lamps beside the path are no longer sampled: the path then carries little, and each
+// sample costs two rays. In the Cornell box with fog, sampling them takes 1.4 times as long per sample, and
+// the squared error times the time falls to 0.82. In a room with a small lamp in fog, the variance of the
+// illuminance falls to a tenth.
 inline constexpr int kBouncesBesideLamps = 6;
 
-// Below this share what lies behind media is looked at only sometimes.
+// Below this transmittance, the surface behind media is shaded only with Russian roulette.
 inline constexpr float kFaintTransmittance = 0.1F;
 
-// Smooth glass sends little one way, which a lamp's mirror image may make bright: followed by chance F, that
-// image would be grain. The fainter way, of share s, is followed beside the brighter one by chance sqrt(s),
-// which is how many samples pay where its variance goes by s [Rath 2022], and counts s / sqrt(s) times.
+// Smooth glass sends little light one way, but a lamp's mirror image may make that way bright. If it were
+// followed with probability F, the mirror image would be noisy. The fainter way, of share s, is followed
+// beside the brighter one with probability sqrt(s), because the optimal number of samples follows the square
+// root of the variance [Rath 2022]. Its weight is s / sqrt(s).
 struct GlassSplit {
-    BsdfU brighter;                     // for Bsdf::sample: the brighter way
-    float share;                        // of it; to be multiplied with that sample's weight
-    std::optional<BsdfSample> fainter;  // if it is followed: its weight says for how much it stands
+    BsdfU brighter;                     // the sample for Bsdf::sample() that takes the brighter way
+    float share;                        // of the brighter way; multiplies the weight of its sample
+    std::optional<BsdfSample> fainter;  // set if the fainter way is followed; its weight includes s / sqrt(s)
 };
-// None where there are not two ways. `own`: random numbers for nothing else.
+// Returns none where there are not two ways. `own` supplies random numbers for nothing else.
 inline std::optional<GlassSplit> split_at_glass(const Bsdf& bsdf, const V3f& wo, Sampler& own) {
     const std::optional<float> reflect = bsdf.reflect_chance(wo);
     if (!reflect || !(*reflect > 0) || !(*reflect < 1)) return std::nullopt;
@@ -95,7 +97,7 @@ inline std::optional<GlassSplit> split_at_glass(const Bsdf& bsdf, const V3f& wo,
     return split;
 }
 
-// The first surface of a path that meters: a white one. False: there is none, or the path ends there.
+// Begins a metering path at its white surface. Returns false if there is none, or if the path ends there.
 template <typename Visitor>
 bool begin_at_meter(const Scene& scene, EyePath& path, Sampler& sampler, Visitor& visit) {
     const Hit* const receiver = path.receiver;
@@ -106,7 +108,7 @@ bool begin_at_meter(const Scene& scene, EyePath& path, Sampler& sampler, Visitor
     if (!receiver) {
         met = scene.intersect(path.ray);
         if (!met) return false;
-        // What is between it and the camera matters only for the medium in which it lies.
+        // What is between the camera and the surface matters only for the medium of the surface.
         if (!scene.media().empty()) {
             const Ray way{path.ray.o, path.ray.d, met->t};
             path.medium = for_each_piece(scene, way, path.medium, [](const MediumPiece&) { return true; });
@@ -117,7 +119,7 @@ bool begin_at_meter(const Scene& scene, EyePath& path, Sampler& sampler, Visitor
     return visit.at_surface(path, Vertex{hit, white, -path.ray.d, path.medium}, sampler);
 }
 
-// Crosses the media before `hit` as a split ray. False: the path ends there.
+// Crosses the media before `hit` as a split ray. Returns false if the path ends there.
 template <typename Visitor>
 bool cross_media_split(const Scene& scene, EyePath& path, const std::optional<Hit>& hit, Sampler& sampler,
                        Visitor& visit) {
@@ -144,13 +146,13 @@ bool cross_media_split(const Scene& scene, EyePath& path, const std::optional<Hi
     const float left = max_component(passed);
     if (!(left < kFaintTransmittance)) return true;
     if (!(sampler.next() < left / kFaintTransmittance)) return false;
-    path.throughput *= kFaintTransmittance / left;  // left > 0, or the path had ended
+    path.throughput *= kFaintTransmittance / left;  // left > 0, else the path would have ended above
     return true;
 }
 
 enum class Arrival : std::uint8_t { at_surface, scattered, ended };
 
-// Crosses the media before `hit` to one place, which chance chooses.
+// Crosses the media before `hit` to one place, chosen at random: a scattering event or the surface.
 template <typename Visitor>
 Arrival cross_media_by_choice(const Scene& scene, EyePath& path, const std::optional<Hit>& hit,
                               Sampler& sampler, Visitor& visit) {
@@ -194,14 +196,14 @@ Arrival cross_media(const Scene& scene, EyePath& path, const std::optional<Hit>&
 
 }  // namespace follow_detail
 
-// Books on the path's account all that the path and the visitor find.
+// Follows the path and books on its account everything that the path and the visitor find.
 template <typename Visitor>
 void follow(const Scene& scene, EyePath path, Sampler& sampler, Visitor visit);
 
 namespace follow_detail {
 
-// Turns the path at a mirror or smooth glass: one way, chosen by its reflectance; at the first boundaries
-// that the eye sees the brighter one, and the fainter one is followed beside it.
+// Turns the path at a mirror or smooth glass. One way is chosen by reflectance; at the first boundaries from
+// the eye the path takes the brighter way, and the fainter one is followed beside it.
 template <typename Visitor>
 bool turn_at_specular(const Scene& scene, EyePath& path, const Vertex& at, Sampler& sampler, Visitor& visit) {
     BsdfU u{sampler.next(), sampler.next2()};
@@ -246,7 +248,7 @@ void follow(const Scene& scene, EyePath path, Sampler& sampler, Visitor visit) {
         if (!Visitor::kTakesMirrors && bsdf.is_delta()) {
             if (!follow_detail::turn_at_specular(scene, path, at, sampler, visit)) return;
         } else {
-            path.splits = 0;  // a mirror image in varnish is faint as it is
+            path.splits = 0;  // a mirror image in varnish is faint anyway
             if (!visit.at_surface(path, at, sampler)) return;
         }
     }

@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kBelowOne = 0x1.fffffep-1F;
 
-// A light without parts makes a direction as probable whether it is asked for a part or not.
+// Returns the densities of a light without parts, for which they are equal.
 PartPdf whole(float pdf_w) {
     return {kNoCell, pdf_w, pdf_w};
 }
@@ -40,7 +40,7 @@ bool nothing_to_choose(const Scene& scene) {
 }
 
 bool has_parts(const Scene& scene) {
-    // A light that has parts has a first cell, and that is of one.
+    // A light that has parts has a first cell, and that cell belongs to a part.
     return std::any_of(scene.lights().begin(), scene.lights().end(),
                        [](const auto& light) { return light->part_of(0) != kNoCell; });
 }
@@ -76,7 +76,7 @@ std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f
     Draw draw{};
     std::optional<CellId> part;
     std::optional<Plain> plain;
-    if (u_light < defensive_weight_) {  // always, without a guide: defensive_weight_ is 1
+    if (u_light < defensive_weight_) {  // always true without a guide, where defensive_weight_ is 1
         plain = pick_plainly(scene, std::min(u_light / defensive_weight_, kBelowOne));
         if (!plain) return std::nullopt;
         draw.light = plain->light;
@@ -91,8 +91,7 @@ std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f
     const auto light_sample = light.sample_Li(x, u_place, part);
     if (!light_sample) return std::nullopt;
 
-    // What was drawn has a density above 0, unless float32 takes it for 0: then it is as if it were not
-    // drawn.
+    // A drawn sample has a density above 0, unless it underflows in float32. The sample is then discarded.
     const bool delta = light.is_delta();
     const PartPdf pdf = delta ? whole(1) : light_sample->part.value_or(whole(light_sample->pdf_w));
     const float density = mixture(plain_density(scene, draw.light, pdf, plain), draw.light, pdf);

@@ -1,11 +1,10 @@
-// How a point chooses which light to ask, and which part of it.
+// Chooses which light a point samples, and which part of it.
 //
-// The plain choice is by power, or by a tree that knows where the lights are; and within a light as the light
-// sees fit. A guide (engine/guiding/guide.h) adds a
-// second strategy that goes by the photons near the point. The two are one mixture, p = f p_plain + (1 - f)
-// p_guide, and every density is the whole mixture's, whichever strategy drew: so the estimate is unbiased
-// wherever the plain choice is, with weights of at most 1/f times the plain ones [Hesterberg
-// 1995].
+// The plain strategy chooses by power, or by a tree that knows where the lights are; within a light, the
+// light itself chooses. A guide (engine/guiding/guide.h) adds a second strategy that follows the photons near
+// the point. Both form one defensive mixture, p = f p_plain + (1 - f) p_guide, and every density is that of
+// the whole mixture, whichever strategy drew. The estimate is therefore unbiased wherever the plain strategy
+// is, and its weights are at most 1/f times the plain ones [Hesterberg 1995].
 #pragma once
 
 #include <cstdint>
@@ -19,34 +18,35 @@
 
 namespace lucerna {
 
-// The distribution over lights and their parts at one point. Refers to choices that are kept elsewhere.
+// Describes a distribution over lights and their parts at one point. It refers to choices kept elsewhere.
 class Guide {
   public:
     struct Choice {
         std::uint32_t light;
         CellId part;  // kNoCell: the light has no parts
         float probability;
-        float upto;  // its own and that of all before it
+        float upto;  // cumulative probability, including this choice
     };
-    // By which choices are ordered.
+    // Returns the key by which choices are ordered.
     static std::uint64_t key(std::uint32_t light, CellId part) { return std::uint64_t{light} << 32 | part; }
     Guide() = default;
-    // Choices in the order of lights and parts, each once; their probabilities add up to 1.
+    // Takes choices in the order of lights and parts, each once. Their probabilities add up to 1.
     Guide(std::span<const Choice> choices, float defensive_weight)
         : choices_(choices), defensive_weight_(defensive_weight) {}
 
-    // Nothing to go by: no photon near, or none of any weight. draw() must not be asked then.
+    // Tells whether the guide knows nothing: no photon is near, or none has weight. draw() requires !empty().
     bool empty() const { return choices_.empty(); }
-    // In the order of lights and parts, each once; the probabilities add up to 1.
+    // Returns the choices in the order of lights and parts, each once. Their probabilities add up to 1.
     std::span<const Choice> choices() const { return choices_; }
-    // u in [0,1); a choice of probability 0 is never drawn.
+    // Draws a choice for u in [0,1). A choice of probability 0 is never drawn.
     const Choice& draw(float u) const;
-    // 0 for what the photons do not name.
+    // Returns 0 for a light or part that no photon came from.
     float probability(std::uint32_t light, CellId part) const;
 
-    // How much of a mixture the plain choice should be, in [0, 1]: what makes the photons here most likely,
-    // each judged by the others (leave-one-out). Near 1 where they are scattered as the plain choice would
-    // scatter them, or too few to tell; near 0 where they agree. 1 if there are none.
+    // Returns the recommended share of the plain strategy in the mixture, in [0, 1]: the share that maximises
+    // the likelihood of the photons here, each judged by the others (leave-one-out). It is near 1 where the
+    // photons are distributed as the plain strategy would draw, or too few to tell; near 0 where they agree;
+    // and 1 without photons.
     float defensive_weight() const { return defensive_weight_; }
 
   private:
@@ -54,15 +54,15 @@ class Guide {
     float defensive_weight_ = 1;
 };
 
-// The choice at one point. A value; refers to the tree and to the guide's choices, which must outlive it.
+// Chooses lights at one point. It is cheap to copy, and the tree and the guide's choices must outlive it.
 class LightChoice {
   public:
-    // By power.
+    // Chooses by power.
     LightChoice() = default;
-    // By the tree, at x; `n` as LightTree has it.
+    // Chooses by the tree at x. `n` is the normal as defined by LightTree.
     LightChoice(const LightTree& tree, const V3f& x, const V3f& n) : tree_(&tree), x_(x), n_(n) {}
-    // The same, mixed with a guide. `defensive_weight` in (0, 1]: the share of the plain choice; 1 if the
-    // guide knows nothing.
+    // Returns this choice mixed with a guide. `defensive_weight` in (0, 1] is the share of the plain
+    // strategy; an empty guide makes it 1.
     LightChoice guided(const Guide& guide, float defensive_weight) const {
         LightChoice choice = *this;
         choice.guide_ = guide;
@@ -73,30 +73,30 @@ class LightChoice {
     struct Draw {
         std::uint32_t light;
         LightSample light_sample;
-        float gain;   // incident.weight times this is radiance over the density of light and direction
-        float pdf_w;  // that density, per solid angle; 0 for a delta light
+        float gain;   // light_sample.weight times this is radiance over the density of light and direction
+        float pdf_w;  // density of light and direction, per solid angle; 0 for a delta light
     };
-    // None: nothing arrives from there. u in [0,1).
+    // Draws a light and a direction towards it, or none if nothing arrives from there. u_light in [0,1).
     std::optional<Draw> draw(const Scene& scene, const V3f& x, float u_light, const V2f& u_place) const;
 
-    // Lights that draw() does not choose among: all are to be asked, beside what it gives
+    // Returns the lights that draw() never chooses: all of them are to be sampled in addition
     // (lights/light_tree.h).
     std::span<const std::uint32_t> suns() const {
         return tree_ ? tree_->suns() : std::span<const std::uint32_t>();
     }
 
-    // Density per solid angle with which draw() would have chosen this light and this direction.
+    // Returns the density per solid angle with which draw() would have chosen this light and this direction.
     float pdf_w(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const;
 
   private:
     struct Plain {
         std::uint32_t light;
-        CellId part;  // kNoCell: the light chooses
+        CellId part;  // kNoCell: the light itself chooses
         float probability;
     };
     std::optional<Plain> pick_plainly(const Scene& scene, float u) const;
-    // Densities of a light and a direction towards it: by the plain choice, whose probability `plain` holds
-    // if that drew; and by both strategies.
+    // These return the density of a light and a direction towards it: that of the plain strategy, whose
+    // probability `plain` holds if it drew the light, and that of the mixture.
     float plain_density(const Scene& scene, std::uint32_t light, const PartPdf& pdf,
                         const std::optional<Plain>& plain) const;
     float mixture(float plain, std::uint32_t light, const PartPdf& pdf) const;
@@ -107,13 +107,13 @@ class LightChoice {
     float defensive_weight_ = 1;
 };
 
-// Whether there is only one light to ask, and one without parts: then no choice is better than another.
+// Tells whether there is at most one light to sample, without parts, so that all strategies choose alike.
 bool nothing_to_choose(const Scene& scene);
-// Whether any light has parts to choose among.
+// Tells whether any light has parts to choose among.
 bool has_parts(const Scene& scene);
 
-// Makes the plain choices of a scene, which it refers to, at surfaces and in media. Constant, safe to share
-// between threads.
+// Makes the plain choices of a scene, to which it refers, at surfaces and in media. It is constant and
+// thread-safe.
 class LightChooser {
   public:
     // With one light there is nothing that the tree could know better.
@@ -122,15 +122,15 @@ class LightChooser {
     // At a surface seen from the side of wo.
     LightChoice at(const SurfacePoint& x, const Bsdf& bsdf, const V3f& wo) const {
         if (!tree_) return {};
-        // What transmits is lit from both sides.
+        // A surface that transmits is lit from both sides.
         const V3f n = bsdf.is_diffuse() ? face_forward(x.n, wo) : V3f(0.0F);
         return {*tree_, x.p, n};
     }
-    // Where a medium scatters: lit from all around.
+    // Returns the choice where a medium scatters, which is lit from all directions.
     LightChoice at(const V3f& x) const { return tree_ ? LightChoice(*tree_, x, V3f(0.0F)) : LightChoice(); }
 
   private:
-    const LightTree* tree_;  // null: by power
+    const LightTree* tree_;  // null: choose by power
 };
 
 }  // namespace lucerna

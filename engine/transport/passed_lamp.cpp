@@ -10,8 +10,8 @@ namespace lucerna {
 PassedLamp::PassedLamp(const Ray& ray, double end, const LightBounds& lamp) {
     const V3d way = V3d(lamp.box.center()) - V3d(ray.o), d(ray.d);
     nearest_ = way.dot(d);
-    // Where the lamp is wider than far, its light does not grow any more.
-    constexpr double kLeast = 1e-6;  // of the way to it: a point on the ray
+    // Within its radius the lamp's light does not grow any more, so that the radius bounds the distance.
+    constexpr double kLeast = 1e-6;  // times the distance to the lamp's centre, for a point lamp on the ray
     const double radius = 0.5 * double{lamp.box.size().length()};
     aside_ = std::max({(way - nearest_ * d).length(), radius, kLeast * way.length(), 1e-30});
     from_ = std::atan2(-nearest_, aside_);

@@ -1,14 +1,14 @@
-// The elementary functions of libm, each bound to one of its variants when the program is linked.
+// Binds the elementary functions of libm to one of their variants when the program is linked.
 //
-// glibc holds several variants of these functions and chooses between them by the processor when a program
-// starts; their results differ in the last bit now and then. Here each name is given to the variant that uses
-// fused multiply-add, from glibc's static library, so that every processor computes the same. The names that
-// begin with two underscores are those by which glibc's own functions (tgamma, asinhf, erfc) call these.
+// glibc has several variants of these functions and chooses between them by the processor when a program
+// starts; their results sometimes differ in the last bit. This file binds each name to the variant that uses
+// fused multiply-add, from glibc's static library, so that every processor computes the same. glibc's own
+// functions (tgamma, asinhf, erfc) call these functions by the names that begin with two underscores.
 //
-// A function of glibc that dispatches and is missing here does not link: its static form asks for what only
-// the dynamic linker has.
+// A dispatching function of glibc that is missing here does not link, because its static form needs data that
+// only the dynamic linker has.
 //
-// No standard header is included: what is defined here is declared there with other attributes.
+// This file includes no standard header, because those declare the functions with other attributes.
 
 extern "C" {
 
@@ -104,7 +104,7 @@ void sincosf(float x, float* sin_x, float* cos_x) {
     __sincosf_fma(x, sin_x, cos_x);
 }
 
-// ---- as glibc's own functions call them
+// ---- names by which glibc's own functions call them
 
 double __atan(double x) {
     return __atan_fma(x);
@@ -173,7 +173,7 @@ float __sinf(float x) {
     return __sinf_fma(x);
 }
 
-// ---- exact, one instruction each, but dispatched all the same
+// ---- exact functions of one instruction each, which glibc dispatches nevertheless
 
 double ceil(double x) {
     return __builtin_ceil(x);
@@ -212,7 +212,7 @@ double __trunc(double x) {
     return __builtin_trunc(x);
 }
 
-// glibc's static functions know these of libc by names that its shared library does not show.
+// ---- glibc's static functions refer to these of libc by names that its shared library does not export.
 double frexp(double, int*);
 float frexpf(float, int*);
 long double frexpl(long double, int*);
