@@ -44,9 +44,9 @@ struct CellEmission::Lanes {
     CellTable::Block cells;
     std::array<Column<float>, 4> e;       // coefficients: lower or upper filter along u, then along v
     Column<float> x, y;                   // place within the interval
-    Column<std::uint32_t> salt;           // of the rejection; of `exact` alone, as the next
-    Column<bool> stays;                   // the first place that was drawn
-    std::array<Column<float>, 4> cx, cz;  // members of X and Z; of coloured fields alone
+    Column<std::uint32_t> salt;           // seed of the rejection; only for `exact`
+    Column<bool> stays;                   // whether the first place drawn is accepted; only for `exact`
+    std::array<Column<float>, 4> cx, cz;  // coefficients of X and Z; only of coloured fields
     std::array<Column<float>, 3> colour;  // per unit of flux
     std::array<Column<float>, 3> p, d;
     Column<float> error;
@@ -85,7 +85,7 @@ void CellEmission::emit_block(std::span<const LeSampleU> u, std::span<std::optio
     }
     table_.draw(lanes.cells, size);
 
-    // Choose places within them.
+    // Chooses places within the cells.
     std::copy_n(lanes.cells.remainder[0].begin(), size, lanes.x.begin());
     std::copy_n(lanes.cells.remainder[1].begin(), size, lanes.y.begin());
     if (settings_.mode == EmissionMode::exact || field_.coloured()) fetch_members(lanes, size);

@@ -49,15 +49,15 @@ inline V3f to_float(const V3d& v) {
     return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-// How a particle is placed within its cell [Goesele 2003, 5.1, appendix B].
+// Selects how a particle is placed within its cell [Goesele 2003, 5.1, appendix B].
 enum class EmissionMode : std::uint8_t { constant, exact };
 
 class CellEmission {
   public:
     struct Settings {
         EmissionMode mode;
-        double flux;   // of all that leaves [the field's unit], > 0 if anything is to be emitted
-        float extent;  // of S, scene units
+        double flux;   // total emitted flux [the field's unit], > 0 if anything is emitted
+        float extent;  // size of S [scene units]
     };
     // Keeps references to field, colour, table and placement.
     CellEmission(const LightField& field, const FieldColour& colour, const CellTable& table,

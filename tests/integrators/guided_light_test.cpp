@@ -133,9 +133,8 @@ void expect_unbiased(const Scene& scene, const char* name) {
                     return account.radiance();
                 });
                 EXPECT_TRUE(same(plain, guided))
-                    << name << ", " << photons << " photons, at " << x
-                    << ": " << guided.mean() << " +- " << guided.standard_error() << " for " << plain.mean()
-                    << " +- " << plain.standard_error();
+                    << name << ", " << photons << " photons, at " << x << ": " << guided.mean() << " +- "
+                    << guided.standard_error() << " for " << plain.mean() << " +- " << plain.standard_error();
             }
         }
     }
