@@ -162,7 +162,7 @@ struct Material {
 
 struct Hit;
 // `origin` is the world position of the scene's (0,0,0), for solid textures. A hit on an interface has no
-// Bsdf; Scene::hit never returns one. The Bsdf refers to the material, which must outlive it.
+// Bsdf; Scene::intersect() never returns one. The Bsdf refers to the material, which must outlive it.
 Bsdf make_bsdf(const Material& material, const Hit& hit, const V3d& origin = V3d(0));
 
 // Returns the hit's shading normal bent by the relief. It lies in ng's hemisphere and never faces away from

@@ -140,7 +140,8 @@ struct LoopMesh {
 };
 
 // Each level splits every triangle into four. Boundaries are creases, as in pbrt. Throws InputError for what
-// is not a surface: a triangle that names a vertex twice, or an edge of more than two triangles.
+// is not a surface: a triangle that names a vertex twice, or an edge of more than two triangles, or of two
+// with opposite orientation.
 LoopMesh subdivide_loop(const std::vector<V3d>& p, const std::vector<V3i>& triangles, int levels);
 
 // Holds a mesh from a PLY file (Stanford polygon format), as pbrt's plymesh reads it. `n` and `uv` are empty

@@ -62,7 +62,7 @@ struct EyePath : PathAccount {
                          SampleAccount& account);
 
     // Turns the path at a surface by a sample of its BSDF, whose weight goes into the throughput. `rough`
-    // says what emission along the new ray counts for, unless the sample is specular.
+    // weights emission along the new ray, unless the sample is specular.
     void turn(const Vertex& at, const BsdfSample& sample, const EmissionRule& rough);
     // Turns the path in a medium. The throughput stays, because the phase function is sampled exactly.
     // Emission along the new ray is weighted by `direct_share`.
