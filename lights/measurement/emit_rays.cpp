@@ -10,8 +10,8 @@
 namespace lucerna {
 namespace {
 
-constexpr std::uint64_t kDrawsPerChunk = 1 << 14;  // draws of one chunk
-constexpr std::uint64_t kBatch = 64;               // chunks that are in memory at once
+constexpr std::uint64_t kDrawsPerChunk = 1 << 14;  // draws per chunk
+constexpr std::uint64_t kBatch = 64;               // chunks in memory at once
 
 MeasuredSettings settings_of(const std::string& name, EmissionMode mode) {
     MeasuredSettings settings;
@@ -20,8 +20,8 @@ MeasuredSettings settings_of(const std::string& name, EmissionMode mode) {
     return settings;
 }
 
-// A particle's numbers, in the order in which the photon maps draw them. Past 2³² the stratified sequence
-// begins anew under another key.
+// Returns a particle's numbers in the order in which the photon maps draw them. Past 2³² draws the stratified
+// sequence restarts with another key.
 LeSampleU numbers(std::uint64_t seed, std::uint64_t draw) {
     Sampler sampler =
         Sampler::stratified(seed, Purpose::emission, draw >> 32, static_cast<std::uint32_t>(draw));
@@ -84,19 +84,19 @@ RayBlock LampEmission::draw(std::uint64_t begin, std::uint64_t end) const {
 
 namespace {
 
-// The first `rays` rays of a lamp, batch by batch.
+// Gives the first `rays` rays of a lamp, batch by batch.
 class Batches {
   public:
     Batches(const LampEmission& lamp, std::uint64_t rays, const Workers& workers, Monitor& monitor)
         : lamp_(lamp), left_(rays), workers_(workers), monitor_(monitor) {}
 
     std::uint64_t left() const { return left_; }
-    // Only mode weighted has draws that carry nothing; a batch of them is passed over.
+    // Gives the next batch that has rays; only mode `weighted` has draws without one.
     void next(RayBlock& batch) {
         batch = {};
         while (batch.rays.empty() && left_ > 0) {
             if (monitor_.stopped()) throw Stopped("stopped; no ray file was written");
-            // Not more chunks than may be needed: a draw makes one ray at most.
+            // A draw makes at most one ray, so no more chunks are needed.
             const std::uint64_t count = std::min(kBatch, (left_ + kDrawsPerChunk - 1) / kDrawsPerChunk);
             std::vector<RayBlock> chunks(count);
             parallel_chunks(workers_, static_cast<std::int64_t>(count), [&](std::int64_t chunk) {
@@ -135,7 +135,7 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
                         "a known luminous efficacy",
                         file.string()));
     }
-    // Rays of unequal energy are drawn twice: once for the sum that the second time makes the lamp's flux.
+    // Rays of unequal energy are drawn twice: the sum of the first time scales them to the lamp's flux.
     const bool unequal = mode_ == EmissionMode::weighted || coloured_;
     double factor = 0;
     RayBlock batch;
@@ -147,7 +147,7 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
             for (const LampRay& ray : batch.rays) sum += double{ray.flux};
             phase.advance(batch.rays.size());
         }
-        factor = flux_ / sum;  // every ray counted carries something
+        factor = flux_ / sum;  // > 0, because every ray counted carries flux
     }
     Phase phase(monitor, "writing rays", rays);
     Batches batches(*this, rays, workers_, monitor);
