@@ -1,14 +1,15 @@
-// How the cost of indirect light at a place grows with the number of VPLs, looked at one by one and drawn
-// from a tree, for bench/figures/igi_scaling.sh.
+// Measures how the cost of indirect light at a place grows with the number of VPLs, evaluated one by one or
+// drawn from a tree, for bench/figures/igi_scaling.sh.
 //
-// PLACES places of the scene that the camera sees are lit, one thread's work, by one set of VPLs of growing
-// size; a reference is made from a set of 2^22 light paths of its own. Writes for each size and way
+// PLACES places that the camera sees are lit, on one thread, by one set of VPLs of increasing size; the
+// reference comes from a separate set of 2^22 light paths. Writes for each size and method
 //
 //   choice lights seconds noise error make_seconds bytes
 //
-// seconds: of processor time for one place, its indirect light alone; noise: relative variance of one such
-// estimate, error: its relative squared error against the reference, both means over the places and, of small
-// sets, over several; make_seconds: to trace the paths, and to put the lights in order, on all threads.
+// with the processor seconds of indirect light at one place; the relative variance of one such estimate as
+// noise; its relative squared error against the reference as error, both averaged over places and, for small
+// sets, over several sets; and as make_seconds the time to trace the paths and sort the lights, on all
+// threads.
 //
 // usage: figure_igi_scaling SCENE.pbrt PLACES [TREESAMPLES]
 #include <fmt/core.h>
@@ -57,7 +58,7 @@ std::vector<Place> places_seen(const Job& job, std::size_t count) {
     return places;
 }
 
-// One set of VPLs, ready to be asked.
+// A set of VPLs, ready for evaluation.
 class Lit {
   public:
     Lit(const Scene& scene, IgiSettings settings, std::uint32_t paths, std::uint32_t pass,
@@ -91,7 +92,7 @@ class Lit {
         return lights;
     }
 
-    double make_seconds_ = 0;  // these two are set where lights_ is made
+    double make_seconds_ = 0;  // set while lights_ is constructed
     std::size_t count_ = 0;
     IgiVpls lights_;
     VplShading shading_;
@@ -117,7 +118,7 @@ std::vector<double> reference_at(const Scene& scene, const std::vector<Place>& p
 void measure(const Scene& scene, const std::vector<Place>& places, const std::vector<double>& reference,
              VplChoice choice, std::uint32_t paths, IgiSettings settings, const Workers& workers) {
     settings.choice = choice;
-    // What a place deep in the dark lacks must not decide the mean.
+    // Errors at very dark places must not dominate the mean.
     RunningStats all;
     for (const double value : reference) all.add(value);
     const double floor2 = sqr(0.05 * all.mean());
