@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# How the cost of indirect light grows with the number of virtual point lights, 10 to a million, looked at one by one and drawn from a
-# tree: docs/images/igi-scaling.svg, and the slopes. Places that the camera sees in the cathedral; about three minutes on two
-# processors, two of them for the loop's last points.
+# Measures how the cost of indirect light grows with the number of virtual point lights, 10 to a million, evaluated one by one
+# or drawn from a tree: docs/images/igi-scaling.svg, and the slopes. It uses places that the camera sees in the cathedral. It
+# takes about three minutes on two processors, two of them for the loop's last points.
 # usage: bench/figures/igi_scaling.sh [PLACES]        default: 512; into out/igi-scaling
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

@@ -9,7 +9,7 @@ import os
 import re
 import sys
 
-LARGEST = 8 << 20  # bytes of a lamp that is read at once
+LARGEST = 8 << 20  # bytes of a lamp that is read as a whole
 MOST = {"photons": 2000, "nsets": 4, "nlights": 16, "gatherrays": 4, "k": 20, "gatherk": 20, "guidephotons": 2000}
 
 
