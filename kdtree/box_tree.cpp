@@ -10,7 +10,7 @@ namespace {
 
 constexpr float kNoPoint = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::int64_t kGrain = 1024;  // blocks or nodes a thread takes at a time
+constexpr std::int64_t kGrain = 1024;  // blocks or nodes per task
 
 constexpr std::size_t groups(std::size_t n, std::size_t size) {
     return (n + size - 1) / size;
@@ -47,7 +47,7 @@ void put(BoxNode8& node, std::size_t i, const Box3f& box) {
     node.high_z[i] = box.max.z;
 }
 
-// The box around all boxes of a node. One that does not exist widens nothing.
+// Returns the box around all boxes of a node; missing ones do not widen it.
 Box3f around(const BoxNode8& node) {
     const auto low = [](const auto& values) { return *std::min_element(values.begin(), values.end()); };
     const auto high = [](const auto& values) { return *std::max_element(values.begin(), values.end()); };
@@ -55,7 +55,7 @@ Box3f around(const BoxNode8& node) {
             V3f(high(node.high_x), high(node.high_y), high(node.high_z))};
 }
 
-// Nodes over `count` things, box_of(i) being the box around the i-th.
+// Returns nodes over `count` items, where box_of(i) is the box around the i-th.
 template <typename BoxOf>
 std::vector<BoxNode8> make_level(std::size_t count, const Workers& workers, BoxOf&& box_of) {
     std::vector<BoxNode8> nodes(groups(count, kNodeWidth));
@@ -86,7 +86,7 @@ BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_
         tree.blocks[i] = make_block(points.subspan(first, count), payloads.subspan(first, count));
     });
 
-    // Boxes around the points of each block, then around the boxes of each node, up to one node.
+    // Builds boxes around the points of each block, then around the boxes of each node, up to one node.
     tree.levels.push_back(make_level(tree.blocks.size(), workers, [&](std::size_t block) {
         const auto [first, count] = members(block);
         Box3f box;

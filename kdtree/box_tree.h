@@ -1,14 +1,14 @@
-// Points in blocks, and boxes over the blocks: the tree that photons are looked up in.
+// A tree of boxes over blocks of points, in which photons are looked up.
 //
-// The points keep the order they come in. Sixteen in a row make a block, eight blocks in a row are the
-// children of an 8-wide node, eight nodes the children of another, up to a single root: the
-// indices of children are implicit, so that the tree stores nothing but boxes, and is right for any order. It
-// is fast for an order in which neighbours in memory are neighbours in space: `box_order` finds one.
+// The points keep their order. Sixteen consecutive points form a block, eight consecutive blocks are the
+// children of an 8-wide node, and eight nodes those of another, up to a single root. The indices of children
+// are implicit, so the tree stores only boxes and is correct for any order. It is fast for an order in which
+// neighbours in memory are neighbours in space, which `box_order` finds.
 //
-// Blocks and nodes hold one coordinate of all their members beside each other, so that a measure works on all
-// of them at once. A search is asked with a measure of the caller's own, which says how far the points of a
-// block are and how near those under a box could be; each point carries a payload of 32 bits that only that
-// measure interprets. Where payloads encode vectors (directions, say), the higher nodes also have boxes of
+// Blocks and nodes store each coordinate of all their members contiguously, so that a measure processes all
+// of them at once. The caller supplies the measure of a search, which returns the keys of a block's points
+// and lower bounds of those under a box. Each point carries a payload of 32 bits that only the measure
+// interprets. Where payloads encode vectors (for example directions), the higher nodes also have boxes of
 // these vectors, so that a measure can cull by them.
 #pragma once
 
@@ -31,56 +31,56 @@ inline constexpr std::size_t kNodeWidth = 8;  // boxes in a node
 using BlockKeys = std::array<float, kBlock>;
 using Node8Keys = std::array<float, kNodeWidth>;
 
-// Sixteen points. In the last block, points that do not exist are NaN.
+// Sixteen points. Missing points of the last block are NaN.
 struct alignas(64) PointBlock {
     std::array<float, kBlock> x, y, z;
     std::array<std::uint32_t, kBlock> payload;
 };
 
-// Eight boxes. Boxes that do not exist are infinitely far away: from +infinity to -infinity.
+// Eight boxes. Missing boxes are infinitely far away: from +infinity to -infinity.
 struct alignas(32) BoxNode8 {
     std::array<float, kNodeWidth> low_x, low_y, low_z, high_x, high_y, high_z;
 };
 
 struct BoxTree {
     std::vector<PointBlock> blocks;
-    // Node i of level 0 is over the blocks from i·kNodeWidth, node i of a higher level over the nodes from
-    // i·kNodeWidth of the level below. The highest level is one node; no points, no levels.
+    // Node i of level 0 holds the blocks from i·kNodeWidth on, and node i of a higher level the nodes from
+    // i·kNodeWidth on of the level below. The highest level is one node; without points there are no levels.
     std::vector<std::vector<BoxNode8>> levels;
-    // Around what the payloads stand for: [i] goes with levels[i + 1]. Over single blocks it would not pay.
+    // The boxes around the payloads' vectors: [i] belongs to levels[i + 1]. Over single blocks they do not
+    // pay.
     std::vector<std::vector<BoxNode8>> payloads;
-    std::size_t size = 0;  // points
+    std::size_t size = 0;  // number of points
 };
 
-// The vector, finite, that a payload encodes.
+// Decodes a payload into a finite vector.
 using PayloadPlace = std::function<V3f(std::uint32_t)>;
 
-// `points` are finite; `payloads` as many as there are points. Without `place` there are no boxes around
-// payloads.
+// Requires finite `points` and as many `payloads`. Without `place` there are no boxes around payloads.
 BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_t> payloads,
                        const Workers& workers, const PayloadPlace& place = {});
 
-// An order of the points that makes a good tree: [new place] → old place. The same for any number of threads,
-// and settled: points that lie in this order already stay where they are. At most 2^32 - 1 points.
+// Returns an order of the points that makes a good tree: [new place] → old place. It does not depend on the
+// number of threads and is idempotent: points in this order stay where they are. At most 2^32 - 1 points.
 std::vector<std::uint32_t> box_order(std::span<const V3f> points, const Workers& workers);
 
 // A measure has
-//   BlockKeys keys(const PointBlock&) const    the key of each point; infinite or NaN: does not count
-//   Node8Keys   bounds(const BoxNode8&) const      for each box, at most the key of any point inside it
-// and, if it goes by what payloads stand for,
-//   Node8Keys   bounds(const BoxNode8&, const BoxNode8& payloads) const
+//   BlockKeys keys(const PointBlock&) const    the key of each point; an infinite or NaN key does not count
+//   Node8Keys bounds(const BoxNode8&) const    for each box, a lower bound of the keys of the points inside
+//   it
+// and, if it uses the payloads' vectors,
+//   Node8Keys bounds(const BoxNode8&, const BoxNode8& payloads) const
 // where keys are not negative. `take(keys, index of the first)` gets every block that may hold a key up to
-// `bound` (finite), and returns the bound from then on. The nearest boxes come first, so that the bound
-// shrinks soon.
+// `bound` (finite), and returns the new bound. The nearest boxes come first, so that the bound shrinks soon.
 template <typename Measure, typename Take>
 void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Take&& take);
 
-// The same with a fixed bound, the blocks in their order.
+// As above with a fixed bound, and with the blocks in their order.
 template <typename Measure, typename Take>
 void search_all(const BoxTree& tree, const Measure& measure, float bound, Take&& take);
 
-// Squared distances from x to the boxes of a node. Never more than the squared distance of a point inside,
-// as a measure computes it from the same differences in the same order: rounding keeps their order.
+// Returns squared distances from x to the boxes of a node. They never exceed the squared distance of a point
+// inside as a measure computes it from the same differences in the same order, because rounding is monotone.
 inline Node8Keys box_distances2(const BoxNode8& node, const V3f& x) {
     Node8Keys d2;
     for (std::size_t i = 0; i < kNodeWidth; ++i) {
@@ -96,21 +96,21 @@ namespace box_tree {
 
 // An entry of the traversal's stack: a block (level 0) or a node (one above its level).
 struct StackEntry {
-    float bound;  // of all keys in it
+    float bound;  // lower bound of all keys in it
     std::uint32_t index;
     std::uint32_t level;
 };
 
-// A traversal of 2^32 points is ten levels deep, and leaves at most seven places behind on each.
+// A traversal of 2^32 points is ten levels deep and leaves at most seven entries on each.
 inline constexpr std::size_t kMostEntries = 80;
 
-// Has the processor fetch the block while other work is done.
+// Prefetches the block while other work is done.
 inline void fetch(const PointBlock& block) {
     for (const auto* part : {block.x.data(), block.y.data(), block.z.data()}) __builtin_prefetch(part);
     __builtin_prefetch(block.payload.data());
 }
 
-// How near the points under a node can be, `level` levels above the blocks.
+// Returns lower bounds of the keys under a node, `level` levels above the blocks.
 template <typename Measure>
 Node8Keys bounds(const BoxTree& tree, const Measure& measure, std::size_t level, std::size_t index) {
     const BoxNode8& node = tree.levels[level][index];
@@ -120,12 +120,11 @@ Node8Keys bounds(const BoxTree& tree, const Measure& measure, std::size_t level,
     return measure.bounds(node);
 }
 
-// Looks at all places whose bound is no more than `bound`: the nearest first, where take() lowers the bound
-// by what it returns, or in the order in which they are kept.
+// Visits all entries whose bound is no more than `bound`: either the nearest first, where take() returns the
+// lowered bound, or in the order of storage.
 template <bool nearest_first, typename Measure, typename Take>
 void search(const BoxTree& tree, const Measure& measure, float bound, Take&& take) {
-    const FloatTraps none(
-        kNoFaults);  // places that are not filled are NaN or infinite; all are computed with
+    const FloatTraps none(kNoFaults);  // missing members are NaN or infinite, and computed with
     std::array<StackEntry, kMostEntries> places;
     std::size_t size = 0;
     if (!tree.levels.empty()) places[size++] = {0, 0, static_cast<std::uint32_t>(tree.levels.size())};
@@ -149,7 +148,7 @@ void search(const BoxTree& tree, const Measure& measure, float bound, Take&& tak
                 place.level - 1};
         };
         if constexpr (nearest_first) {
-            // Put the boxes that matter on the stack, the nearest on top.
+            // Pushes the boxes that matter, with the nearest on top.
             const std::size_t bottom = size;
             for (std::size_t i = 0; i < kNodeWidth; ++i) {
                 if (!(near[i] <= bound)) continue;

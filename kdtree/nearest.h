@@ -1,9 +1,8 @@
-// The k smallest keys seen so far, ties broken by index, so that the outcome does not depend on the order of
+// Collects the k smallest keys, with ties broken by index, so that the result does not depend on the order of
 // visits.
 //
-// Candidates are gathered in a buffer, and the buffer is cut back to k whenever it is full: a search that
-// takes whole blocks of candidates then moves each once or twice, where a heap would sift each through its
-// levels.
+// Candidates are collected in a buffer, which is cut back to k whenever it is full. A search that takes whole
+// blocks of candidates thus moves each once or twice, where a heap would sift each through its levels.
 #pragma once
 
 #include <algorithm>
@@ -21,27 +20,28 @@ namespace lucerna {
 
 struct Neighbour {
     std::uint32_t index;
-    float key;  // squared distance, by whatever measure; not negative
+    float key;  // squared distance by any measure; not negative
 
-    // Nearest first, then lowest index, in one number: the bits of floats that are not negative are in order.
+    // Orders by key, then by index, in one number: the bits of floats that are not negative are ordered.
     std::uint64_t rank() const { return std::uint64_t{std::bit_cast<std::uint32_t>(key)} << 32 | index; }
     bool operator<(const Neighbour& other) const { return rank() < other.rank(); }
 };
 
-// The largest float below x > 0. A search takes keys up to and including its bound.
+// Returns the largest float below x > 0. A search takes keys up to and including its bound.
 inline float just_below(float x) {
     return std::isinf(x) ? std::numeric_limits<float>::max() : std::nextafter(x, 0.0F);
 }
 
-// Sorts `items` into `to`, as many places. Squared distances around a point in a plane are spread evenly, as
-// areas are: put into bins first, little is left to compare. Any other keys are sorted too, only slower.
+// Sorts `items` into `to`, which has as many places. Squared distances around a point in a plane are evenly
+// distributed, as areas are, so binning them first leaves little to compare. Other keys are sorted, too, but
+// more slowly.
 inline std::span<const Neighbour> sort_far(std::span<const Neighbour> items, Neighbour* to) {
     constexpr std::size_t kMostBins = 256;
     constexpr std::uint32_t kCrowd = 16;
     float largest = 0;
     for (const Neighbour& n : items) largest = std::max(largest, n.key);
     const std::size_t bins = std::min(kMostBins, std::bit_ceil(items.size()));
-    // Finite, so that a key of 0 stays 0; a key never comes out above `bins` by more than rounding.
+    // The scale is finite, so that a key of 0 stays 0. A scaled key exceeds `bins` only by rounding.
     const float scale = std::min(static_cast<float>(bins) / largest, std::numeric_limits<float>::max());
     const auto bin_of = [&](const Neighbour& n) {
         return std::min(static_cast<std::size_t>(static_cast<std::int32_t>(n.key * scale)), bins - 1);
@@ -52,7 +52,7 @@ inline std::span<const Neighbour> sort_far(std::span<const Neighbour> items, Nei
     bool crowded = false;
     for (std::uint32_t& end : std::span(ends).first(bins)) {
         crowded = crowded || end > kCrowd;
-        sum += std::exchange(end, sum);  // for now, where the bin begins
+        sum += std::exchange(end, sum);  // holds the begin of the bin until it is filled
     }
     for (const Neighbour& n : items) to[ends[bin_of(n)]++] = n;
     if (crowded) {
@@ -70,26 +70,26 @@ inline std::span<const Neighbour> sort_far(std::span<const Neighbour> items, Nei
 
 class Nearest {
   public:
-    // Up to kInline candidates live on the stack of the query; only more of them allocate. Keys must be below
-    // `most`, which may be infinite; k >= 1.
+    // Up to kInline candidates are stored on the stack of the query; only more of them allocate. Requires k
+    // >= 1, and keys below `most`, which may be infinite.
     Nearest(std::size_t k, float most) : k_(k), limit_(k + kSlack), bound_(just_below(most)) {
         assert(k > 0 && most > 0);
     }
     Nearest(const Nearest&) = delete;
     Nearest& operator=(const Nearest&) = delete;
 
-    // Only keys up to this one may still be among the k nearest. Finite, and never grows.
+    // Returns the largest key that may still be among the k nearest. It is finite and never grows.
     float bound() const { return bound_; }
 
-    // Takes the keys of the points `first`, `first` + 1, ...; NaN and infinite ones do not count. Returns the
-    // bound.
+    // Takes the keys of the points `first`, `first` + 1, ... and returns the bound. NaN and infinite keys are
+    // skipped.
     template <std::size_t N>
     float take(const std::array<float, N>& keys, std::uint32_t first) {
         reserve(N);
         Neighbour* const to = data_;
         std::size_t size = size_;
         const float bound = bound_;
-        // Written always, kept if it counts: no branch to mispredict.
+        // Each candidate is written and kept only if it counts, which avoids a mispredicted branch.
         for (std::size_t i = 0; i < N; ++i) {
             to[size] = {first + static_cast<std::uint32_t>(i), keys[i]};
             size += static_cast<std::size_t>(keys[i] <= bound);
@@ -100,7 +100,7 @@ class Nearest {
     }
     float take(float key, std::uint32_t index) { return take(std::array{key}, index); }
 
-    // The nearest first, at most k of them. Nothing may be taken afterwards.
+    // Returns the nearest, at most k of them, in ascending order. No more keys may be taken afterwards.
     std::span<const Neighbour> sorted() {
         if (size_ > k_) cut();
         if (size_ < kSpread) {
@@ -112,11 +112,11 @@ class Nearest {
     }
 
   private:
-    static constexpr std::size_t kInline = 1088;  // enough for 512 nearest
+    static constexpr std::size_t kInline = 1088;  // enough for the 512 nearest
     static constexpr std::size_t kSlack = 16;
-    static constexpr std::size_t kSpread = 32;  // fewer are sorted by comparing
+    static constexpr std::size_t kSpread = 32;  // fewer are sorted by comparison
 
-    // Keeps the k nearest; nothing beyond the last of them counts any more.
+    // Keeps the k nearest and lowers the bound to the last of them.
     void cut() {
         Neighbour* const last = data_ + (k_ - 1);
         std::nth_element(data_, last, data_ + size_);

@@ -1,10 +1,10 @@
-// The order of a kd-tree: a range of points is cut across the longest side of its box, as near to the middle
-// as blocks of sixteen under 8-wide nodes (box_tree.h) allow, until a block is left. For points of any
+// The order of a kd-tree. A range of points is cut across the longest side of its box, as close to the middle
+// as blocks of sixteen under 8-wide nodes (box_tree.h) allow, until a block remains. Points may have any
 // dimension: a place, or a place and a direction.
 //
-// Ties go to the lower old place, and within a block the old order stays. So points that are in order already
-// come out as they went in: of the points with the coordinate of a cut, those that went left the first time
-// have the lower places now.
+// Ties go to the lower old place, and within a block the old order is kept, so that ordered points keep their
+// places: among points with the coordinate of a cut, those that went left the first time have the lower
+// places the second time.
 #pragma once
 
 #include <algorithm>
@@ -32,16 +32,16 @@ namespace node_order_detail {
 template <std::size_t K>
 using Entries = std::span<OrderEntry<K>>;
 
-// Where to cut a range of more than kBlock points: between two children of the node that is over them.
+// Returns where to cut a range of more than kBlock points: between two children of the node that holds them.
 inline std::size_t place_of_cut(std::size_t n) {
     std::size_t child = kBlock;
     while (child * kNodeWidth < n) child *= kNodeWidth;
-    const std::size_t children = (n + child - 1) / child;  // 2 at least
+    const std::size_t children = (n + child - 1) / child;  // at least 2
     return children / 2 * child;
 }
 
-// Of sides that are equally long but for rounding, the first: a cube is cut alike at any scale and on any
-// processor.
+// Among sides of equal length up to rounding, the first is cut, so that a cube is cut alike at any scale and
+// on any processor.
 inline constexpr float kAsLong = 0.9999F;
 
 template <std::size_t K>
@@ -56,12 +56,12 @@ std::size_t longest_axis(Entries<K> range) {
     float longest = 0;
     for (std::size_t a = 0; a < K; ++a) longest = std::max(longest, high[a] - low[a]);
     std::size_t axis = 0;
-    while (high[axis] - low[axis] < kAsLong * longest) ++axis;  // ends at the longest at the latest
+    while (high[axis] - low[axis] < kAsLong * longest) ++axis;  // ends at the longest side at the latest
     return axis;
 }
 
-// A coordinate and, for ties, the old place, as one number of the same order: entries are told apart by one
-// comparison that a processor need not guess.
+// Combines a coordinate and, for ties, the old place into one number of the same order, so that one
+// comparison without a branch tells entries apart.
 template <std::size_t K>
 std::uint64_t key_of(const OrderEntry<K>& e, std::size_t axis) {
     const auto bits = std::bit_cast<std::uint32_t>(e.p[axis] + 0.0F);  // -0 becomes 0
@@ -69,7 +69,7 @@ std::uint64_t key_of(const OrderEntry<K>& e, std::size_t axis) {
     return std::uint64_t{ordered} << 32 | e.index;
 }
 
-// What cutting a range needs beside it, kept between cuts.
+// Scratch memory of cuts, reused between them.
 template <std::size_t K>
 struct Scratch {
     std::vector<std::uint64_t> keys, between;
@@ -82,8 +82,8 @@ struct Scratch {
     }
 };
 
-// The key that would be at `place` if they were sorted. A sample tells between which two keys it lies, a pass
-// without branches collects those [Floyd and Rivest 1975].
+// Returns the key that would be at `place` after sorting. A sample gives two keys that bracket it, and a pass
+// without branches collects the keys between them [Floyd and Rivest 1975].
 inline std::uint64_t key_at(std::span<std::uint64_t> keys, std::size_t place,
                             std::span<std::uint64_t> between) {
     constexpr std::size_t kSample = 64, kMargin = 8;  // two standard deviations of a sample's median
@@ -110,7 +110,7 @@ inline std::uint64_t key_at(std::span<std::uint64_t> keys, std::size_t place,
     return *at;
 }
 
-// Puts the lower part of the range first; returns how many that are.
+// Moves the lower part of the range to its front and returns its size.
 template <std::size_t K>
 std::size_t cut(Entries<K> range, Scratch<K>& scratch) {
     const std::size_t n = range.size(), middle = place_of_cut(n);
@@ -143,13 +143,13 @@ void order(Entries<K> range, Scratch<K>& scratch) {
     order<K>(range.subspan(middle), scratch);
 }
 
-// Cuts all ranges in two, side by side.
+// Cuts all ranges in two, in parallel.
 template <std::size_t K>
 void cut_all(std::vector<Entries<K>>& ranges, const Workers& workers) {
     std::vector<Entries<K>> halves(2 * ranges.size());
     parallel_chunks(workers, static_cast<std::int64_t>(ranges.size()), [&](std::int64_t chunk) {
         const auto i = static_cast<std::size_t>(chunk);
-        // The last part of a range that just overflows its node may be small, even empty.
+        // The last part of a range that barely overflows its node may be small or empty.
         Scratch<K> scratch;
         const std::size_t middle = ranges[i].size() > kBlock ? cut<K>(ranges[i], scratch) : ranges[i].size();
         halves[2 * i] = ranges[i].first(middle);
@@ -168,17 +168,18 @@ inline void check_node_order_size(std::size_t points) {
     }
 }
 
-// [new place] → old place. The same for any number of threads and ranks.
+// Returns [new place] → old place. It does not depend on the number of threads and ranks.
 template <std::size_t K>
 std::vector<std::uint32_t> node_order(std::vector<OrderEntry<K>> entries, const Workers& workers) {
     namespace detail = node_order_detail;
     check_node_order_size(entries.size());
-    // Cut until there is work for many threads; from there each range is one thread's.
+    // Ranges are cut until there is work for many threads; from then on each range is one thread's.
     constexpr std::size_t kRanges = 256;
-    constexpr std::size_t kLeast = 4096;  // points in a range on average
+    constexpr std::size_t kLeast = 4096;  // average points per range
     std::vector<detail::Entries<K>> ranges{entries};
     while (ranges.size() < std::min(kRanges, entries.size() / kLeast)) detail::cut_all<K>(ranges, workers);
-    // On the ranks of a parallel job each range is one rank's, too, where that is worth sending the order.
+    // Among the ranks of a parallel job, each range belongs to one rank if the set is worth sending the
+    // order.
     constexpr std::size_t kWorthSending = std::size_t{1} << 17;
     shared_chunks(
         entries.size() >= kWorthSending ? workers : workers.alone(), "order of points",

@@ -1,11 +1,11 @@
-// What visits points within a ball: FLANN's tree, and a look at every point.
+// Visits points within a ball, by FLANN's tree or by testing every point.
 #include "kdtree/point_tree.h"
 
 #include <flann/flann.hpp>
 
 namespace lucerna {
 
-// Looks at every point: the oracle of the trees.
+// Tests every point, to verify the trees.
 
 namespace {
 
@@ -31,11 +31,11 @@ std::unique_ptr<PointTree> make_brute_force(std::span<const V3f> points) {
     return std::make_unique<BruteForce>(points);
 }
 
-// FLANN's exact kd-tree behind our interface. The only file that names FLANN.
+// FLANN's exact kd-tree behind our interface. No other file includes FLANN.
 //
-// FLANN reports every candidate to a result set as it finds it and asks it for the bound; ours hands both to
-// the visitor, so filtering happens during the search. FLANN allocates one small vector per query; that stays
-// in here.
+// FLANN reports every candidate to a result set as it finds it and asks the set for the bound. Our set passes
+// both to the visitor, so that filtering happens during the search. FLANN allocates one small vector per
+// query.
 
 namespace {
 
@@ -44,8 +44,8 @@ class VisitorSet final : public flann::ResultSet<float> {
     VisitorSet(float r2, PointVisitor& visitor) : r2_(r2), visitor_(visitor) {}
 
     bool full() const override { return true; }
-    // A little beyond the ball: FLANN adds up the distances to its cells in steps, each rounded, and would
-    // leave out points that lie on the bound.
+    // Returns slightly more than the ball's radius: FLANN sums the distances to its cells in rounded steps,
+    // and would miss points that lie on the bound.
     float worstDist() const override { return r2_ * (1 + kRounding); }
     void addPoint(float r2, std::size_t index) override {
         if (r2 < r2_) r2_ = std::min(r2_, visitor_.visit(static_cast<std::uint32_t>(index), r2));
@@ -60,7 +60,7 @@ class VisitorSet final : public flann::ResultSet<float> {
 class FlannTree final : public PointTree {
   public:
     explicit FlannTree(std::span<const V3f> points)
-        // FLANN wants a mutable pointer but, with reordering into its own copy, never writes through it.
+        // FLANN takes a mutable pointer, but with reordering into its own copy it never writes through it.
         : index_(flann::Matrix<float>(const_cast<float*>(&points.front().x), points.size(), 3),
                  flann::KDTreeSingleIndexParams(kLeafSize, true)),
           size_(points.size()) {
@@ -82,7 +82,7 @@ class FlannTree final : public PointTree {
 }  // namespace
 
 std::unique_ptr<PointTree> make_flann_tree(std::span<const V3f> points) {
-    // FLANN cannot index nothing; the brute force over no points is the empty tree.
+    // FLANN cannot index an empty set; the brute force over no points is the empty tree.
     if (points.empty()) return make_brute_force(points);
     static_assert(sizeof(V3f) == 3 * sizeof(float));
     return std::make_unique<FlannTree>(points);

@@ -1,9 +1,9 @@
-// Points in space and the one question asked of them: which lie near x?
+// Spatial search: which points lie near x?
 //
-// Knows nothing of light. A tree indexes a span it does not own and never changes; queries are const, safe
-// from any thread. The visitor sees each point inside the ball once, in no promised order, and may shrink the
-// ball as it learns: so one query serves the k nearest by any distance that the Euclidean one bounds, and all
-// within a radius.
+// This code knows nothing of light. A tree indexes a span that it does not own and never changes; queries are
+// const and thread-safe. The visitor sees each point inside the ball once, in no particular order, and may
+// shrink the ball meanwhile. One query thus serves the k nearest by any distance that the Euclidean one
+// bounds, and all points within a radius.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ namespace lucerna {
 class PointVisitor {
   public:
     virtual ~PointVisitor() = default;
-    // A point at squared Euclidean distance r2. Returns the squared radius that still matters (never larger
-    // than what it returned before); points beyond it need not be visited, but may be.
+    // Visits a point at squared Euclidean distance r2. Returns the squared radius that still matters, which
+    // never grows; points beyond it need not be visited, but may be.
     virtual float visit(std::uint32_t index, float r2) = 0;
 };
 
@@ -31,9 +31,9 @@ class PointTree {
     virtual std::size_t size() const = 0;
 };
 
-// `points` are finite and must outlive the tree. Empty is allowed.
+// Requires finite `points` that outlive the tree. There may be none.
 std::unique_ptr<PointTree> make_flann_tree(std::span<const V3f> points);
-// Looks at every point: the oracle.
+// Tests every point; used to verify the trees.
 std::unique_ptr<PointTree> make_brute_force(std::span<const V3f> points);
 
 }  // namespace lucerna

@@ -1,6 +1,6 @@
-// How the error of a virtual acquisition falls with the filter spacing: numbers for acquire_order.py.
-// One line each: Δ in metres, distance from S in metres, root mean square error over the square of 0.6 of the
-// lamp's radius, relative to the irradiance on the axis. M has 64 pixels, of 2.5 mm, at 50 mm.
+// Measures how the error of a virtual acquisition falls with the filter spacing, for acquire_order.py. Each
+// line has Δ in metres, the distance from S in metres, and the root mean square error over a square of 0.6 of
+// the lamp's radius, relative to the irradiance on the axis. M has 64 pixels of 2.5 mm at 50 mm.
 #include <fmt/core.h>
 
 #include "tests/support/smooth_lamp.h"

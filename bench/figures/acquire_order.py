@@ -30,7 +30,7 @@ def main(numbers, picture):
     pyplot.rcParams["svg.hashsalt"] = "lucerna"
     figure, axes = pyplot.subplots(figsize=(5.2, 3.6))
     for distance, points in sorted(series.items()):
-        # Away from S no straight line fits: the errors of neighbouring filters cancel once Δ is small enough.
+        # Away from S no straight line fits, because the errors of neighbouring filters cancel once Δ is small enough.
         where = "on S: order %.1f" % order(points) if distance == 0 else "%g mm from S" % (1e3 * distance)
         axes.loglog([1e3 * p[0] for p in points], [100 * p[1] for p in points], "o-", label=where)
         print("%g mm: order %.2f" % (1e3 * distance, order(points)))

@@ -1,7 +1,7 @@
-# What samples where they are needed are worth: the denoised image of `path` with as many samples for all pixels, and with as many in the
-# mean, against converged references; and how much less time takes to the same error.
+# Measures the benefit of adaptive sampling: the error of the denoised image of `path` with equally many samples in all pixels,
+# and with as many on average, against converged references, and the saving in time to the same error.
 #   usage: adaptive.py LUCERNA OUT_FOLDER DATA_FOLDER [--spp 32] [--seeds 3] [--reference SECONDS] [SCENE...]
-# Scenes, sizes and references are those of denoising.py. Nothing else should run meanwhile.
+# Scenes, sizes and references are those of denoising.py. Run nothing else meanwhile.
 import json
 import math
 import sys
@@ -26,7 +26,7 @@ class Adaptive(Denoising):
             return [sum(column) / seeds for column in zip(*rows)]
         even, even_raw, even_seconds = mean(["--no-adaptive"])
         by_need, by_need_raw, by_need_seconds = mean([])
-        # As errors of noise fall with time.
+        # The squared error of noise is inversely proportional to time.
         gain = even / by_need * even_seconds / by_need_seconds
         percent = [f"{100 * math.sqrt(e):.3g} %" for e in (even, by_need, even_raw, by_need_raw)]
         return f"| {name} | {' | '.join(percent)} | {even_seconds:.1f}, {by_need_seconds:.1f} s | {gain:.2f} |"

@@ -1,12 +1,12 @@
-// Light fields measured with and without the optical filter, and reconstructed exactly or approximately,
-// beside the lamp itself: for docs/results/results.md.
+// Compares light fields measured with and without the optical filter, and reconstructed exactly or
+// approximately, with the lamp itself, for docs/results/results.md.
 //
 // Two lamps of fine structure, an LED chip under metal fingers and a projector whose slide has fine lines,
-// are measured on the virtual bench at rising numbers of views: behind the filter, and without it as a canned
-// light source [Heidrich 1998] at the same positions and pixels. The irradiance that each casts at S, at 10
-// mm and at 1 m is compared with the lamp's own by quadrature, which no light field takes part in. Writes
-// lines "error,lamp,distance,views,kind,rms" (the root of the mean square over that of the irradiance) and
-// pictures, "picture,lamp,kind,row,column,value".
+// are measured on the virtual bench at increasing numbers of views: behind the filter, and without it as a
+// canned light source [Heidrich 1998] at the same positions and pixels. The irradiance that each casts at S,
+// at 10 mm and at 1 m is compared with the lamp's own, computed by quadrature without any light field. Writes
+// lines "error,lamp,distance,views,kind,rms" (relative to the rms of the irradiance) and pictures,
+// "picture,lamp,kind,row,column,value".
 //
 // usage: canned > canned.csv
 #include <fmt/core.h>
@@ -28,7 +28,7 @@ namespace {
 using namespace lucerna;
 
 constexpr int kSide = 64;         // pixels of a plane
-constexpr int kPictureViews = 9;  // of the pictures
+constexpr int kPictureViews = 9;  // views of the pictures
 
 struct Lamp {
     std::string name;
@@ -36,7 +36,7 @@ struct Lamp {
     V2i pixels;
     double distance;        // from S to M [m]
     double half_s, half_m;  // [m]
-    double at[3];           // planes [m]
+    double at[3];           // distances of the planes [m]
     double half_plane[3];   // [m]
     int s_nodes;            // of the acquisition
     int pictured;           // the plane that the pictures show
@@ -66,7 +66,7 @@ Lamp projector() {
     Image slide = Image::rgb(kTexels, kTexels);
     for (int y = 0; y < kTexels; ++y) {
         for (int x = 0; x < kTexels; ++x) {
-            const int period = x < kTexels / 2 ? 24 : 12;  // of 20 texels a millimetre
+            const int period = x < kTexels / 2 ? 24 : 12;  // 20 texels per millimetre
             slide.set_rgb(x, y, Rgb(x % period < period / 2 && y > 20 && y < 220 ? 1.0F : 0.0F));
         }
     }
@@ -98,7 +98,7 @@ Rig rig_of(const Lamp& lamp, int views) {
     return rig;
 }
 
-// Of what passes M.
+// Returns the irradiance of the light that passes M.
 double lamp_irradiance(const Lamp& lamp, const V3d& x) {
     constexpr int kSteps = 160;
     const EmitterModel& emitter = lamp.emitter;
@@ -108,7 +108,7 @@ double lamp_irradiance(const Lamp& lamp, const V3d& x) {
     for (int i = 0; i < kSteps * kSteps; ++i) {
         const V2d at(half * (2 * (i % kSteps + 0.5) / kSteps - 1),
                      half * (2 * (static_cast<double>(i / kSteps) + 0.5) / kSteps - 1));
-        // Through S at `p` towards M at `m`.
+        // The ray passes S at `p` towards M at `m`.
         const V2d p = x.z == 0 ? V2d(x.x, x.y) : at;
         const V2d m = x.z == 0 ? at : p + (V2d(x.x, x.y) - p) * (lamp.distance / x.z);
         if (std::max(std::fabs(m.x), std::fabs(m.y)) > lamp.half_m) continue;
@@ -117,7 +117,7 @@ double lamp_irradiance(const Lamp& lamp, const V3d& x) {
             continue;
         const double z = x.z == 0 ? lamp.distance : x.z;
         const V3d way = x.z == 0 ? V3d(m.x - p.x, m.y - p.y, z) : V3d(x.x - p.x, x.y - p.y, z);
-        const double r2 = way.length2();  // > 0: so is z
+        const double r2 = way.length2();  // > 0, because z is
         sum += emitter.radiance(p, way.normalized()) * sqr(z) / sqr(r2);
     }
     return sum * sqr(2 * half / kSteps);
@@ -127,7 +127,7 @@ std::vector<double> reference(const Lamp& lamp, const PlanePatch& patch, const W
     std::vector<double> values(kSide * kSide);
     parallel_chunks(workers, kSide, [&](std::int64_t y) {
         for (int x = 0; x < kSide; ++x) {
-            constexpr int kFine = 3;  // points of a pixel, each way
+            constexpr int kFine = 3;  // points per pixel along each axis
             double sum = 0;
             for (int i = 0; i < kFine * kFine; ++i) {
                 const V2d at((x + (i % kFine + 0.5) / kFine) / kSide - 0.5,
@@ -146,7 +146,7 @@ double rms(const std::vector<double>& values, const std::vector<double>& truth) 
         difference += sqr(values[i] - truth[i]);
         all += sqr(truth[i]);
     }
-    return std::sqrt(difference / all);  // of a plane with light
+    return std::sqrt(difference / all);  // the plane has light
 }
 
 void print_picture(const Lamp& lamp, const char* kind, const std::vector<double>& values) {

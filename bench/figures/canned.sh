@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Light fields with and without the optical filter: docs/images/canned-error.png, docs/images/canned-aliasing.png and the
-# tables of docs/results/optical-filter.md. A few minutes.
+# Draws docs/images/canned-error.png and docs/images/canned-aliasing.png and the tables of docs/results/optical-filter.md, of
+# light fields with and without the optical filter. It takes a few minutes.
 # usage: bench/figures/canned.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

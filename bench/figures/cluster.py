@@ -1,7 +1,7 @@
-# One render by several nodes: what shares, what every node does again, what travels; a model of that, beside what it is fitted to,
-# and what it says of larger clusters. Nodes are network namespaces of this machine with links of limited rate: as root.
+# Measures one render on several nodes: what is shared, what every node repeats, and what is sent. A model is fitted to that and
+# evaluated for larger clusters. Nodes are network namespaces of this machine with links of limited rate, which need root.
 #   usage: cluster.py LUCERNA OUT_FOLDER DATA_FOLDER [--rate 1gbit] [--nodes 1,2,4,8]
-# Each rank has one thread. Nothing else should run meanwhile.
+# Each rank has one thread. Run nothing else meanwhile.
 import json
 import os
 import subprocess
@@ -17,7 +17,7 @@ JOBS = {
 }
 SIZE = (384, 384)
 NET = "10.77.0"
-# Nodes of the clusters that are asked for: threads, bytes per second, seconds of a message.
+# The nodes of the modelled clusters: threads, bytes per second, seconds per message.
 NODE = {"threads": 32, "bandwidth": 10e9 / 8, "latency": 20e-6}
 
 
@@ -156,7 +156,7 @@ def main():
             "samples": pixels * last["samples"]["done"], "bytes": traffic(last, "image", "allocation", "moved items", "tiles done"),
             "bytes_of_pixel": last["traffic"]["image"]["bytes"] / pixels,
         }
-    # What a meeting of all ranks costs, by passes in which there is nothing else to do.
+    # The cost of a synchronisation of all ranks is measured by passes that contain nothing else.
     tiny = ["--integrator", "progressive", "--passes", "200", "--set", "photons=100", "--set", "prepass=0"]
     scene = JOBS["progressive"][0]
     one, two = measured.run("tiny", scene, tiny, 0, (16, 16)), measured.run("tiny", scene, tiny, 2, (16, 16))
@@ -164,7 +164,7 @@ def main():
     meeting = max(seconds[1] - seconds[0], 0) / 200
     print(f"\na pass of nothing: {1e3 * seconds[0] / 200:.2f} ms alone, {1e3 * seconds[1] / 200:.2f} ms on two nodes")
     costs["pass"] = meeting
-    # What rank 0 does at the end, for each pixel.
+    # The work of rank 0 at the end is measured per pixel.
     large = measured.run("end", scene, ["--integrator", "direct", "--spp", "2", "--denoise"], 0, (1920, 1080), cores)
     took, area = large["seconds"], 1920 * 1080
     costs["denoise"] = took["denoise"] * cores / area
@@ -192,7 +192,7 @@ def predict(costs):
             travels = cost["bytes"] * scale * (n - 1) / n / bandwidth
             meetings = 0 if n == 1 else costs["pass"] * (rounds if name == "progressive" else rounds / 16)
             image = cost["image"] / cost["samples"] * samples / (threads * n)
-            # A round ends when its last tile does; the film is brought together once.
+            # A round ends when its last tile does; the film is gathered once.
             last_tile = image / rounds * 16 / (pixels / 256 / (threads * n)) / 2
             image_phase = image + meetings + last_tile
             at_end = (0 if n == 1 else cost["bytes_of_pixel"] * pixels / bandwidth) + pixels * (costs["denoise"] / threads + costs["end"])

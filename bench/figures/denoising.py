@@ -1,8 +1,9 @@
-# What denoising does to images that people wait for: error and FLIP of what is measured and of what is made of it, and the error
-# that the program states, at equal time.
+# Measures what denoising does to images at given times: the error and FLIP of the measured and of the denoised image, and the
+# error that the program states.
 #   usage: denoising.py LUCERNA OUT_FOLDER DATA_FOLDER [--times 10,60] [--reference SECONDS] [--large] [SCENE...]
-# Scenes, sizes and references are those of methods.py, but that all references are of our own, whose noise is known. Every image is
-# rendered twice by the method that `--time` chooses, without a denoiser and with one. It needs oiiotool and numpy. Nothing else should run meanwhile.
+# Scenes, sizes and references are those of methods.py, except that all references are our own, whose noise is known. Every
+# image is rendered twice by the method that `--time` chooses, without a denoiser and with one. It needs oiiotool and numpy. Run
+# nothing else meanwhile.
 import json
 import math
 import sys
@@ -10,7 +11,7 @@ import sys
 from methods import MASKS, REFERENCES, SCENES, Table, option, run
 from pixels import error, luminance
 
-# By what methods references are made here.
+# The methods that make the references here.
 BY = {"staircase2": "path", "cornellglass": "progressive", "room": "igi", "cathedral": "igi with a pre-pass"}
 REFERENCES["igi with a pre-pass"] = [*REFERENCES["igi"], "--set", "prepass=65536"]
 SCENES.update({name: (*SCENES[name][:2], by) for name, by in BY.items()})

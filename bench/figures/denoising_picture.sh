@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Measured and denoised images of 10 s side by side: docs/images/denoising.jpg, of the pictures that denoising.py left. It needs ImageMagick.
+# Joins measured and denoised images of 10 s side by side in docs/images/denoising.jpg, from the pictures that denoising.py
+# left. It needs ImageMagick.
 # usage: bench/figures/denoising_picture.sh OUT_FOLDER     that of denoising.py
 set -euo pipefail
 from=$(realpath "${1:?the folder of denoising.py is missing}")

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Direct light four ways on four scenes, time against error: docs/images/direct-methods.png and the tables of docs/results/results.md.
-# Each method renders direct light alone at growing numbers of samples, with two seeds; `map` gets more photons with them.
-# The error is the relative MSE against two independent references; half of what those two differ by is their own noise and
-# is taken off. References are made by `guided`, which has the least noise: tests/reference/direct_methods_test.cpp holds it
-# against `path`, and the tables show each method's mean over theirs. The time is everything after the scene was read:
-# photons, index, guide, image.
+# Compares four methods for direct light on four scenes, time against error, for docs/images/direct-methods.png and the tables
+# of docs/results/results.md. Each method renders direct light alone at increasing numbers of samples, with two seeds; `map`
+# gets more photons with them. The error is the relative MSE against two independent references, from which half of their
+# difference, their own noise, is subtracted. References are made by `guided`, which has the least noise;
+# tests/reference/direct_methods_test.cpp checks it against `path`, and the tables show each method's mean relative to theirs.
+# The time is that of everything after reading the scene: photons, index, guide, image.
 # usage: bench/figures/direct_methods.sh [SCENE...]     default: flashlight projector many-lights cornell; into out/direct
-# RESOLUTION, SPP (a list), REFERENCE (samples of each reference) and METHODS may be set before it. About ten minutes on two
-# processors.
+# RESOLUTION, SPP (a list), REFERENCE (samples of each reference) and METHODS may be set before it. It takes about ten minutes
+# on two processors.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -20,7 +20,7 @@ methods=${METHODS:-mc map gated guided}
 [ $# -gt 0 ] || set -- flashlight projector many-lights cornell
 mkdir -p "$out" docs/images
 
-# lamp NAME: measured on its virtual rig if it is not there
+# lamp NAME: acquires the lamp on its virtual rig unless it exists
 lamp() {
     local folder=scenes/lamps/$1 rig=rig.toml
     [ ! -f "$folder/$1.exr" ] || return 0
@@ -29,7 +29,7 @@ lamp() {
     "$lucerna" light acquire "$folder/$rig" -o "$folder/$1.exr" --quiet
 }
 
-# run METHOD SAMPLES SEED: into out/direct/SCENE-METHOD-SAMPLES-SEED
+# run METHOD SAMPLES SEED: renders into out/direct/SCENE-METHOD-SAMPLES-SEED
 run() {
     local method=$1 n=$2 seed=$3 run=$out/$name-$1-$2-$3
     local set_=(quantity="$quantity" indirect=none)
@@ -51,7 +51,7 @@ for name in "$@"; do
             [ -d scenes/cloister/mesh ] || bash scenes/make.sh cloister
             lamp "$name"
             file=scenes/cloister/by-$name.pbrt ;;
-        *)  # Lamps that are seen are small and bright: at their rims all methods have the same noise, and only that.
+        *)  # Visible lamps are small and bright, and at their rims all methods have the same dominating noise.
             quantity=illuminance
             file=scenes/$name/$name.pbrt ;;
     esac

@@ -1,12 +1,13 @@
-// What the modes of emission from a measured lamp cost and lose: the numbers of the study `emission`.
+// Measures the cost and the errors of the modes of emission from a measured lamp, for the study `emission`.
 //
-// Each lamp, its negative coefficients taken as 0, is emitted in each mode and counted on three planes,
-// beside the irradiance that its coefficients give there. Writes lines
+// Each lamp, with its negative coefficients set to 0, is emitted in each mode and counted on three planes,
+// and compared with the irradiance that its coefficients give there. Writes lines
 //
 //   lamp,coefficients,table_bytes,mode,rate,plane,bias2,bias2_error,noise2,particles
 //
-// rate in particles per second of one thread's CPU time, the plane's distance in those of M, bias² (and its
-// standard error) and noise² relative to the mean square of the irradiance, the noise of so many particles.
+// with the rate in particles per second of one thread's CPU time, the plane's distance in units of M's, bias²
+// (and its standard error) and noise² relative to the mean square of the irradiance, and the number of
+// particles that the noise belongs to.
 //
 // usage: figure_emission_modes [--quick] LAMP.exr... > emission.csv
 #include <fmt/core.h>
@@ -38,7 +39,7 @@ void measure(const std::filesystem::path& file, const Particles& particles) {
         MeasuredSettings settings;
         settings.file = file;
         settings.mode = mode;
-        settings.world_from_light.translate(-field.rig().centre);  // so that S is at z = 0, as for project()
+        settings.world_from_light.translate(-field.rig().centre);  // puts S at z = 0, as for project()
         const auto light = make_measured_light(field, table, settings, silent);
         const EmissionMeasured measured = measure_emission(*light, truths, particles);
         for (std::size_t i = 0; i < truths.size(); ++i) {

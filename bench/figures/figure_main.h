@@ -1,4 +1,4 @@
-// What every figure's main() does: an error is one line and a failure.
+// The common main() of all figures, in which an error prints one line and fails.
 #pragma once
 
 #include <fmt/core.h>

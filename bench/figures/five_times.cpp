@@ -1,9 +1,11 @@
-// How wrong a far-field lamp is near by: the five-times rule, measured, for docs/explanation/near-and-far.md.
+// Measures the near-field error of a far-field lamp (the five-times rule), for
+// docs/explanation/near-and-far.md.
 //
-// Three lamps light a square surface that faces them and is as wide as it is far. Each is taken once as it is
-// and once as a point with its own far-field intensities, and the two are compared over the distance in sizes
-// of the lamp. Writes lines "lamp,distance,axis,rms,worst": errors as shares, on the axis (or the surface's
-// middle), over the surface (root of the mean square, over the mean) and at its worst (over the peak).
+// Three lamps light a square surface that faces them and is as wide as it is distant. Each is evaluated as it
+// is and as a point with its far-field intensities, and the two are compared over the distance in sizes of
+// the lamp. Writes lines "lamp,distance,axis,rms,worst" with relative errors: on the axis (or at the
+// surface's centre), root mean square over the surface relative to the mean, and the largest relative to the
+// peak.
 //
 // usage: five_times LED.tm25ray|- > five-times.csv
 #include <fmt/core.h>
@@ -26,14 +28,15 @@ using namespace lucerna;
 constexpr int kDistances = 49;
 constexpr double kFirst = 0.5, kLast = 20;  // sizes
 
-// Irradiance at (x, y) of the plane at distance z; the lamp's size is 1.
+// Irradiance at (x, y) on the plane at distance z, for a lamp of size 1.
 struct Compared {
     std::string name;
     std::function<double(double x, double y, double z)> near, far;
     int pixels = 41;
 };
 
-// A Lambertian disc of radiance 1, in closed form: a parallel disc's form factor.
+// Returns the irradiance of a Lambertian disc of radiance 1 in closed form, the form factor of a parallel
+// disc.
 double disc_irradiance(double x, double y, double z) {
     const double r2 = x * x + y * y, z2 = z * z, a2 = 0.25;
     const double sum = z2 + r2 + a2;
@@ -58,7 +61,7 @@ struct Trio {
 
     static double intensity(double cosine) { return 3 * std::pow(cosine, kExponent); }
     static double near(double x, double y, double z) {
-        // Rings and sectors over each emitter; its light is smooth, so a few are enough.
+        // Sums over rings and sectors of each emitter; its light is smooth, so few are needed.
         constexpr int kSectors = 12;
         double sum = 0;
         for (int lamp = 0; lamp < 3; ++lamp) {
@@ -83,17 +86,16 @@ Compared trio() {
             [](double x, double y, double z) { return point_irradiance(x, y, z, Trio::intensity); }};
 }
 
-// Where the light of a ray file comes from: the middle of the bundle's waist, the plane on which the rays are
-// closest together (an LED's chip is seen below its window), and the diameter around it that holds 98 % of
-// the light there.
+// The origin of a ray file's light: the centre of the waist, where the rays are closest together (an LED's
+// chip is seen below its window), and the diameter around it that holds 98 % of the light there.
 struct Extent {
     V3d centre{0, 0, 0};
     double size = 0;  // metres
 };
 
 Extent extent_of(const RaySet& rays) {
-    constexpr float kSteepest = 0.5F;  // cosine: flat rays say little about depth
-    // Places on z = 0 and slopes; the waist is where their variance is least.
+    constexpr float kSteepest = 0.5F;  // cosine; flat rays tell little about depth
+    // The waist minimises the variance of positions, from the positions on z = 0 and the slopes.
     struct Line {
         Imath::V2d at, slope;
     };
@@ -106,7 +108,7 @@ Extent extent_of(const RaySet& rays) {
         at += lines.back().at;
         slope += s;
     }
-    const double count = static_cast<double>(lines.size());  // a lamp that shines forward has some
+    const double count = static_cast<double>(lines.size());  // > 0 for a lamp that shines forward
     at /= count, slope /= count;
     double joint = 0, deviation = 0;
     for (const Line& line : lines) {
@@ -137,7 +139,7 @@ Errors errors_of(const std::vector<double>& near, const std::vector<double>& far
         square += sqr(far[i] - near[i]) / static_cast<double>(near.size());
         worst = std::max(worst, std::fabs(far[i] - near[i]));
     }
-    const std::size_t middle = near.size() / 2;  // sides are odd
+    const std::size_t middle = near.size() / 2;  // the number of pixels per side is odd
     return {far[middle] / near[middle] - 1, std::sqrt(square) / mean, worst / peak};
 }
 
@@ -165,8 +167,8 @@ void compare_formulas(const Compared& lamp) {
     }
 }
 
-// The measured LED: its rays counted on the surface, against its far field. Few and wide pixels, because
-// 100,000 rays are few.
+// Compares the measured LED's rays, counted on the surface, with its far field. Pixels are few and wide,
+// because there are only 100,000 rays.
 void compare_rays(const std::filesystem::path& file) {
     constexpr int kPixels = 3, kFine = 40;
     Monitor silent;

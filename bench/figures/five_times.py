@@ -31,7 +31,7 @@ def crossing(distances, errors, limit):
         if errors[i] > limit:
             if i + 1 == len(errors):
                 return None
-            # Straight in logarithms between the two distances.
+            # Interpolates linearly in logarithms between the two distances.
             low, high = math.log(errors[i] / limit), math.log(max(errors[i + 1], 1e-9) / limit)
             part = low / (low - high)
             return distances[i] * (distances[i + 1] / distances[i]) ** part

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The five-times rule, measured: docs/images/five-times.png and the table of docs/explanation/near-and-far.md. A few seconds.
+# Measures the five-times rule, for docs/images/five-times.png and the table of docs/explanation/near-and-far.md. It takes a few
+# seconds.
 # usage: bench/figures/five_times.sh [LED.tm25ray]     default: the measured LED of the shared data, if it is there
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

@@ -1,8 +1,9 @@
-# Whether what stands still moves: a camera that goes sideways, a frame every few pixels, each with a seed of its own. Pieces of surface of a
-# few pixels are followed by their place in the scene (the layer P), and their luminance compared from frame to frame.
+# Measures whether static things flicker: a camera moves sideways, by a few pixels per frame, each with its own seed. Pieces of
+# surface of a few pixels are tracked by their position in the scene (the layer P), and their luminance is compared between
+# frames.
 #   usage: flythrough.py LUCERNA OUT_FOLDER DATA_FOLDER [--frames 12] [--spp 16] [--integrator path] [SCENE...]
-# It prints, as shares of a piece's luminance, the root of the mean variance from frame to frame of what is measured and of what is denoised,
-# and how many pieces vary more when denoised. It needs oiiotool and numpy.
+# It prints, relative to a piece's luminance, the root of the mean variance between frames of the measured and of the denoised
+# image, and how many pieces vary more when denoised. It needs oiiotool and numpy.
 import os
 import shutil
 import sys
@@ -12,7 +13,7 @@ import numpy
 from methods import SCENES, option, run
 from pixels import luminance, pixels
 
-FRAMES_APART = 1.3  # pixels at the scene's middle distance
+FRAMES_APART = 1.3  # pixels at the scene's median distance
 PIECE = 4           # pixels
 
 
@@ -55,14 +56,14 @@ def main():
         file = beside(out, scene)
         asked = ["--resolution", f"{width}x{height}", "--integrator", integrator, "--spp", spp]
         _, depth, _, _ = frame(program, out, file, scene, 0, 0, asked)
-        # A pixel's width at the median distance, of a field of view about 50 degrees wide.
+        # A pixel's width is that at the median distance, for a field of view of about 50 degrees.
         pixel = numpy.median(depth[depth > 0]) * 0.9 / width
         pieces = {}
         for number in range(frames):
             place, depth, normal, seen = frame(program, out, file, scene, FRAMES_APART * pixel, number, asked)
             valid = (depth > 0) & (numpy.linalg.norm(normal, axis=2) > 0.98)  # whole pixels of one surface
             cell = numpy.floor(place[valid] / (PIECE * pixel)).astype(int)
-            # Surfaces of a cell are told apart by the axis that they face.
+            # Surfaces in a cell are distinguished by the axis that they face.
             side = numpy.rint(normal[valid]).astype(int)
             keys, inverse, count = numpy.unique(numpy.hstack([cell, side]), axis=0, return_inverse=True, return_counts=True)
             means = [numpy.bincount(inverse.ravel(), light[valid]) / count for light in seen]

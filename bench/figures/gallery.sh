@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The pictures of docs/results/gallery.md: makes what the scenes need and renders each in the time beside its name, by the method that is
-# chosen for it, denoised, exposed by itself, but where it says otherwise. Fifteen minutes on two cores.
+# Renders the pictures of docs/results/gallery.md: makes what the scenes need and renders each in the time beside its name, with
+# the chosen method, denoiser and automatic exposure unless stated otherwise. It takes fifteen minutes on two cores.
 # usage: bench/figures/gallery.sh [NAME...]     default: all; into out/gallery
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -9,7 +9,7 @@ lucerna=build/release/lucerna
 out=out/gallery
 mkdir -p "$out"
 
-# picture NAME SIZE TIME ARGUMENT...: out/gallery/NAME.png
+# picture NAME SIZE TIME ARGUMENT...: renders out/gallery/NAME.png
 picture() {
     local name=$1 size=$2 time=$3
     shift 3

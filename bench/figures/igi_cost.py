@@ -25,7 +25,7 @@ def load(path):
 def main():
     folder, rounds = sys.argv[1], int(sys.argv[2])
     stats = {run: [load(f"{folder}/{run}-{r}.json") for r in range(1, rounds + 1)] for run in RUNS}
-    # The least of the rounds: what the machine did beside it only ever adds.
+    # The minimum over rounds counts, because other load on the machine only adds time.
     seconds = {run: min(s["seconds"]["total"] for s in many) for run, many in stats.items()}
     print("| method | seconds, all phases | added to direct | rays | relative MSE | MSE x seconds | mean over reference's |")
     print("| --- | --- | --- | --- | --- | --- | --- |")

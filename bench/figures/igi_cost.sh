@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# What indirect light by virtual point lights costs: the cathedral at 16 samples per pixel by `direct` (of each camera sample one
-# light sample and one BSDF sample, mirrors followed) and by `igi` with 16 sets, in turns, and the share that igi adds to the
-# time of all phases (scene read, virtual point lights, image). Then the error against a path traced reference, for igi, final gather
-# and the path tracer, each at its own time: error times seconds says what they would have at an equal one.
+# Measures the cost of indirect light by virtual point lights: the cathedral at 16 samples per pixel by `direct` (one light
+# sample and one BSDF sample per camera sample, mirrors followed) and by `igi` with 16 sets, alternating, and the share that igi
+# adds to the time of all phases (scene read, virtual point lights, image). Then measures the error against a path-traced
+# reference for igi, final gather and the path tracer, each at its own time; error times seconds gives the error at equal time.
 # usage: bench/figures/igi_cost.sh [ROUNDS]          default: 3; into out/igi-cost
-# RESOLUTION, SPP, REFERENCE (samples of the reference) may be set before it. About five minutes on two processors.
+# RESOLUTION, SPP, REFERENCE (samples of the reference) may be set before it. It takes about five minutes on two processors.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -18,7 +18,7 @@ scene=scenes/cathedral/cathedral.pbrt
 [ -d scenes/cathedral/mesh ] || bash scenes/make.sh cathedral
 mkdir -p "$out"
 
-# shoot NAME ROUND ARGUMENT...
+# shoot NAME ROUND ARGUMENT...: renders one image
 shoot() {
     local run=$out/$1-$2
     shift 2
@@ -30,7 +30,7 @@ reference=$out/reference-1.exr
 for round in $(seq "$rounds"); do
     igi=(--spp "$spp" --seed "$round" --integrator igi --set nsets=16)
     shoot direct "$round" --integrator direct --spp "$spp" --seed "$round"
-    shoot igi-few "$round" "${igi[@]}" --set nlights=4            # ten or so lights in a set, as [Pharr 2004]
+    shoot igi-few "$round" "${igi[@]}" --set nlights=4  # about ten lights per set, as [Pharr 2004]
     shoot igi "$round" "${igi[@]}"                                # the defaults
     shoot igi-one-ray "$round" "${igi[@]}" --set shadowrays=1
     shoot igi-all-rays "$round" "${igi[@]}" --set shadowrays=0

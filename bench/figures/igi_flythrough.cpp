@@ -1,22 +1,20 @@
-// What flickers when a camera flies through a scene that stands still: `igi` by one seed for all frames
-// against fresh seeds per frame.
+// Measures flicker when a camera flies through a static scene, for `igi` with one seed for all frames against
+// a new seed for each frame.
 //
-// Renders FRAMES frames of a scene by `igi`, illuminance, the camera moved on by an equal part of TRAVEL
-// (three numbers, scene units) in each. All surfaces are cut into cells of space, told apart by the way they
-// face; pixels are assigned to cells by where their middle rays land, so that a cell is the same piece of
-// surface in every frame, seen from somewhere else. Cells that at least LEAST pixels of every frame see are
-// measured, and what is measured is their mean illuminance E_k in frame k. Flicker is the change from frame
-// to frame,
+// Renders FRAMES frames of a scene's illuminance by `igi`, with the camera moved by an equal part of TRAVEL
+// (three numbers, scene units) in each. All surfaces are divided into cells of space, separated by the
+// direction they face. Pixels are assigned to cells by the hits of their central rays, so that a cell is the
+// same piece of surface in every frame, seen from elsewhere. For cells that cover enough pixels in every
+// frame, E_k is the mean illuminance in frame k. Flicker is the change from frame to frame,
 //
 //   root of the mean over frames of (E_k - E_{k-1})² / (mean E)²,
 //
-// of the cell in the middle when all are put in order (edges of sunlit patches are others). A wall's own
-// gradients, seen with other pixels in each frame, are in both numbers: they make the ratio smaller than it
-// is.
+// of the median cell (edges of sunlit patches are other cells). A wall's own gradients, seen with different
+// pixels in each frame, contribute to both numbers and reduce their ratio.
 //
-// Prints, for cells of every SIZE (scene units, separated by commas), flicker by fresh seeds, by one seed,
-// their ratio and how many cells were measured; and to SERIES the frames' values in the cells that are seen
-// by the most pixels, relative to each cell's mean.
+// Prints, for cells of every SIZE (scene units, separated by commas), the flicker with new seeds and with one
+// seed, their ratio, and the number of cells. Writes to SERIES the frames' values in the cells seen by most
+// pixels, relative to each cell's mean.
 //
 // usage: figure_igi_flythrough SCENE WIDTHxHEIGHT SPP FRAMES TRAVEL SIZE,SIZE... SERIES.txt [KEY=VALUE …]
 #include <fmt/core.h>
@@ -43,7 +41,7 @@ using namespace lucerna;
 constexpr std::size_t kLeastPixels = 4;
 constexpr std::size_t kSeriesCells = 3;
 
-// A piece of surface: a cell of space and the axis that the surface's normal is nearest to, with its sign.
+// A piece of surface: a cell of space, and the signed axis that is closest to the surface's normal.
 using Cell = std::array<int, 4>;
 
 Cell cell_of(const Hit& hit, double size) {
@@ -56,7 +54,7 @@ Cell cell_of(const Hit& hit, double size) {
     return {at(0), at(1), at(2), 2 * axis + (n[axis] < 0 ? 1 : 0)};
 }
 
-// Sum and number of pixels of each cell in each frame.
+// The sum and number of a cell's pixels in each frame.
 struct Seen {
     std::vector<double> sum;
     std::vector<std::size_t> pixels;
@@ -79,7 +77,8 @@ void add_frame(const Job& job, const Image& image, double size, std::size_t fram
     }
 }
 
-// A cell's value in each frame over its mean; empty: some frame does not see it well enough, or it is dark.
+// Returns a cell's value in each frame over its mean; empty if a frame does not see it well enough, or if it
+// is dark.
 std::vector<double> course(const Seen& seen) {
     std::vector<double> values;
     double mean = 0;
@@ -97,7 +96,7 @@ double squared_flicker(const std::vector<double>& values) {
     double sum = 0;
     for (std::size_t k = 1; k < values.size(); ++k)
         sum += (values[k] - values[k - 1]) * (values[k] - values[k - 1]);
-    return sum / static_cast<double>(values.size() - 1);  // two frames at least
+    return sum / static_cast<double>(values.size() - 1);  // at least two frames
 }
 
 struct Flicker {
@@ -136,7 +135,7 @@ class Flight {
     Flight(Job job, const V3d& path, std::size_t frames)
         : job_(std::move(job)), begin_(job_.camera.settings()), path_(path), frames_(frames) {}
 
-    // The cells of each size.
+    // Returns the cells of each size.
     std::vector<Cells> fly(bool fresh_seeds, const std::vector<double>& sizes) {
         std::vector<Cells> cells(sizes.size());
         Monitor silent;
@@ -160,7 +159,7 @@ class Flight {
     std::size_t frames_;
 };
 
-// Lines "frame fresh fixed" for each of the cells that most pixels see, blank lines between them.
+// Writes lines "frame fresh fixed" for each of the cells seen by most pixels, separated by blank lines.
 void write_series(const std::string& file, const Cells& fresh, const Cells& fixed) {
     std::vector<std::pair<std::size_t, Cell>> cells;
     for (const auto& [cell, seen] : fixed) {

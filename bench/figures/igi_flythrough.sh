@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# A flythrough of 24 frames by `igi`, at one seed and at fresh seeds per frame: how much pieces of surface that stand still
-# change from frame to frame, large ones (0.5) and small ones (0.1), as figure_igi_flythrough measures it: the flicker of
-# docs/results/results.md and docs/images/igi-flythrough.svg, the course of three large pieces. On two cores some five minutes.
+# Renders a flythrough of 24 frames by `igi`, with one seed and with a new seed per frame, and measures how much static pieces
+# of surface change between frames, large ones (0.5) and small ones (0.1), with figure_igi_flythrough: the flicker of
+# docs/results/results.md and docs/images/igi-flythrough.svg, the course of three large pieces. It takes about five minutes on
+# two cores.
 # usage: bench/figures/igi_flythrough.sh [SCENE] [TRAVEL]
 #     default: the rooms, "0.3 0 0.3" (scene units from the first frame to the last); into out/flythrough
 # RESOLUTION, SPP, FRAMES, IGI (settings) may be set before it.

@@ -84,7 +84,7 @@ def main():
     size = tuple(int(n) for n in words.size.split("x"))
     cathedral = lucerna.read_scene(REPOSITORY / "scenes/cathedral/cathedral.pbrt", resolution=size)
     print("| picture | seconds | relative error | mean R, G, B over the reference's |\n| --- | --- | --- | --- |")
-    files = compared(cathedral, PICTURES, reference(f"cathedral-{words.size}", cathedral, words.reference), -10.4)  # of cd/m²
+    files = compared(cathedral, PICTURES, reference(f"cathedral-{words.size}", cathedral, words.reference), -10.4)  # in cd/m²
     sheet(files, REPOSITORY / "docs/images/igi-sets.jpg")
     if words.room:
         room = lucerna.read_scene(words.room)

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Only the lights that matter: `igi` with and without an importance pre-pass in sixteen rooms of which one is seen, the picture's error against
-# two references by `path` at growing time, everything in it: docs/images/igi-pre-pass.png and the table of docs/results/results.md.
-# steered_emission.sh does the work, and says what is measured and what may be set before it. On two cores some ten minutes,
-# most of them the references.
+# Measures `igi` with and without an importance pre-pass in sixteen rooms of which one is visible: the image's error against two
+# references by `path` over the total time, for docs/images/igi-pre-pass.png and the table of docs/results/results.md. It runs
+# steered_emission.sh, which describes the measurement and its settings. It takes about ten minutes on two cores, mostly for the
+# references.
 # usage: bench/figures/igi_pre_pass.sh [SCENE...]     default: rooms; into out/steered
 set -euo pipefail
 

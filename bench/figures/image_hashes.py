@@ -24,7 +24,7 @@ METHODS = {
     "igi-compensated": ["igi", "nlights=16", "nsets=4", "causticpaths=20000", "gathersamples=1"],
     "progressive": ["progressive", "photons=5000"],
 }
-LINES_OF_BLOCK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}  # by OpenEXR's compression
+LINES_OF_BLOCK = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}  # by OpenEXR's compression method
 
 
 def pixels_of(file):

@@ -1,7 +1,7 @@
-# render --error and --time, as a user writes them: the error that was asked for, what the render says it has
-# reached and what a reference says, on ten scenes; the time that was asked for and what it took.
+# Tests render --error and --time as users write them: the requested error against the error that the render states and that
+# against a reference, on ten scenes; and the requested time against the actual one.
 #   usage: knob.py LUCERNA OUT_FOLDER [--quick] [SCENE...]     default: all, and the times
-# References are made once, and kept: by the path tracer, or by `direct` for the picture that it shows.
+# References are made once and kept: by the path tracer, or by `direct` for the picture that it shows.
 import json
 import math
 import os
@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 
-# Errors that a reference of some minutes tells from its own.
+# The errors are large enough to be distinguished from that of a reference of some minutes.
 SCENES = {
     "cornell": ("cornell/cornell", 0.03),
     "cornell-caustic": ("cornell-caustic/cornell-caustic", 0.1),
@@ -91,7 +91,7 @@ class Knob:
             for text, seconds in list(TIMES.items())[:1 if self.quick else None]:
                 image, stats, wall = self.render(scene, f"{name}-{text}", "--time", text, "--png")
                 beyond, half = self.beyond(image, reference, noise), (noise or 0) / 2
-                # Less than half of the reference's own is not told from none.
+                # An error below half of the reference's own cannot be distinguished from none.
                 measured = f"{math.sqrt(beyond):.2%}" if beyond > half ** 2 else f"< {half:.1%}"
                 print(f"| {name} | {text} | {wall:.2f} s | {wall / seconds:.1%} | {stats['integrator']} | "
                       f"{measured} |", flush=True)

@@ -1,5 +1,5 @@
-// What the figures of measured lamps share: particles of a lamp, counted on planes before it, against what
-// should be there.
+// Shared by the figures of measured lamps: counts particles of a lamp on planes in front of it and compares
+// them with the true irradiance.
 #pragma once
 
 #include <array>
@@ -25,12 +25,12 @@ namespace lucerna {
 inline constexpr std::array<std::pair<EmissionMode, std::string_view>, 2> kEmissionModes{
     {{EmissionMode::constant, "constant"}, {EmissionMode::exact, "exact"}}};
 
-// Of this process: others may be at work on the machine.
+// Returns the CPU time of this process, because others may use the machine.
 inline double cpu_seconds() {
     return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-// Root of the mean square of the difference, over that of the truth. The truth is not black.
+// Returns the root mean square difference relative to that of the truth, which is not black.
 inline double relative_rms(std::span<const double> values, std::span<const double> truth) {
     double square = 0, whole = 0;
     for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -40,7 +40,7 @@ inline double relative_rms(std::span<const double> values, std::span<const doubl
     return std::sqrt(square / whole);
 }
 
-// The same lamp with what is negative taken as 0: particles follow it exactly, and so does project().
+// Returns the lamp with negative coefficients set to 0, so that particles and project() agree exactly.
 inline LightField without_negative(const LightField& field) {
     std::vector<float> e(field.coefficients().begin(), field.coefficients().end());
     for (float& x : e) x = std::max(x, 0.0F);
@@ -48,22 +48,22 @@ inline LightField without_negative(const LightField& field) {
 }
 
 struct PlaneErrors {
-    double bias2 = 0;  // relative to the truth's mean square; about 0, of either sign, where there is none
-    double bias2_error = 0;  // standard error of that, if pixels' noise is independent
-    double noise2 = 0;       // of one batch, relative likewise
+    double bias2 = 0;        // relative to the truth's mean square; about 0, of either sign, without bias
+    double bias2_error = 0;  // standard error of bias2 if the noise of pixels is independent
+    double noise2 = 0;       // of one batch, relative in the same way
 };
 
 struct EmissionMeasured {
-    double particles_per_second = 0;  // of one thread: complete particles, written to memory
+    double particles_per_second = 0;  // on one thread, for complete particles written to memory
     std::vector<PlaneErrors> planes;
 };
 
 struct Particles {
     std::uint32_t batches = 16;
-    std::uint32_t in_batch = 1U << 18;  // a power of 2, as the net is even then
+    std::uint32_t in_batch = 1U << 18;  // a power of 2, for which the net is uniform
 };
 
-// Where particles hit the planes.
+// Counts particles where they hit the planes.
 class PlaneCounts {
   public:
     explicit PlaneCounts(std::span<const PlaneIrradiance> truths) : truths_(truths) {
@@ -77,7 +77,7 @@ class PlaneCounts {
     void add(const LeSample& particle) {
         for (std::size_t i = 0; i < truths_.size(); ++i) {
             const PlanePatch& patch = truths_[i].patch;
-            // d.z > 0: light leaves a lamp towards +z.
+            // d.z > 0, because light leaves a lamp towards +z.
             const double t = (patch.distance - double{particle.from.p.z}) / static_cast<double>(particle.d.z);
             const double x = double{particle.from.p.x} + t * double{particle.d.x} - patch.centre.x;
             const double y = double{particle.from.p.y} + t * double{particle.d.y} - patch.centre.y;
@@ -90,7 +90,7 @@ class PlaneCounts {
         }
     }
 
-    // All `count` particles of a batch were added, or are lost.
+    // Ends a batch of `count` particles, whether they were counted or lost.
     void end_batch(std::uint32_t count) {
         for (std::size_t i = 0; i < truths_.size(); ++i) {
             for (std::size_t p = 0; p < now_[i].size(); ++p) {
@@ -103,7 +103,7 @@ class PlaneCounts {
         ++batches_;
     }
 
-    // Of two batches or more.
+    // Returns the errors from two or more batches.
     std::vector<PlaneErrors> errors() const {
         std::vector<PlaneErrors> all;
         const double batches = batches_;
@@ -128,7 +128,7 @@ class PlaneCounts {
     std::uint32_t batches_ = 0;
 };
 
-// Emits and counts, on one thread.
+// Emits and counts particles on one thread.
 inline EmissionMeasured measure_emission(const Light& light, std::span<const PlaneIrradiance> truths,
                                          const Particles& particles) {
     constexpr std::uint32_t kChunk = 512;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The paper's lamps, measured on their virtual rigs, and the pictures of their beams: one light field each, one contact
-# sheet of its views, and what it casts on a wall at several distances. Some minutes per lamp on two cores; a run that was
-# stopped goes on where it was.
+# Acquires the paper's lamps on their virtual rigs and draws the pictures of their beams: one light field each, one contact
+# sheet of its views, and its irradiance on a wall at several distances. It takes some minutes per lamp on two cores; an
+# interrupted run resumes.
 # usage: bench/figures/lamps.sh [FOLDER [LAMP...]]     default out/lamps, all: flashlight flashlight-screen bike-light three-led
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -12,7 +12,7 @@ out=${1:-out/lamps}
 [ $# -gt 0 ] || set -- flashlight flashlight-screen bike-light three-led
 mkdir -p "$out"
 
-# lamp NAME RIG DISTANCES
+# lamp NAME RIG DISTANCES: acquires and draws one lamp
 lamp() {
     echo "== $1"
     if [ ! -f "$out/$1.exr" ] || [ -f "$out/$1.exr.part" ]; then

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The paper's lamps in the cloister: each measured on its virtual rig, then rendered by photonmap and by path, and the two
-# compared. What the paper took for the same ([Goesele 2003, 6]) stands in docs/explanation/light-fields.md.
+# Renders the paper's lamps in the cloister: each is acquired on its virtual rig, then rendered by photonmap and by path, and
+# the two are compared. The paper's own times ([Goesele 2003, 6]) are in docs/explanation/light-fields.md.
 # usage: bench/figures/lamps_in_cloister.sh [LAMP...]     default: flashlight bike-light three-led projector; into out/cloister
 # RESOLUTION and SPP (of photonmap; path takes 16 times as many) may be set before it.
 set -euo pipefail

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Loading scenes, for docs/results/results.md: what reading costs by itself, and a scene loaded as the command does it, with the peak of
-# its memory. CPU time of one thread throughout, so that other work on the machine counts little. About two minutes.
+# Measures scene loading, for docs/results/results.md: the cost of reading alone, and a scene loaded as by the command, with its
+# peak memory. Times are CPU times of one thread, so that other load on the machine matters little. It takes about two minutes.
 # usage: bench/figures/loading.sh [TRIANGLES]     default: 10000000, half as text and half as binary PLY
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

@@ -7,7 +7,7 @@ import math
 import os
 import sys
 
-SHEET = 500_000  # triangles of one mesh, at most
+SHEET = 500_000  # triangles per mesh, at most
 
 
 def sheet(triangles, level):

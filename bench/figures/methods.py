@@ -1,11 +1,12 @@
-# Every method on scenes that people have, in a given time: error against a converged reference, and the seconds that
-# the whole command took.
+# Measures every method on realistic scenes in a given time: the error against a converged reference, and the seconds of the
+# whole command.
 #   usage: methods.py LUCERNA OUT_FOLDER DATA_FOLDER [--times 5,20,60] [--methods path,…] [--reference SECONDS] [--large] [SCENE...]
 # DATA_FOLDER holds the scenes of the pbrt-v4 collection in pbrt/pbrt-v4, each with its reference.exr, and cornellglass in
-# references. Given references are shrunk to the size of the render by oiiotool (Debian's openimageio-tools). Where one overflows
-# its half floats (a lamp that the camera sees), that pixel and those beside it are left out. All other references are rendered
-# once and kept in OUT_FOLDER: two halves of some minutes each, whose mean is the reference (without what only one of them has: glints of
-# lamps); half of what they differ by is its noise, which is taken off. --large: 640 x 480 pixels or as many. Nothing else should run meanwhile.
+# references. Given references are resized to the size of the render by oiiotool (Debian's openimageio-tools). Where one
+# overflows its half floats (a visible lamp), that pixel and its neighbours are left out. All other references are rendered once
+# and kept in OUT_FOLDER: two halves of some minutes each, whose mean is the reference (without what only one of them has, such
+# as glints of lamps). Half of their difference is its noise, which is subtracted. --large renders 640 x 480 pixels or as many.
+# Run nothing else meanwhile.
 import json
 import math
 import os
@@ -20,19 +21,19 @@ METHODS = {
     "igi": ["--integrator", "igi", "--set", "gathersamples=1", "--set", "nsets=64"],
     "chosen": [],
 }
-# By what references are made. Where nothing throws caustics, compensated virtual lights show all that path shows, with less noise.
+# The methods that make references. Without caustics, compensated virtual lights show all that path shows, with less noise.
 REFERENCES = {
     "path": METHODS["path"],
     "progressive": METHODS["progressive"],
     "igi": ["--integrator", "igi", "--set", "gathersamples=1", "--set", "nsets=4096"],
 }
-# The file, its size, and by what its reference is made ("given": it is there).
+# Each scene has its file, its size, and the method of its reference ("given": it exists).
 SCENES = {
-    # The given one lacks the spot that the lamp throws through the egg of glass.
+    # The given reference lacks the spot that the lamp casts through the glass egg.
     "veach-bidir": ("{data}/pbrt/pbrt-v4/veach-bidir/scene-v4.pbrt", (256, 256), "progressive"),
     "staircase2": ("{data}/pbrt/pbrt-v4/staircase2/scene-v4.pbrt", (256, 256), "given"),
-    "coffee": ("{data}/pbrt/pbrt-v4/coffee/scene-v4.pbrt", (256, 320), "path"),  # the given one is cut off at 2
-    # The given one is a tenth darker under water than path, and overflows.
+    "coffee": ("{data}/pbrt/pbrt-v4/coffee/scene-v4.pbrt", (256, 320), "path"),  # the given reference is clipped at 2
+    # The given reference is a tenth darker under water than path, and overflows.
     "water-caustic": ("{data}/pbrt/pbrt-v4/water-caustic/scene-v4.pbrt", (256, 256), "progressive"),
     "cornellglass": ("{data}/references/cornellglass.pbrt", (256, 256), "given"),
     "room": ("scenes/room/room.pbrt", (320, 200), "progressive"),
@@ -41,7 +42,7 @@ SCENES = {
     "office": ("scenes/office/office.pbrt", (320, 240), "path"),
     "projector": ("scenes/projector/projector.pbrt", (320, 240), "path"),
 }
-# A lamp that is seen and smaller than a pixel decides every mean: pixels above this are left out.
+# A visible lamp smaller than a pixel dominates every mean, so pixels above this are left out.
 MASKS = {"water-caustic": 50}
 
 
@@ -75,12 +76,12 @@ class Table:
             given = {"cornellglass": "references/cornellglass-4096.exr"}.get(name, f"pbrt/pbrt-v4/{name}/reference.exr")
             if not os.path.exists(f"{image}.exr"):
                 overflow = ["--dup", "--clamp:max=60000", "--dilate", "3x3", "--subc", "59000", "--clamp:min=0",
-                            "--mulc", "1e38", "--mulc", "1e38", "--add"]  # + 0, or + infinity
+                            "--mulc", "1e38", "--mulc", "1e38", "--add"]  # adds 0 or +infinity
                 run(["oiiotool", f"{self.data}/{given}", "--ch", "R,G,B", "--resize:filter=box", self.size(name),
                      *overflow, "-d", "float", "-o", f"{image}.exr"])
             return f"{image}.exr", 0
         halves = self.reference_halves(name)
-        # A lamp's glint that one half happened to meet is none of the other's: no half counts for more than twice the other.
+        # A lamp's glint that only one half hit is absent from the other, so no half counts for more than twice the other.
         clean = [f"{image}-{half}-clean.exr" for half in range(2)]
         if not os.path.exists(f"{image}.exr"):
             for half, file in enumerate(clean):

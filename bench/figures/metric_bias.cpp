@@ -1,7 +1,7 @@
-// The bias of a photon's distance: numbers for metric_bias.py.
+// Measures the bias that the metric of photon distances causes, for metric_bias.py.
 //
-// figure_metric_bias           the mean of estimates with radius 1 on shapes whose irradiance is known
-// figure_metric_bias corner    estimates of 50 photons on the floor of a concave corner, the mean of 32 sets
+// figure_metric_bias writes mean estimates with radius 1 on shapes of known irradiance
+// figure_metric_bias corner writes estimates of 50 photons on the floor of a concave corner, means of 32 sets
 #include <fmt/core.h>
 
 #include <string_view>
@@ -11,8 +11,8 @@
 
 namespace {
 
-using namespace lucerna;           // a program of its own, not a header
-using namespace lucerna::testing;  // likewise
+using namespace lucerna;  // a program of its own, not a header
+using namespace lucerna::testing;
 
 void means() {
     std::vector<LitShape> shapes;
@@ -58,7 +58,7 @@ void corner_picture() {
     std::vector<PhotonMap> maps;
     for (int set = 0; set < kSets; ++set)
         maps.push_back(corner_photons(corner, static_cast<std::uint64_t>(set)));
-    // A disc of 50 photons is some 0.09 wide; the picture shows six of them.
+    // A disc of 50 photons is about 0.09 wide; the picture is six of them wide.
     fmt::print("measure,x,y,estimate\n");
     for (const Measure& m : kMeasures) {
         const DensityEstimateSettings settings{

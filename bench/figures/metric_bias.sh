@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The bias of a photon's distance: docs/images/metric-bias.png, docs/images/metric-corner.png and the tables. Half a minute.
+# Measures the bias that the metric of photon distances causes: docs/images/metric-bias.png, docs/images/metric-corner.png and
+# the tables. It takes half a minute.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

@@ -1,4 +1,4 @@
-# The Python module that the release build has made, for figures that need no installation.
+# Imports the Python module of the release build, for figures that need no installation.
 import sys
 from pathlib import Path
 

@@ -1,19 +1,20 @@
-// A measured lamp and its far field, over the distance: the numbers of the study `near-far`.
+// Compares a measured lamp with its far field over the distance, for the study `near-far`.
 //
-// Each lamp lights a plane across its beam, as its coefficients say; beside it stands its photometric web (as
-// `lucerna light farfield` writes it, but in steps of 0.25 and 2.5 degrees) as a point light, once in the
-// middle of S and once at the waist of its light: the place, often virtual, at which its lines are closest
-// together. Distances are from the light's place, in sizes of the lamp: the diameter on S that holds 98 % of
+// Each lamp lights a plane across its beam, by its coefficients. It is compared with its photometric web (as
+// `lucerna light farfield` writes it, but in steps of 0.25 and 2.5 degrees) as a point light, once at the
+// centre of S and once at the waist of its light: the place, often virtual, at which its lines are closest
+// together. Distances are from the light's place, in sizes of the lamp, the diameter on S that holds 98 % of
 // its light. Writes lines
 //
 //   lamp,size,waist,point,distance,rms,worst,axis
 //
-// size and waist (before S) in metres, errors over the square that holds the light: root of the mean square
-// over the irradiance's, worst over its peak, and at the brightest pixel. And lines
+// with size and waist (in front of S) in metres, and errors over the square that holds the light: root mean
+// square relative to that of the irradiance, the largest relative to the peak, and at the brightest pixel.
+// After a line "#" it writes lines
 //
 //   lamp,size,waist,model,sample_Le,sample_Li,bytes
 //
-// after a line "#", with CPU seconds per particle and per light sample, and memory, of the field and the web.
+// with CPU seconds per particle and per light sample, and the memory, of the field and the web.
 //
 // usage: figure_near_far [--quick] LAMP.exr... > near-far.csv
 #include <fmt/core.h>
@@ -38,21 +39,21 @@ struct Effort {
 
 constexpr double kFirst = 0.5, kLast = 1000;  // sizes
 
-// Where a field's light comes from. Coefficients as measured: what is negative counts against.
+// The origin of a field's light, by the coefficients as measured; negative ones subtract.
 struct Origin {
     double size = 0;   // metres
     double waist = 0;  // z at which the lines are closest together
-    V2d centre{0, 0};  // of the lines there
+    V2d centre{0, 0};  // of the lines at the waist
 };
 
 Origin origin_of(const LightField& field) {
     const Rig& rig = field.rig();
     Origin origin;
-    // Moments of places on S and of slopes, both axes together.
+    // Moments of positions on S and of slopes, over both axes.
     double weight = 0, deviation = 0, joint = 0;
     V2d at(0, 0), slope(0, 0);
     double at_slope = 0, slope2 = 0;
-    std::vector<std::pair<double, double>> reach;  // distance from the middle, flux
+    std::vector<std::pair<double, double>> reach;  // distance from the centre, flux
     for (int m = 0; m < rig.views.x; ++m) {
         for (int n = 0; n < rig.views.y; ++n) {
             const V2d u(rig.filter(0, m), rig.filter(1, n));
@@ -86,15 +87,15 @@ Origin origin_of(const LightField& field) {
     for (const auto& [distance, flux] : reach) {
         sum += flux;
         if (sum < 0.98 * total) continue;
-        origin.size = 2 * distance + 0.5 * (rig.spacing.x + rig.spacing.y);  // a filter is as wide as that
+        origin.size = 2 * distance + 0.5 * (rig.spacing.x + rig.spacing.y);  // plus the width of a filter
         break;
     }
     return origin;
 }
 
-// Of the web as a point at `from`, over the patch.
+// Returns the irradiance of the web as a point light at `from`, over the patch.
 std::vector<double> web_irradiance(const PhotometricWeb& web, const V3d& from, const PlanePatch& patch) {
-    constexpr int kFine = 4;  // places per pixel and axis
+    constexpr int kFine = 4;  // samples per pixel and axis
     std::vector<double> values;
     for (int i = 0; i < patch.pixels.x * patch.pixels.y; ++i) {
         double sum = 0;
@@ -105,7 +106,7 @@ std::vector<double> web_irradiance(const PhotometricWeb& web, const V3d& from, c
                 V3d(patch.centre.x + (column / patch.pixels.x - 0.5) * patch.size.x,
                     patch.centre.y + (row / patch.pixels.y - 0.5) * patch.size.y, patch.distance) -
                 from;
-            const double d2 = way.length2();  // > 0: the plane is before the point
+            const double d2 = way.length2();  // > 0, because the plane is in front of the point
             sum += web.intensity(way / std::sqrt(d2)) * way.z / std::sqrt(d2) / d2;
         }
         values.push_back(sum / (kFine * kFine));
@@ -123,7 +124,7 @@ void compare(const std::string& lamp, const LightField& field, const Photometric
             const double sizes =
                 kFirst * std::pow(kLast / kFirst, static_cast<double>(i) / (effort.distances - 1));
             const double z = point.z + sizes * origin.size;
-            if (!(z > 0)) continue;  // behind S nothing was measured
+            if (!(z > 0)) continue;  // nothing was measured behind S
             const PlaneIrradiance near =
                 project(field, frame_light(field, z, effort.pixels, Workers{}, silent), Workers{}, silent);
             const std::vector<double> far = web_irradiance(web, point, near.patch);
@@ -139,7 +140,7 @@ void compare(const std::string& lamp, const LightField& field, const Photometric
     }
 }
 
-// CPU seconds per particle, and per light sample at places some sizes away.
+// Measures CPU seconds per particle, and per light sample at places some sizes away.
 void time_light(const std::string& lamp, const Origin& origin, const char* model, const Light& light,
                 std::size_t bytes, const Effort& effort) {
     constexpr std::uint32_t kChunk = 512;

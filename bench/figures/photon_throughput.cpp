@@ -1,15 +1,15 @@
-// What a photon pass costs beside the rays it traces: the table of docs/results/results.md.
+// Measures the cost of a photon pass beside that of its rays, for the table of docs/results/results.md.
 //
-// Traces PATHS light paths of each scene and stores every photon that can be stored, without the index over
-// them; then gives the very same rays, in the same order, to Embree alone, which only says whether they meet
-// something. The two take turns ROUNDS times on one thread, then on two. Writes for each scene
+// Traces PATHS light paths of each scene and stores every photon that can be stored, without building the
+// index; then gives the same rays, in the same order, to Embree alone, which only reports whether they hit
+// something. The two alternate ROUNDS times on one thread, then on two. Writes for each scene
 //
 //   scene paths rays deposits | Mpaths/s Mrays/s Mdeposits/s bare_Mrays/s ratio | speed-up and bare speed-up
 //
-// Rates are per second of processor time on one thread, the best round of each; the ratio is the median of
-// the rounds' own ratios. Speed-ups are of wall clock time, best round on two threads against best round on
-// one, and of no meaning where other programs use the machine: the last columns say how much more processor
-// time two threads took than one for the same work.
+// Rates are per second of processor time on one thread, from the best round of each; the ratio is the median
+// over rounds. Speed-ups are of wall clock time, the best round on two threads against the best round on one,
+// and are meaningless if other programs use the machine. The last columns give the ratio of the processor
+// time that two threads took to that of one for the same work.
 //
 // usage: figure_photon_throughput PATHS ROUNDS SCENE.pbrt …
 #include <fmt/core.h>
@@ -31,7 +31,7 @@ namespace {
 
 using namespace lucerna;  // a program of its own, not a header
 
-// Seconds, by the clock on the wall and of all this program's threads together.
+// Seconds of the wall clock, and of processor time over all threads.
 struct Cost {
     double wall = 0, processor = 0;
 };
@@ -51,7 +51,7 @@ class Meter {
     double start_ = processor_seconds();
 };
 
-// Measures the phase of tracing, and leaves the index out.
+// Measures the tracing phase, without the index.
 class TraceMeter : public Monitor {
   public:
     void begin(std::string_view, std::uint64_t) override { meter_ = Meter(); }
@@ -112,7 +112,7 @@ void measure(const std::string& file, std::int64_t paths, std::int64_t rounds) {
     parameters.wanted = {true, true, true, false};
     parameters.seed = 1;
 
-    // What is done, once.
+    // Counts rays and deposits once.
     const std::vector<Ray> rays = rays_of_light_paths(scene, parameters);
     const std::uint64_t before = scene.rays();
     const PhotonMaps maps = build_photon_maps(scene, parameters, Workers{1}, silent);
@@ -120,7 +120,7 @@ void measure(const std::string& file, std::int64_t paths, std::int64_t rounds) {
     std::uint64_t deposits = 0;
     for (const DepositCount& count : maps.counts) deposits += count.stored;
 
-    // How long it takes.
+    // Measures the times.
     const auto one = take_turns(scene, parameters, rays, rounds, 1),
                two = take_turns(scene, parameters, rays, rounds, 2);
     const auto trace_wall = [](const Round& r) { return r.trace.wall; };

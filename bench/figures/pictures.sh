@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The pictures and accuracy figures of docs/explanation/pictures.md: every integrator on the Cornell box and the room, beside the
-# path tracer. Needs scripts/demo.sh to have run (the room's lamp). About ten minutes on two cores.
+# Renders the pictures and accuracy figures of docs/explanation/pictures.md: every integrator on the Cornell box and the room,
+# beside the path tracer. Run scripts/demo.sh first (for the room's lamp). It takes about ten minutes on two cores.
 # usage: bench/figures/pictures.sh [FOLDER]     default out/pictures
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -9,7 +9,7 @@ lucerna=build/release/lucerna
 out=${1:-out/pictures}
 mkdir -p "$out"
 
-# render NAME SCENE ARGUMENT...: one line with the whole command's time
+# render NAME SCENE ARGUMENT...: renders one image and prints a line with the whole command's time
 render() {
     local name=$1 scene=$2
     shift 2

@@ -1,4 +1,4 @@
-# Channels of an OpenEXR file as numbers, by the Python module.
+# Reads channels of an OpenEXR file as numbers, with the Python module.
 import numpy
 
 from module import lucerna

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Final gather with precomputed irradiance against without: the time to the same relative MSE against `path`.
+# Compares final gather with and without precomputed irradiance: the time to the same relative MSE against `path`.
 # usage: bench/figures/precompute.sh [SCENE...]     default: cornell cornell-caustic cloister; into out/precompute
-# RESOLUTION, REFERENCE (samples per pixel of the path-traced image) and SAMPLES (a list) may be set before it; an image of
-# the reference that is there already is used again. The machine should have nothing else to do.
+# RESOLUTION, REFERENCE (samples per pixel of the path-traced image) and SAMPLES (a list) may be set before it; an existing
+# reference image is reused. Run nothing else meanwhile.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

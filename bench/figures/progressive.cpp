@@ -1,16 +1,15 @@
-// How the error of `progressive` falls with its passes: the numbers of docs/images/progressive.svg.
+// Measures how the error of `progressive` falls with its passes, for docs/images/progressive.svg.
 //
-// Renders a scene twice, by two seeds, and compares what there is after 1, 2, 3, 4, 6, 8, 12 … passes with
-// the mean of two independent long images, at whose size it renders. Writes lines
+// Renders a scene twice, with two seeds, and compares the images after 1, 2, 3, 4, 6, 8, 12 … passes with the
+// mean of two independent long images, at whose size it renders. Writes lines
 //
 //   passes seconds error2 noise2 bias2
 //
-// all three squares relative, the mean over pixels and channels of x² / (r² + 1e-4), r the reference: the
-// error of one image, its noise (half the square of the difference of the two), and what is left of the error
-// of the two images' mean without its noise, which is the bias (squared; below 0 where the noise hides it).
-// The reference's own noise, known from the difference of its two images, is taken off. Pixels of which the
-// reference is above MASK (lamps that are seen) are left out. Seconds are those of one seed since its render
-// began, pre-pass included.
+// with three relative squares, means over pixels and channels of x² / (r² + 1e-4) with the reference r: the
+// error of one image; its noise, half the squared difference of the two; and the squared bias, the error of
+// the two images' mean minus its noise, which is below 0 where noise hides it. The reference's own noise,
+// known from the difference of its two images, is subtracted. Pixels whose reference is above MASK (visible
+// lamps) are left out. Seconds are those since the start of one seed's render, pre-pass included.
 //
 // usage: figure_progressive SCENE FIRST.exr SECOND.exr MASK PASSES [KEY=VALUE …] > numbers.txt
 #include <fmt/core.h>
@@ -37,7 +36,7 @@ struct Shown {
     Image image;
 };
 
-// 1, 2, 3, 4, 6, 8, 12, …
+// Returns true for 1, 2, 3, 4, 6, 8, 12, …
 bool is_shown(int passes) {
     int power = passes;
     while (power % 2 == 0) power /= 2;
@@ -67,7 +66,7 @@ struct Reference {
     }
 };
 
-// The mean of what `square(pixel's value in r, x, y, channel)` gives, relative to r².
+// Returns the mean over pixels of square(reference value r, x, y, channel) relative to r².
 template <typename Square>
 double relative_mean(const Reference& reference, Square&& square) {
     double sum = 0;

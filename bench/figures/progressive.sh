@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Error against passes of `progressive`, on the Cornell box with a caustic and in the cloister:
-# docs/images/progressive.svg and the slopes. Long references by `path` first; they stay in build/progressive and are
-# not made anew. On two cores some two hours, nearly all of it the references; smaller numbers are quicker and noisier.
+# Measures error against passes of `progressive`, on the Cornell box with a caustic and in the cloister, for
+# docs/images/progressive.svg and the slopes. Long references by `path` come first; they stay in build/progressive and are
+# reused. It takes about two hours on two cores, nearly all of it for the references; smaller numbers are quicker and noisier.
 # usage: bench/figures/progressive.sh [PASSES] [SPP] [SIZE]       default: 1024 4096 128 (pixels across)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -14,7 +14,7 @@ mkdir -p "$out" docs/images
 cmake --build build/release --target lucerna figure_progressive >/dev/null
 [ -e scenes/cloister/mesh ] || scenes/make.sh cloister
 
-# measure NAME SCENE WIDTHxHEIGHT MASK [KEY=VALUE …]
+# measure NAME SCENE WIDTHxHEIGHT MASK [KEY=VALUE …]: measures one scene
 measure() {
     local name=$1 scene=$2 resolution=$3 mask=$4 seed
     shift 4

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# `progressive` against another renderer's images of the Cornell box, with and without a glass ball: seconds of the whole
-# command and relative MSE without the lamp that is seen; the table of docs/results/results.md. On a quiet machine, a minute.
+# Compares `progressive` with another renderer's images of the Cornell box, with and without a glass ball: seconds of the whole
+# command and relative MSE without the visible lamp, for the table of docs/results/results.md. It takes a minute on a quiet
+# machine.
 # usage: bench/figures/references.sh FOLDER      that holds cornell.pbrt, cornell-seed1.exr, cornellglass.pbrt, cornellglass-4096.exr
 # SHORT and LONG ("PHOTONS K PASSES") may be set before it.
 set -euo pipefail

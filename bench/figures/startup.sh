@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What a process costs that does next to nothing: as it is, and with the library of picture formats loaded before
-# main(), as if it were linked: the figures of docs/development/architecture.md. On a quiet machine, about two minutes.
+# Measures the cost of a process that does almost nothing, as it is and with the library of picture formats preloaded as if it
+# were linked, for the figures of docs/development/architecture.md. It takes about two minutes on a quiet machine.
 # usage: bench/figures/startup.sh [PROCESSES]       default: 200
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -9,7 +9,7 @@ processes=${1:-200}
 cmake --build build/release --target lucerna test_kdtree >/dev/null
 library=$PWD/build/release/liblucerna_pictures.so
 
-repeat() { # a library to load first, or nothing; a command
+repeat() {  # arguments: a library to preload, or nothing; a command
     local first=$1
     shift
     for ((i = 0; i < processes; ++i)); do LD_PRELOAD=$first "$@" >/dev/null; done
@@ -19,7 +19,7 @@ measure() {
     local name=$1
     shift
     for first in "" "$library"; do
-        LD_PRELOAD=$first "$@" >/dev/null # once unmeasured: the files come into memory
+        LD_PRELOAD=$first "$@" >/dev/null  # one unmeasured run brings the files into memory
         local TIMEFORMAT="%R %U %S"
         read -r real user sys < <({ time repeat "$first" "$@"; } 2>&1)
         awk -v name="$name" -v how="${first:+pictures first}" -v n="$processes" -v r="$real" -v c="$user $sys" 'BEGIN {

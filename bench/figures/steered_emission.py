@@ -15,7 +15,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 METHODS = {"photonmap": "light paths", "progressive": "passes", "igi": "sets"}
-NAMES = {False: "plain", True: "steered"}  # by whether there was a pre-pass
+NAMES = {False: "plain", True: "steered"}  # by whether there is a pre-pass
 
 
 def load(path):

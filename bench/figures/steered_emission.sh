@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# Emission by power against emission steered by an importance pre-pass: docs/images/steered-emission.png and the table of docs/results/results.md.
-# A corner of the flashlight's beam in the cloister, sixteen rooms of which one is seen, and many small lamps: illuminance by
-# `photonmap` with both kinds of light read from maps, at growing numbers of light paths, and by `progressive`, at growing
-# numbers of passes. The error is the relative MSE against two independent references by `path`, bias and all; half of what
-# those two differ by is their own noise and is taken off. The time is everything after the scene was read, pre-pass included.
+# Compares emission by power with emission steered by an importance pre-pass, for docs/images/steered-emission.png and the table
+# of docs/results/results.md. It renders a corner of the flashlight's beam in the cloister, sixteen rooms of which one is
+# visible, and many small lamps: illuminance by `photonmap` with both kinds of light read from maps, at increasing numbers of
+# light paths, and by `progressive`, at increasing numbers of passes. The error is the relative MSE against two independent
+# references by `path`, bias included, from which half of their difference, their own noise, is subtracted. The time is that of
+# everything after reading the scene, pre-pass included.
 # usage: bench/figures/steered_emission.sh [SCENE...]     default: beam rooms many-lights; into out/steered
-# RESOLUTION, SPP (camera samples of the references), METHODS, PREPASS, PHOTONS, PASSES (lists) and SEEDS may be set before it; METHODS
-# may hold igi, too: at growing numbers SETS of sets, and of samples per pixel, as igi_pre_pass.sh has it. PICTURE: the file to draw.
+# RESOLUTION, SPP (camera samples of the references), METHODS, PREPASS, PHOTONS, PASSES (lists) and SEEDS may be set before it.
+# METHODS may include igi, at increasing numbers SETS of sets and of samples per pixel, as in igi_pre_pass.sh. PICTURE is the
+# file to draw.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -24,7 +26,7 @@ picture=${PICTURE:-docs/images/steered-emission.png}
 [ $# -gt 0 ] || set -- beam rooms many-lights
 mkdir -p "$out" docs/images
 
-# The lamp and the cloister, if they are not there.
+# Makes the lamp and the cloister unless they exist.
 beam() {
     [ -d scenes/cloister/mesh ] || bash scenes/make.sh cloister
     local lamp=scenes/lamps/flashlight
@@ -44,7 +46,7 @@ for name in "$@"; do
     done
     "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json" > /dev/null
 
-    # shoot METHOD NUMBER ARGUMENT...: plainly and steered, from every seed
+    # shoot METHOD NUMBER ARGUMENT...: renders plainly and steered, with every seed
     shoot() {
         local method=$1 number=$2 prepass seed run reference
         shift 2

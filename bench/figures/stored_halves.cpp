@@ -1,23 +1,22 @@
-// What it costs and saves to keep a light field's coefficients as halves: the numbers of the study `halves`.
+// Measures the cost and benefit of storing a light field's coefficients as halves, for the study `halves`.
 //
 // A file holds halves times a power of 2, memory holds floats (lights/light_field.h). Lamps that have never
-// been in a file (discs by formula, and the rays of a measured LED) are written as they are, and once more as
-// the same atlas of floats; read back, their irradiance on planes is held against that of the floats. Writes
-// lines
+// been in a file (computed discs, and the rays of a measured LED) are written as usual and as an atlas of
+// floats. The irradiance on planes of the field read back is compared with that of the floats. Writes lines
 //
 //   lamp,coefficients,half_file,float_file,half_memory,float_memory,table,coefficient_rms,flux,plane,rms,noise
 //
-// bytes; the root mean square change of the coefficients and of the irradiance on a plane (its distance in
-// those of M), relative; the change of the flux; and the noise that rays leave in the coefficients (0 for a
-// formula). And after a line "#" lines
+// with sizes in bytes, the relative root mean square changes of the coefficients and of the irradiance on a
+// plane (its distance in units of M's), the change of the flux, and the noise of the coefficients from the
+// rays (0 for a formula). After a line "#" it writes lines
 //
 //   lamp,storage,draw,fetch
 //
-// with CPU seconds per particle: to draw its cell, and to read the cell's four coefficients from memory that
-// holds them so.
+// with the CPU seconds per particle of drawing its cell and of reading the cell's four coefficients from
+// memory in that format.
 //
-// usage: figure_stored_halves [--quick] FOLDER RAYS > halves.csv     FOLDER for the files; RAYS need not be
-// there
+// usage: figure_stored_halves [--quick] FOLDER RAYS > halves.csv
+// FOLDER is for the files; RAYS need not exist.
 #include <fmt/core.h>
 
 #include <filesystem>
@@ -41,8 +40,7 @@ struct Lamp {
     double noise = 0;
 };
 
-// The coefficients as one picture of floats, views beside and above each other as the light field's file has
-// them.
+// Returns the coefficients as one image of floats, with the views laid out as in the light field's file.
 Image float_atlas(const LightField& field) {
     const Rig& rig = field.rig();
     Image image(rig.views.x * rig.pixels.x, rig.views.y * rig.pixels.y, {"Y"});
@@ -86,8 +84,8 @@ void compare(const Lamp& lamp, const std::filesystem::path& folder) {
     }
 }
 
-// The four coefficients of a cell, from memory of either kind; those of views and pixels that do not exist
-// are 0.
+// Returns the sum of the four coefficients of a cell, from either kind of memory; missing views and pixels
+// give 0.
 template <typename Stored>
 float sum_of_members(const Rig& rig, const std::vector<Stored>& stored, const CellTable::Block& block,
                      std::size_t i) {
@@ -107,14 +105,14 @@ float sum_of_members(const Rig& rig, const std::vector<Stored>& stored, const Ce
 
 struct Times {
     double draw = 0, fetch = 0;  // CPU seconds per particle
-    double sum = 0;              // so that nothing is left out
+    double sum = 0;              // keeps the reads from being optimised away
 };
 
 template <typename Stored>
 Times time_fetches(const Rig& rig, const CellTable& table, const std::vector<Stored>& stored,
                    std::uint32_t particles) {
     constexpr auto kSize = static_cast<std::uint32_t>(CellTable::Block::kSize);
-    constexpr std::uint32_t kBlocks = 16;  // so many at a time that the clock is asked seldom
+    constexpr std::uint32_t kBlocks = 16;  // many at a time, so that the clock is read rarely
     const EmissionNet net(1, Purpose::bench, 0);
     std::vector<CellTable::Block> blocks(kBlocks);
     Times times;
@@ -150,7 +148,7 @@ void time_both(const Lamp& lamp, std::uint32_t particles) {
         halves.push_back(stored_half(e, scale));
         floats.push_back(static_cast<float>(halves.back()));
     }
-    // In turns, the first of which only warms the caches.
+    // The two alternate; the first turn only warms the caches.
     Times of_floats, of_halves;
     for (int turn = 0; turn < 3; ++turn) {
         const Times a = time_fetches(field.rig(), table, floats, particles / 2);
@@ -172,7 +170,7 @@ Lamp disc(const char* name, double exponent, int views, int pixels) {
     rig.views = {views, views};
     rig.pixels = {pixels, pixels};
     rig.distance = kDistance;
-    const double cosine = std::pow(0.02, 1 / (exponent + 1));  // within it lie 98 % of the light
+    const double cosine = std::pow(0.02, 1 / (exponent + 1));  // 98 % of the light is within it
     rig.spacing = V2d(2 * kRadius / (views - 3));
     rig.pixel = V2d(2 * (kRadius + kDistance * std::sqrt(1 - cosine * cosine) / cosine) / pixels);
     const EmitterModel model =

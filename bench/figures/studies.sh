@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The shipped studies: what each trade is worth, measured. Descriptions for `lucerna study` and small programs; every result lies in
-# out/studies/NAME with its tables (numbers.md), its picture and, of a description, its page.
+# Runs the shipped studies, which measure trade-offs, from descriptions for `lucerna study` and small programs. Every result is
+# in out/studies/NAME with its tables (numbers.md), its picture and, for a description, its page.
 # usage: bench/figures/studies.sh [--quick] [--docs] [NAME...]     default: all of them, some forty minutes on two cores
 #   cornell       3 min  every integrator in the Cornell box
 #   direct       10 min  direct light four ways, from wide beams to narrow ones: the time to equal error
@@ -12,9 +12,9 @@
 #   tree          4 min  our tree and FLANN's: whole renders, and searches alone
 #   near-far      2 min  a measured lamp and its far field, over the distance
 #   progressive   6 min  how error falls with passes, by alpha
-# --quick: everything tiny and in seconds, without what has to be made first, into out/studies-quick: does it all still run?
-# --docs: the pictures go into docs/images, too (studies-NAME.png).
-# BUILD (default build/release) and OUT (the folder of all results) may be set before it. The machine should have nothing else to do.
+# --quick: runs everything at tiny sizes in seconds, without what has to be made first, into out/studies-quick, as a smoke test.
+# --docs: copies the pictures to docs/images, too (studies-NAME.png).
+# BUILD (default build/release) and OUT (the folder of all results) may be set before it. Run nothing else meanwhile.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

@@ -16,5 +16,5 @@ page, picture = sys.argv[1:]
 with chromium.Page(page, width=1180, height=1420) as opened:
     opened.evaluate("study.ready.then(() => new Promise((resolve) => setTimeout(resolve, 300)))")
     opened.screenshot(picture)
-# Median cut leaves out the small marks; octree keeps their colours.
+# Median cut drops the small marks; octree keeps their colours.
 Image.open(picture).convert("RGB").quantize(256, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(picture, optimize=True)

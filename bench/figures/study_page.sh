@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The picture of docs/tutorial/reproduce-a-study.md: the study of the Cornell box, and its page in a browser. Three minutes on two cores.
+# Makes the picture of docs/tutorial/reproduce-a-study.md: the study of the Cornell box, and its page in a browser. It takes
+# three minutes on two cores.
 # usage: bench/figures/study_page.sh [FOLDER]     default out/studies/cornell
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

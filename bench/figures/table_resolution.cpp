@@ -1,11 +1,12 @@
-// What the resolution of a lamp's field and table is worth: the numbers of the study `table`.
+// Measures the effect of the resolution of a lamp's field and table, for the study `table`.
 //
-// A disc whose intensity falls off as cos^20 is measured with more and more views and pixels; each field is
-// emitted in each mode and counted on three planes, beside the irradiance of the disc itself. Writes lines
+// A disc whose intensity falls off as cos^20 is measured with increasing numbers of views and pixels. Each
+// field is emitted in each mode and counted on three planes, and compared with the irradiance of the disc
+// itself. Writes lines
 //
 //   views,pixels,cells,field_bytes,table_bytes,build_seconds,mode,rate,plane,bias2,bias2_error,noise2,particles
 //
-// with build_seconds the CPU time of the table, the rest as emission_modes.cpp has it.
+// with the CPU time of building the table as build_seconds, and the rest as in emission_modes.cpp.
 //
 // usage: figure_table_resolution [--quick] > table.csv
 #include <fmt/core.h>
@@ -29,8 +30,8 @@ struct Resolution {
     int views, pixels;
 };
 
-// As `lucerna light acquire` lays them: one filter beyond the edge on every side, M as wide as holds 98 % of
-// the flux.
+// Returns the rig that `lucerna light acquire` would choose: one filter beyond the edge on every side, and M
+// wide enough for 98 % of the flux.
 Rig rig_of(const Resolution& resolution) {
     Rig rig;
     rig.views = {resolution.views, resolution.views};
@@ -43,14 +44,14 @@ Rig rig_of(const Resolution& resolution) {
     return rig;
 }
 
-// Of the disc at a point of a plane that faces it, by rings and sectors. The radiance is that of
-// cosine_emitter.
+// Returns the disc's irradiance at a point of a plane that faces it, by summation over rings and sectors,
+// with the radiance of cosine_emitter.
 double disc_irradiance(double x, double y, double z) {
     constexpr int kSectors = 96, kRings = 24;
     const double peak = kFlux * (kExponent + 1) / (2 * kPiD);  // W/sr
     double sum = 0;
     for (int ring = 0; ring < kRings; ++ring) {
-        const double radius = kRadius * std::sqrt((ring + 0.5) / kRings);  // of equal areas
+        const double radius = kRadius * std::sqrt((ring + 0.5) / kRings);  // rings of equal areas
         for (int sector = 0; sector < kSectors; ++sector) {
             const double angle = 2 * kPiD * (sector + 0.5 * (ring % 2)) / kSectors;
             const double dx = x - radius * std::cos(angle), dy = y - radius * std::sin(angle);
@@ -63,7 +64,7 @@ double disc_irradiance(double x, double y, double z) {
 }
 
 PlaneIrradiance truth_on(const PlanePatch& patch) {
-    constexpr int kFine = 4;  // places per pixel and axis
+    constexpr int kFine = 4;  // samples per pixel and axis
     PlaneIrradiance truth{patch, {}};
     for (int i = 0; i < patch.pixels.x * patch.pixels.y; ++i) {
         double sum = 0;
@@ -78,7 +79,7 @@ PlaneIrradiance truth_on(const PlanePatch& patch) {
     return truth;
 }
 
-// As wide as the disc and its beam within half of its intensity are there.
+// Returns the irradiance over squares as wide as the disc and its beam within half of the peak intensity.
 std::vector<PlaneIrradiance> truths_on(int pixels) {
     const double cosine = std::pow(0.5, 1 / kExponent), tangent = std::sqrt(1 - cosine * cosine) / cosine;
     std::vector<PlaneIrradiance> truths;

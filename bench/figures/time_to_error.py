@@ -1,6 +1,7 @@
-# How long an image takes to an error that is asked for, with a denoiser: wall clock of the whole command, and the error that it then has.
+# Measures the time to a requested error with a denoiser: the wall clock time of the whole command, and the error that the image
+# then has.
 #   usage: time_to_error.py LUCERNA OUT_FOLDER DATA_FOLDER [--error 5%] [--reference SECONDS] [SCENE...]
-# Scenes, sizes and references are those of denoising.py. Nothing else should run meanwhile.
+# Scenes, sizes and references are those of denoising.py. Run nothing else meanwhile.
 import sys
 
 from denoising import Denoising

@@ -1,4 +1,4 @@
-// What the boundary correction costs: estimates per second on one core, on the Cornell box of scenes/cornell.
+// Measures the cost of the boundary correction in estimates per second on one core, on scenes/cornell.
 #include <benchmark/benchmark.h>
 
 #include <filesystem>

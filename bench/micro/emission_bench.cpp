@@ -1,9 +1,10 @@
-// What it costs to draw a particle from a measured lamp, and what other ways of drawing cost; and a point of
-// its sampling plane for a place that it lights.
+// Measures the cost of drawing a particle from a measured lamp, and that of alternatives, and the cost of
+// drawing a point of its sampling plane for a lit place.
 //
 // The lamps are synthetic: 32 x 32 views of 128 x 128 pixels (16.8 million coefficients, 17.8 million cells)
-// and 8 x 8 views of 16 x 16; a beam that moves and widens from view to view, with some noise, negative in
-// places. A particle is complete: position, direction, weight and cell, written to a span. One thread.
+// and 8 x 8 views of 16 x 16. The beam moves and widens from view to view, with some noise, and is negative
+// in places. A particle is complete: position, direction, weight and cell are written to a span. One thread
+// is used.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -50,7 +51,7 @@ LightField make_field(int views, int pixels, bool negative) {
     return {rig, std::move(e)};
 }
 
-// Made once for all benchmarks: a program's memory, not a library's.
+// Returns a field that is made once and shared by all benchmarks.
 const LightField& field_of(bool large, bool negative = false) {
     static std::map<std::pair<bool, bool>, LightField> fields;
     const auto found = fields.find({large, negative});
@@ -78,7 +79,7 @@ void build_table(benchmark::State& state, bool large, bool negative) {
     state.counters["bytes"] = static_cast<double>(table_of(large, negative).bytes());
 }
 
-// Random numbers for many batches, so that no batch finds the cache as the last one left it.
+// Returns random numbers for many batches, so that no batch finds the cache as the previous one left it.
 std::vector<LeSampleU> numbers() {
     std::vector<LeSampleU> u(kBatch * 2048);
     const EmissionNet net(1, Purpose::bench, 0);
@@ -122,7 +123,8 @@ void emit_batches_of(benchmark::State& state, LightField field, EmissionMode mod
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kBatch));
 }
 
-// The same coefficients as hats on M, on planes that are finer in the middle: as a field made of rays.
+// Emits the same coefficients as hats on M, on planes that are finer in the middle, like a field made of
+// rays.
 void emit_hats(benchmark::State& state, bool large, EmissionMode mode) {
     const LightField& boxes = field_of(large);
     Rig rig = boxes.rig();
@@ -132,7 +134,7 @@ void emit_hats(benchmark::State& state, bool large, EmissionMode mode) {
     emit_batches_of(state, {rig, {boxes.coefficients().begin(), boxes.coefficients().end()}}, mode);
 }
 
-// A field with X and Z beside its coefficients, which differ from place to place.
+// Returns a field with X and Z beside its coefficients, which vary between places.
 LightField coloured(const LightField& grey) {
     const std::vector<float> y(grey.coefficients().begin(), grey.coefficients().end());
     std::vector<float> x = y, z = y;
@@ -144,8 +146,8 @@ void emit_coloured(benchmark::State& state, bool large, EmissionMode mode) {
     emit_batches_of(state, coloured(field_of(large)), mode);
 }
 
-// The same lamp at growing resolutions, in one colour and in three channels: arguments are views and pixels
-// per axis, and whether it is in colour.
+// Emits the same lamp at increasing resolutions, in one colour and in three channels. The arguments are views
+// and pixels per axis, and whether it is coloured.
 void emit_by_resolution(benchmark::State& state) {
     LightField field = make_field(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), false);
     if (state.range(2) != 0) field = coloured(field);
@@ -190,7 +192,7 @@ void draw_cells(benchmark::State& state, bool large) {
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(CellTable::Block::kSize));
 }
 
-// The clamped means of all cells, in the order of CellId.
+// Returns the clamped means of all cells, in the order of CellId.
 std::vector<double> cell_weights(bool large) {
     const LightField& field = field_of(large);
     const CellTable& table = table_of(large);
@@ -201,7 +203,7 @@ std::vector<double> cell_weights(bool large) {
     return weights;
 }
 
-// The chain of conditionals, each found by halving.
+// The chain of conditionals, each searched by bisection.
 class BinarySearch {
   public:
     BinarySearch(const Rig& rig, std::vector<double> weights)
@@ -230,7 +232,7 @@ class BinarySearch {
             const float* const first = &upto_[link][row * size_[link]];
             const float* const found = std::upper_bound(first, first + size_[link] - 1, u[link]);
             const float before = found == first ? 0.0F : found[-1];
-            remainder += (u[link] - before) / (*found - before);  // as ours: where in the cell
+            remainder += (u[link] - before) / (*found - before);  // position in the cell, as in our table
             row = row * size_[link] + static_cast<std::size_t>(found - first);
         }
         return static_cast<CellId>(row);
@@ -268,7 +270,7 @@ class AliasTable {
     }
 
     CellId draw(const std::array<float, 4>& u) const {
-        // Two floats for the place: one has too few bits for so many cells.
+        // The place takes two floats, because one has too few bits for that many cells.
         const double where = double{u[0]} + double{u[1]} * 0x1p-24;
         const auto i = static_cast<std::size_t>(where * static_cast<double>(entries_.size()));
         return u[2] < entries_[i].keep ? static_cast<CellId>(i) : entries_[i].other;
@@ -283,7 +285,7 @@ class AliasTable {
     HugeVector<Entry> entries_;
 };
 
-// Runs draw(u) over and over.
+// Runs draw(u) repeatedly.
 template <typename DrawCell>
 void draw_singly(benchmark::State& state, DrawCell&& draw) {
     std::vector<std::array<float, 4>> u;
@@ -320,7 +322,7 @@ void single_brute(benchmark::State& state, bool large) {
     double total = 0;
     for (const double w : weights) total += w;
     draw_singly(state, [&](const std::array<float, 4>& u) {
-        // The cells have to be looked at whatever the number: their sum is what the number is compared with.
+        // All cells are read for any u, because u is compared with their cumulative sum.
         double sum = 0;
         std::size_t found = 0;
         for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -348,7 +350,7 @@ void build_pyramid(benchmark::State& state) {
     state.counters["bytes"] = static_cast<double>(pyramid_of(true).bytes());
 }
 
-// Places on a plane, a metre in front of S, row by row as an image asks for them; in the beam for the most.
+// Returns places on a plane a metre in front of S, row by row as in an image, mostly in the beam.
 std::vector<V3d> places() {
     constexpr int kAcross = 256;
     std::vector<V3d> x;
@@ -359,7 +361,7 @@ std::vector<V3d> places() {
     return x;
 }
 
-// A point of S and its density, in the whole and in its part.
+// Draws a point of S and its densities, overall and within its part.
 void draw_for_place(benchmark::State& state, bool large) {
     const FieldPyramid& pyramid = pyramid_of(large);
     const std::vector<V3d> x = places();
@@ -372,7 +374,7 @@ void draw_for_place(benchmark::State& state, bool large) {
     state.SetItemsProcessed(state.iterations());
 }
 
-// The same with the radiance and the directions in the scene; and what a ray finds.
+// As above with the radiance and the directions in the scene; if `found`, evaluates what a ray finds.
 void light_for_place(benchmark::State& state, bool large, bool found) {
     Monitor silent;
     const auto light = make_measured_light(field_of(large), table_of(large), {}, silent);

@@ -1,10 +1,10 @@
-// What reading a scene costs on one core: bytes of scene text and of binary PLY per second of CPU time, and
-// apart from them the step from the draft to the scene's floats and the building of Embree's tree.
+// Measures the cost of reading a scene on one core: bytes of scene text and of binary PLY per second of CPU
+// time, and separately the conversion from the draft to the scene's floats and the building of Embree's tree.
 //
-// A sheet of half a million triangles, a size that real meshes have, or ten of them (load/.../10). A scene is
-// loaded once, into memory that the process did not have before: so here all large blocks come fresh from the
-// system in every iteration. With blocks used again, binary PLY would seem several times as fast. The file
-// itself is in the system's cache.
+// The scene is a sheet of half a million triangles, a size that real meshes have, or ten of them
+// (load/.../10). A scene is loaded once, into memory that the process did not have before, so all large
+// blocks come from the system in every iteration. With reused blocks, binary PLY would seem several times as
+// fast. The file itself is in the system's cache.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <malloc.h>
@@ -88,13 +88,13 @@ std::string sheet_as_ply(bool ascii) {
     return ply;
 }
 
-// Sheets of so many bytes each; items are triangles.
+// Counts sheets of that many bytes each; items are triangles.
 void count(benchmark::State& state, std::size_t bytes, std::int64_t sheets = 1) {
     state.SetBytesProcessed(state.iterations() * sheets * static_cast<std::int64_t>(bytes));
     state.SetItemsProcessed(state.iterations() * sheets * kTriangles);
 }
 
-// glibc's threshold for blocks of their own, fixed where it would otherwise grow with what is freed.
+// Fixes glibc's threshold for separate blocks, which would otherwise grow with what is freed.
 void take_fresh_memory() {
     mallopt(M_MMAP_THRESHOLD, 128 * 1024);
 }
@@ -125,7 +125,7 @@ void ply_file(benchmark::State& state, bool ascii) {
 BENCHMARK_CAPTURE(ply_file, binary, false)->Name("load/ply_binary")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(ply_file, ascii, true)->Name("load/ply_ascii")->Unit(benchmark::kMillisecond);
 
-// As a scene has it: read, checked, moved to world space.
+// Measures a mesh as in a scene: read, checked, moved to world space.
 void ply_shape(benchmark::State& state) {
     take_fresh_memory();
     const testing::TemporaryFolder folder;

@@ -1,7 +1,7 @@
-// What the engine does per second on one core: rays, photon paths, density estimates; and a whole image.
+// Measures the engine's rates on one core (rays, photon paths, density estimates) and a whole image.
 //
-// Every figure is on the Cornell box of scenes/cornell. Items per second are per core: each benchmark but the
-// last uses one thread. The glass box stands beside it where specular surfaces matter.
+// All figures are for the Cornell box of scenes/cornell. Items per second are per core: each benchmark but
+// the last uses one thread.
 #include <benchmark/benchmark.h>
 
 #include <filesystem>
@@ -22,7 +22,7 @@ Job cornell() {
                       Workers{}, silent);
 }
 
-// Rays that a path tracer would ask: from random points of the box in random directions.
+// Returns rays like those of a path tracer: from random points of the box in random directions.
 std::vector<Ray> random_rays(const Scene& scene, std::size_t n) {
     Sampler sampler(1, Purpose::bench, 0, 0);
     const Box3f box = scene.bounds();

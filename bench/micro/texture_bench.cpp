@@ -1,5 +1,5 @@
-// What one look-up in an image texture costs: bytes and floats, kept in memory and through the cache of
-// tiles, at places beside one another, as neighbouring rays ask, and anywhere.
+// Measures the cost of a lookup in an image texture, of bytes and floats, kept in memory and through the tile
+// cache, at adjacent places like those of neighbouring rays, and at random places.
 #include <benchmark/benchmark.h>
 
 #include <vector>
@@ -27,7 +27,7 @@ std::vector<V2f> places(bool near) {
     for (int i = 0; i < 1 << 16; ++i) {
         const float jitter = sampler.next();
         if (near) {
-            // A walk along rows of 256, three quarters of a texel wide each.
+            // Walks along rows of 256 places, three quarters of a texel apart.
             all.emplace_back(static_cast<float>(i % 256) * 0.75F / kTextureSide + jitter * 1e-4F,
                              static_cast<float>(i / 256) * 0.75F / kTextureSide);
         } else {
@@ -41,7 +41,7 @@ void lookup(benchmark::State& state, const char* name, bool kept, bool near) {
     const testing::TemporaryFolder folder;
     write_png_display(folder / "a.png", noise());
     write_exr(folder / "a.exr", noise());
-    // The cache has room for the whole image.
+    // The cache can hold the whole image.
     TextureImages images(kept ? TextureMemory{} : TextureMemory{0, 0, std::size_t{64} << 20});
     const auto texture = image_texture<Rgb>(images.open(folder / name, {}), {});
     const std::vector<V2f> all = places(near);

@@ -1,8 +1,8 @@
-// Our photon tree against FLANN's, on the searches that the engine makes: where camera rays land in the
-// Cornell box, and where gather rays from there land, among the photons of its Global map.
+// Compares our photon tree with FLANN's on the searches that the engine makes: at the hits of camera rays in
+// the Cornell box, and at those of gather rays from there, among the photons of its Global map.
 //
-// Both answer the same searches in turn within one measurement, so that whatever the machine does meanwhile
-// strikes both; every answer is compared. Arguments: photons, k.
+// Both answer the same searches in turn within one measurement, so that disturbances by other programs affect
+// both; every answer is compared. The arguments are photons and k.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct Place {
     V3f x, n;
 };
 
-// Half of them where camera rays land, half where gather rays from there do.
+// Returns places of which half are hits of camera rays and half are hits of gather rays from there.
 std::vector<Place> places_of(const Job& job, std::size_t count) {
     Sampler sampler(1, Purpose::bench, 0, 0);
     std::vector<Place> places;
@@ -53,8 +53,8 @@ std::vector<Place> places_of(const Job& job, std::size_t count) {
 
 struct Setting {
     Job job;
-    Photons deposited;  // in no order
-    float radius;       // the largest, as the renderer's default has it
+    Photons deposited;  // unordered
+    float radius;       // largest search radius, the renderer's default
     std::vector<Place> places;
 };
 
@@ -71,15 +71,15 @@ Photons shuffled(const PhotonMap& map, std::size_t count) {
 }
 
 const Setting& setting_of(std::size_t photons) {
-    static std::map<std::size_t, Setting> made;  // a benchmark's arguments come back many times
+    static std::map<std::size_t, Setting> made;  // a benchmark's arguments recur many times
     const auto found = made.find(photons);
     if (found != made.end()) return found->second;
-    made.clear();  // one at a time: the largest takes gigabytes
+    made.clear();  // one at a time, because the largest takes gigabytes
     Monitor silent;
     Job job = read_scene(std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes/cornell/cornell.pbrt", {},
                          Workers{}, silent);
     MapParameters parameters;
-    parameters.paths = 1;  // the target says how many
+    parameters.paths = 1;  // the target determines the number
     parameters.wanted[static_cast<std::size_t>(MapKind::global)] = true;
     parameters.targets[static_cast<std::size_t>(MapKind::global)] = static_cast<std::int64_t>(photons);
     const PhotonMaps maps = build_photon_maps(job.scene, parameters, Workers{}, silent);
@@ -90,7 +90,7 @@ const Setting& setting_of(std::size_t photons) {
         .first->second;
 }
 
-// One search, folded into a number that any other photon, or any other order, would change.
+// Runs one search and folds its result into a number that any other photon or order would change.
 std::uint64_t search(const PhotonMap& map, const Place& at, std::size_t k, float radius, MetricKind metric) {
     const NearPhotons near(map, at.x, TangentMetric(at.x, at.n, metric, 2), k, radius * radius);
     std::uint64_t sum = near.found().size();
@@ -114,7 +114,8 @@ void searches(benchmark::State& state, MetricKind metric) {
     std::size_t count = 0;
     constexpr std::size_t kTurn = 256;
     const auto turn = [&](const PhotonMap& map, double& seconds) {
-        const std::clock_t begin = std::clock();  // of the processor: others may be at work on the machine
+        const std::clock_t begin =
+            std::clock();  // processor time, because other programs may use the machine
         std::uint64_t sum = 0;
         for (std::size_t i = 0; i < kTurn; ++i) {
             sum +=
@@ -137,8 +138,8 @@ void searches(benchmark::State& state, MetricKind metric) {
     report(state, seconds_tree * scale, seconds_flann * scale, "us");
 }
 
-// Work of all threads together: ours orders all that a map holds and makes the tree; FLANN's only makes its
-// tree.
+// Measures the work of all threads together. Our time includes ordering everything that a map holds; FLANN's
+// is only that of its tree.
 void builds(benchmark::State& state) {
     const Setting& setting = setting_of(static_cast<std::size_t>(state.range(0)));
     const Workers workers{static_cast<int>(state.range(1))};

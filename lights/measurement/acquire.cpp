@@ -1,4 +1,4 @@
-// The virtual rig: the measured irradiance of [Goesele 2003, 3.1] by quadrature.
+// The virtual rig: computes the measured irradiance of [Goesele 2003, 3.1] by quadrature.
 #include "lights/measurement/acquire.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 namespace lucerna {
 namespace {
 
-// The views whose image holds global column P, which is P - mσ for view m.
+// Returns the first and last view whose image holds global column P, which is its column P - mσ for view m.
 std::pair<int, int> views_of_column(const Rig& rig, int axis, int column) {
     const int sigma = rig.shift[axis];
     if (sigma == 0) return {0, rig.views[axis] - 1};
@@ -37,12 +37,12 @@ double global_edge(const Rig& rig, int axis, int column) {
     return sensor + (column - 0.5 * rig.pixels[axis]) * rig.pixel[axis];
 }
 
-// One pixel of the global grid on M, for all views that see it.
+// Acquires one pixel of the global grid on M for all views that see it.
 void acquire_pixel(const Rig& rig, const V2i& column, int rule, PointIntegral& integral,
                    FilterImages& images) {
     const auto [m0, m1] = views_of_column(rig, 0, column.x);
     const auto [n0, n1] = views_of_column(rig, 1, column.y);
-    if (m0 > m1 || n0 > n1) return;  // a column between two sensors
+    if (m0 > m1 || n0 > n1) return;  // the column lies between two sensors
     integral.begin({m0, n0}, {m1, n1});
     for (const GaussNode& gx : gauss_rule(rule)) {
         for (const GaussNode& gy : gauss_rule(rule)) {
@@ -53,7 +53,7 @@ void acquire_pixel(const Rig& rig, const V2i& column, int rule, PointIntegral& i
     }
     const double plus = 1 / filter_scale(rig, FilterSign::positive);  // scales are > 0
     const double minus = 1 / filter_scale(rig, FilterSign::negative);
-    std::size_t place = 0;  // of the channel among the integral's
+    std::size_t place = 0;  // of the channel in the integral
     for (const int c : images.channels()) {
         std::vector<float>& positive = images.of(FilterSign::positive, c);
         std::vector<float>& negative = images.of(FilterSign::negative, c);
@@ -69,8 +69,8 @@ void acquire_pixel(const Rig& rig, const V2i& column, int rule, PointIntegral& i
     }
 }
 
-// Calls visit(index) for the first coefficient of every row of pixels that lies in a global column of M: one
-// per view that sees it, pixels.y coefficients each.
+// Calls visit(index) for the first coefficient of every row of pixels that lies in a global column of M.
+// There is one per view that sees it, with pixels.y coefficients.
 template <typename Visit>
 void for_rows_of_column(const Rig& rig, int column, Visit&& visit) {
     const auto [m0, m1] = views_of_column(rig, 0, column);
@@ -78,7 +78,7 @@ void for_rows_of_column(const Rig& rig, int column, Visit&& visit) {
         for (int n = 0; n < rig.views.y; ++n) visit(rig.index(m, n, column - m * rig.shift.x, 0));
 }
 
-// Both signs of a column, of every channel, as one list: for the file of unfinished work, and for rank 0.
+// Lists both signs of a column, for every channel, for the file of unfinished work and for rank 0.
 class ColumnValues {
   public:
     ColumnValues(FilterImages& images, int column) : images_(images), column_(column) {
@@ -105,7 +105,7 @@ class ColumnValues {
         to_images();
         return true;
     }
-    // What values() has.
+    // Stores the current values().
     void keep_in(AcquirePart* part) {
         if (part && !values_.empty()) part->keep(column_, values_);
     }
@@ -129,7 +129,7 @@ class ColumnValues {
 
 constexpr const char* kStopped = "virtual acquisition: stopped";
 
-// Each column comes to rank 0 when it is done, which keeps it in the part as if it were its own.
+// Each finished column comes to rank 0, which stores it in `part` as if it were its own.
 template <typename Acquire>
 void acquire_by_ranks(const Workers& workers, int columns, FilterImages& images, AcquirePart* part,
                       Phase& phase, Acquire&& acquire) {
@@ -181,7 +181,7 @@ FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const 
     images.allocate(bool(emitter.xyz));
     const V2i columns(global_columns(rig, 0), global_columns(rig, 1));
     Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(columns.x));
-    // Each global pixel writes coefficients of its own, so columns may be done in any order.
+    // Each global pixel writes its own coefficients, so the order of columns does not matter.
     const auto acquire_column = [&](int p) {
         PointIntegral integral(emitter, rig, options.s_nodes);
         for (int q = 0; q < columns.y; ++q) acquire_pixel(rig, {p, q}, options.m_nodes, integral, images);
@@ -210,8 +210,8 @@ LightField acquire(const EmitterModel& emitter, const Rig& rig, const Workers& w
 
 namespace {
 
-// CIE XYZ of the radiance towards M of the ray through a point of S, from the emitter behind it; of an
-// emitter of one colour, Y alone.
+// Returns the CIE XYZ of the emitter's radiance along the ray from a point of S to M; for an emitter of one
+// colour, only Y is set.
 V3d radiance_through(const EmitterModel& emitter, const Rig& rig, const V2d& on_s, const V2d& on_m) {
     const V2d on_emitter = on_s - (on_m - on_s) * (emitter.setback / rig.distance);          // distance > 0
     const V2d part(on_emitter.x / emitter.half_size.x, on_emitter.y / emitter.half_size.y);  // > 0
@@ -281,7 +281,7 @@ LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filter
     LightFieldInfo info = emitter.info;
     info.captured = sum * rig.cell_volume();
     info.missed = emitter.flux - info.captured;
-    // No pinhole may stand before a lamp smaller than their spacing: a dark field has no colours.
+    // A lamp smaller than the pinholes' spacing may face none of them, and a dark field has no colours.
     if (!coloured || !(sum > 0)) return {rig, std::move(e[1]), std::move(info)};
     return {rig, std::move(e[0]), std::move(e[1]), std::move(e[2]), std::move(info)};
 }
@@ -299,7 +299,7 @@ EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size,
     if (!(exponent >= 1) || !std::isfinite(exponent)) {
         throw InputError(fmt::format("emitter: a lobe exponent of {}; 1 (Lambertian) or more", exponent));
     }
-    // The pattern's mean over the outline, by the midpoint rule.
+    // The pattern's mean over the outline comes from the midpoint rule.
     double mean = 1;
     if (pattern) {
         constexpr int kSide = 512;
@@ -316,7 +316,7 @@ EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size,
         if (!(mean > 0) || !std::isfinite(mean))
             throw InputError(fmt::format("emitter: a pattern of mean {}", mean));
     }
-    // flux = A L0 ∫ cos^exponent dω = A L0 2π / (exponent + 1).
+    // The flux is A L0 ∫ cos^exponent dω = A L0 2π / (exponent + 1).
     const double area = disc ? kPiD * half.x * half.x : 4 * half.x * half.y;
     const double l0 = flux * (exponent + 1) / (2 * kPiD * area * mean);
     EmitterModel emitter;
@@ -341,7 +341,7 @@ void set_colours(EmitterModel& emitter, const ColourCourse& colours) {
     const double corner = emitter.outline == EmitterModel::Outline::disc ? 1 : 2;
     emitter.info.colour = Rgb(1.0F);
     emitter.xyz = [=, radiance = emitter.radiance, half = emitter.half_size](const V2d& p, const V3d& d) {
-        // Quadrature touches the rim from outside by a rounding.
+        // Rounding may put nodes of the quadrature slightly outside the rim.
         const double to_rim = std::min(1.0, (sqr(p.x / half.x) + sqr(p.y / half.y)) / corner);
         const V3d here = middle + to_rim * (rim - middle);
         return radiance(p, d) * (grazing ? here + (1 - d.z) * (*grazing - here) : here);
@@ -350,11 +350,11 @@ void set_colours(EmitterModel& emitter, const ColourCourse& colours) {
 
 namespace {
 
-// What a slide lets through of one channel, with a dark frame one texel wide, so that four neighbours always
+// A slide's transmittance in one channel, with a dark frame one texel wide, so that four neighbours always
 // exist. Rows run down.
 class ProjectedSlide {
   public:
-    // `value` of each of the picture's pixels.
+    // `value` maps each of the picture's pixels.
     template <typename Value>
     ProjectedSlide(const Image& picture, Value&& value)
         : width_(picture.width),
@@ -368,11 +368,11 @@ class ProjectedSlide {
     int height() const { return height_; }
     double texel(int x, int y) const { return double{texels_[at(x, y)]}; }
 
-    // Bilinear between texel centres; x and y in texels from the upper left corner.
+    // Interpolates bilinearly between texel centres; x and y are in texels from the upper left corner.
     double value(double x, double y) const {
         x -= 0.5;
         y -= 0.5;
-        if (!(x > -1 && x < width_ && y > -1 && y < height_)) return 0;  // also NaN
+        if (!(x > -1 && x < width_ && y > -1 && y < height_)) return 0;  // also refuses NaN
         const double column = std::floor(x), row = std::floor(y);
         const double fx = x - column, fy = y - row;
         const float* t = &texels_[at(static_cast<int>(column), static_cast<int>(row))];
@@ -382,7 +382,7 @@ class ProjectedSlide {
     }
 
   private:
-    std::size_t at(int x, int y) const {  // from -1
+    std::size_t at(int x, int y) const {  // x and y start at -1
         return static_cast<std::size_t>(y + 1) * stride_ + static_cast<std::size_t>(x + 1);
     }
     int width_, height_;
@@ -398,7 +398,7 @@ float let_through(float value, bool inverted, int x, int y) {
     return inverted ? std::max(0.0F, 1 - value) : value;
 }
 
-// No colours but those of rounding.
+// Returns true if the picture has no colours beyond rounding.
 bool is_grey(const Image& picture) {
     constexpr float kRounding = 1e-5F;
     for (int y = 0; y < picture.height; ++y) {
@@ -410,7 +410,7 @@ bool is_grey(const Image& picture) {
     return true;
 }
 
-// X, Y and Z of the light behind a slide in colours.
+// Returns X, Y and Z of the light behind a coloured slide.
 std::shared_ptr<const std::array<ProjectedSlide, 3>> slide_in_colours(const Projector& projector,
                                                                       const Image& picture) {
     const auto channel = [&](int c) {
@@ -439,8 +439,9 @@ void check(const Projector& projector, const Image& picture) {
     if (picture.width < 1 || picture.height < 1) throw InputError("slide: it has no pixels");
 }
 
-// ∫ b²/R⁴ over the lens, from a point of the sharp plane at `off` from the axis: the irradiance there for a
-// radiance of 1. The form factor of a disc seen from a parallel plane; the root is > 0 as b > 0.
+// Returns ∫ b²/R⁴ over the lens, from a point of the plane in focus at squared distance off2 from the axis:
+// the irradiance there for a radiance of 1. It is the form factor of a disc seen from a parallel plane; the
+// root is > 0 because b > 0.
 double lens_seen_from(const Projector& projector, double off2) {
     const double b2 = projector.focus * projector.focus, r2 = projector.aperture * projector.aperture;
     const double sum = off2 + b2 + r2;
@@ -461,7 +462,7 @@ EmitterModel projector_emitter(const Projector& projector, const Image& picture)
         colours = slide_in_colours(projector, picture);
         slide = {colours, &(*colours)[1]};
     }
-    // Texels per metre on the sharp plane, and a texel's area there.
+    // Texels per metre on the plane in focus; one over their product is a texel's area.
     const V2d per_metre(slide->width() / (projector.slide_size.x * projector.magnification()),
                         slide->height() / (projector.slide_size.y * projector.magnification()));
     const V2d middle(0.5 * slide->width(), 0.5 * slide->height());

@@ -64,7 +64,7 @@ AcquirePart::AcquirePart(const std::filesystem::path& file, std::uint64_t key) :
 
 void AcquirePart::begin(std::uint64_t key) {
     constexpr auto kMode = std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc;
-    // Made here, or known to be a regular file: nothing is followed.
+    // The file is created here or known to be regular, so no link is followed.
     const int made = open(file_.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (made >= 0) close(made);
     if (made >= 0) stream_.open(file_, kMode);
@@ -93,14 +93,14 @@ void AcquirePart::read_list(std::uint64_t key) {
     std::uintmax_t good = sizeof(Head);
     std::vector<float> values;
     for (Record record{}; read_one(stream_, record);) {
-        const std::uintmax_t rest = size - good - sizeof(Record);  // the record was read, so it is there
+        const std::uintmax_t rest = size - good - sizeof(Record);  // >= 0, because the record was read
         if (record.count > rest / sizeof(float) || record.column > INT32_MAX) break;
         values.resize(record.count);
         if (!read_floats(stream_, values) || checksum(record.column, values) != record.checksum) break;
         places_[static_cast<int>(record.column)] = {good + sizeof(Record), record.count};
         good += sizeof(Record) + record.count * sizeof(float);
     }
-    // What follows was being written when the work ended. The stream is reopened, as its buffer knows it.
+    // The rest was being written when the work ended. The stream is reopened because its buffer holds it.
     stream_.close();
     std::filesystem::resize_file(file_, good);
     stream_.open(file_, std::ios::binary | std::ios::in | std::ios::out);

@@ -9,9 +9,9 @@
 namespace lucerna {
 namespace {
 
-constexpr int kShareNodes = 3;  // Gauss nodes between knots: exact for a bell times a hat, and a cosine
+constexpr int kShareNodes = 3;  // Gauss nodes between knots, exact for a bell times a hat times a cosine
 
-// Sums of shares, filter by filter.
+// Sums shares, filter by filter.
 class ShareTable {
   public:
     ShareTable(const Rig& rig, int axis)
@@ -40,14 +40,15 @@ class ShareTable {
     std::vector<double> sums_;
 };
 
-// Where the integrand has knots, in intervals of S, in rising order; the ends are those of S.
+// Returns the integrand's knots in intervals of S, ascending; the ends are those of S.
 std::vector<double> knots(const Rig& rig, int axis, double offset, double factor,
                           const std::optional<FacingWeight>& facing) {
     const int intervals = rig.intervals(axis);
     std::vector<double> at;
-    for (int i = 0; i <= 2 * intervals; ++i) at.push_back(0.5 * i);  // the bell has one in its halves too
+    for (int i = 0; i <= 2 * intervals; ++i)
+        at.push_back(0.5 * i);  // the bell also has knots at its half spacings
     if (factor != 0) {
-        // The grids of all intervals' columns are one.
+        // All intervals share one grid of columns.
         const int columns = rig.pixels[axis] + rig.shift[axis] * intervals;
         for (int k = 0; k <= columns + (rig.basis == PixelBasis::hat ? 1 : 0); ++k) {
             const double y = rig.column_edge_x(axis, 0, 0) + (k - rig.overhang()) * rig.pixel[axis];
@@ -63,7 +64,7 @@ std::vector<double> knots(const Rig& rig, int axis, double offset, double factor
     return at;
 }
 
-// The bases over a place of interval `interval` of S, x intervals from the first one's edge, and over s.
+// Returns the bases at a place of interval `interval` of S, x intervals from the first one's edge, and at s.
 BasisNode node_at(const Rig& rig, int axis, int interval, double x, double s) {
     BasisNode node{};
     node.on_m = s;

@@ -15,7 +15,7 @@ namespace lucerna {
 namespace {
 
 constexpr double kTwoPi = 6.28318530717958647692;
-constexpr std::uint32_t kDarkPhotographs = 0x80000000U;  // their numbers begin here
+constexpr std::uint32_t kDarkPhotographs = 0x80000000U;  // photographs of darkness are numbered from here
 constexpr std::uint32_t kHotPixels = 0xffffffffU;
 
 double normal(Sampler& sampler) {
@@ -27,14 +27,14 @@ bool travels(const Rig& rig) {
     return rig.shift.x > 0 || rig.shift.y > 0;
 }
 
-// Straight on, M's pixels and the photograph's lie in line.
+// Seen straight on, the pixels of M and the photograph are aligned.
 CameraView straight_view(const Rig& rig, const CameraModel& camera) {
     const V2i inner(rig.pixels.x * camera.oversampling.x, rig.pixels.y * camera.oversampling.y);
     return {inner + 2 * camera.margin,
             corners_of_crop(V2d(camera.margin.x, camera.margin.y), V2d(inner.x, inner.y))};
 }
 
-// A pinhole at camera.place looks at the middle of M; M's image fills the photograph but for the margin.
+// A pinhole at camera.place looks at the centre of M; M's image fills the photograph inside the margin.
 CameraView oblique_view(const Rig& rig, const CameraModel& camera) {
     using Imath::V3d;
     CameraView view = straight_view(rig, camera);
@@ -63,7 +63,8 @@ CameraView oblique_view(const Rig& rig, const CameraModel& camera) {
                 fmt::format("camera: a photograph of {} x {} pixels is too small for margins of {} and {}",
                             view.size.x, view.size.y, camera.margin.x, camera.margin.y));
         }
-        for (V2d& c : view.corners)  // corners span some width: they are projections of a rectangle seen
+        for (V2d& c :
+             view.corners)  // corners span some width, because they are projections of a visible rectangle
             c[axis] = camera.margin[axis] + room * (c[axis] - low[axis]) / (high[axis] - low[axis]);
     }
     return view;
@@ -73,9 +74,9 @@ CameraView oblique_view(const Rig& rig, const CameraModel& camera) {
 
 double poisson(double mean, Sampler& sampler) {
     if (!(mean > 0)) return 0;
-    if (mean < 64) {  // by inversion; e^-64 is far above the least double
+    if (mean < 64) {  // inversion; e^-64 is far above the smallest double
         double term = std::exp(-mean), sum = term;
-        const double u = double{sampler.next()} + 0x1p-25;  // the middle of its 2^-24
+        const double u = double{sampler.next()} + 0x1p-25;  // the middle of its interval of 2^-24
         int k = 0;
         while (u > sum && k < 1000) {
             term *= mean / ++k;
@@ -94,7 +95,7 @@ CountScale::CountScale(const CameraModel& camera) {
     }
     most = (1 << camera.bits) - 1;
     pedestal = camera.pedestal;
-    if (pedestal < 0) {  // counts below it are as many as six deviations of the read noise make
+    if (pedestal < 0) {  // the counts below it hold six deviations of the read noise
         const double share = std::min(6 * camera.read_noise / camera.full_well, 1.0);
         pedestal = std::ceil(most * share / (1 + share));
     }
@@ -115,7 +116,7 @@ float simulated_count(double electrons, const CameraModel& camera, const CountSc
 CameraView camera_view(const Rig& rig, const CameraModel& camera) {
     const bool oblique = camera.place.z != 0 && !travels(rig);
     const CameraView view = oblique ? oblique_view(rig, camera) : straight_view(rig, camera);
-    constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;  // what read_photograph takes
+    constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;  // the limit of read_photograph()
     if (view.size.x > kMostPixels / view.size.y) {
         throw InputError(fmt::format("camera: photographs of {} x {} pixels; the limit is 2^28 pixels",
                                      view.size.x, view.size.y));
@@ -152,7 +153,7 @@ class Photographer {
     Photograph dark(int number) const {
         const std::vector<float> nothing(pixels() * channels());
         const auto exposure =
-            static_cast<std::size_t>(number / camera_.darks);  // there are some if there is a number
+            static_cast<std::size_t>(number / camera_.darks);  // number exists, so darks > 0
         return take(nothing, camera_.exposures[exposure],
                     kDarkPhotographs + static_cast<std::uint32_t>(number));
     }
@@ -175,7 +176,7 @@ class Photographer {
                     static_cast<std::uint32_t>(film) * exposures + exposure);
     }
 
-    // The description of it all; its file is manifest.place.
+    // Returns the manifest of all photographs, whose own file is manifest.place.
     const Manifest& describe() {
         manifest_.place = {(folder_ / "manifest.toml").string()};
         manifest_.rig = images_.rig;
@@ -193,7 +194,7 @@ class Photographer {
         calibration.gain = camera_.shot_noise ? scale_.gain : 0;
         calibration.read_noise = camera_.read_noise * scale_.gain;
         calibration.noise_known = true;
-        // A full pixel, too, is read with noise.
+        // A full pixel is read with noise, too.
         if (scale_.most > 0) calibration.saturated = scale_.most - std::ceil(6 * calibration.read_noise);
         for (std::size_t e = 0; e < camera_.exposures.size(); ++e) {
             for (int i = 0; i < camera_.darks; ++i)
@@ -216,7 +217,7 @@ class Photographer {
                 for (const float x : images_.of(sign, c)) most = std::max(most, x);
         }
         const double filled = camera_.fill * camera_.full_well / camera_.exposures.front();
-        return most > 0 ? filled / double{most} : filled;  // of darkness any will do
+        return most > 0 ? filled / double{most} : filled;  // any value will do for darkness
     }
     std::string suffix() const { return camera_.format == "tiff" ? ".tif" : "." + camera_.format; }
     std::filesystem::path dark_file(std::size_t exposure, int number) const {
@@ -270,7 +271,7 @@ void write_photographs(const FilterImages& images, const CameraModel& camera,
     Photographer photographer(images, camera, folder);
     const Manifest& manifest = photographer.describe();
     make_folder(folder);
-    // An old manifest would describe a mixture until the new one is there.
+    // Until the new manifest is written, an old one would describe a mixture.
     std::error_code none;
     std::filesystem::remove(manifest.place.file, none);
     const std::int64_t views = std::int64_t{rig.views.x} * rig.views.y;

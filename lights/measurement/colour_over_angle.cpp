@@ -15,12 +15,12 @@ bool has_colour(const V3d& xyz) {
     return xyz.y > 0 && std::isfinite(xyz.x + xyz.y + xyz.z);
 }
 
-// X, Y and Z as webs of one grid.
+// Joins the webs of X, Y and Z, which share one grid.
 AngularColours joined_webs(const std::array<PhotometricWeb, 3>& webs, const V3d& flux) {
     AngularColours colours;
     const PhotometricGrid& grid = webs[1].grid();
     colours.polar = grid.polar;
-    colours.azimuth.assign(grid.azimuth.begin(), grid.azimuth.end() - 1);  // 360 is 0
+    colours.azimuth.assign(grid.azimuth.begin(), grid.azimuth.end() - 1);  // 360 equals 0
     for (std::size_t j = 0; j < colours.azimuth.size(); ++j) {
         for (std::size_t i = 0; i < colours.polar.size(); ++i) {
             colours.xyz.emplace_back(double{webs[0].grid().at(j, i)}, double{grid.at(j, i)},
@@ -31,7 +31,7 @@ AngularColours joined_webs(const std::array<PhotometricWeb, 3>& webs, const V3d&
     return colours;
 }
 
-// One web in one colour.
+// Returns the colours of a web in one colour.
 AngularColours of_one_colour(const PhotometricWeb& web, const V3d& xyz) {
     AngularColours colours = joined_webs({web, web, web}, web.flux() * xyz);
     for (V3d& at : colours.xyz) at = at.y * xyz;

@@ -10,8 +10,8 @@
 namespace lucerna {
 namespace {
 
-constexpr std::uint64_t kDrawsPerChunk = 1 << 14;  // draws of one chunk
-constexpr std::uint64_t kBatch = 64;               // chunks that are in memory at once
+constexpr std::uint64_t kDrawsPerChunk = 1 << 14;  // draws per chunk
+constexpr std::uint64_t kBatch = 64;               // chunks in memory at once
 
 MeasuredSettings settings_of(const std::string& name, EmissionMode mode) {
     MeasuredSettings settings;
@@ -20,8 +20,8 @@ MeasuredSettings settings_of(const std::string& name, EmissionMode mode) {
     return settings;
 }
 
-// A particle's numbers, in the order in which the photon maps draw them. Past 2³² the stratified sequence
-// begins anew under another key.
+// Returns a particle's numbers in the order in which the photon maps draw them. Past 2³² draws the stratified
+// sequence restarts with another key.
 LeSampleU numbers(std::uint64_t seed, std::uint64_t draw) {
     Sampler sampler =
         Sampler::stratified(seed, Purpose::emission, draw >> 32, static_cast<std::uint32_t>(draw));
@@ -84,7 +84,7 @@ RayBlock LampEmission::draw(std::uint64_t begin, std::uint64_t end) const {
 
 namespace {
 
-// The first `rays` rays of a lamp, batch by batch.
+// Gives the first `rays` rays of a lamp, batch by batch.
 class Batches {
   public:
     Batches(const LampEmission& lamp, std::uint64_t rays, const Workers& workers, Monitor& monitor)
@@ -95,7 +95,7 @@ class Batches {
         batch = {};
         while (batch.rays.empty() && left_ > 0) {
             if (monitor_.stopped()) throw Stopped("stopped; no ray file was written");
-            // Not more chunks than may be needed: a draw makes one ray at most.
+            // A draw makes at most one ray, so no more chunks are needed.
             const std::uint64_t count = std::min(kBatch, (left_ + kDrawsPerChunk - 1) / kDrawsPerChunk);
             std::vector<RayBlock> chunks(count);
             parallel_chunks(workers_, static_cast<std::int64_t>(count), [&](std::int64_t chunk) {
@@ -145,7 +145,7 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
             for (const LampRay& ray : batch.rays) sum += double{ray.flux};
             phase.advance(batch.rays.size());
         }
-        factor = flux_ / sum;  // every ray counted carries something
+        factor = flux_ / sum;  // > 0, because every ray counted carries flux
     }
     Phase phase(monitor, "writing rays", rays);
     Batches batches(*this, rays, workers_, monitor);

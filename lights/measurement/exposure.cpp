@@ -7,9 +7,9 @@ namespace lucerna {
 namespace {
 
 constexpr double kNormalMad =
-    1.482602218505602;  // standard deviation over median deviation, of a normal variable
+    1.482602218505602;  // standard deviation over median deviation of a normal variable
 constexpr double kMedianLoss =
-    1.5707963267948966;  // π/2: variance of a median over that of a mean, in the limit
+    1.5707963267948966;  // π/2: asymptotic variance of a median over that of a mean
 constexpr double kWindow = 25;
 constexpr double kClear = 3;  // standard deviations by which a count must be expected above black
 
@@ -17,7 +17,8 @@ constexpr double kClear = 3;  // standard deviations by which a count must be ex
 
 double CountNoise::variance(double signal, double dark) const {
     const double electrons = std::max(signal, 0.0) + std::max(dark, 0.0);
-    return gain * electrons + read_noise * read_noise + step * step / 12;  // rounding: uniform within a step
+    return gain * electrons + read_noise * read_noise +
+           step * step / 12;  // rounding is uniform within a step
 }
 
 DarkFrame dark_frame(std::span<const std::vector<float>> frames, const V2i& size, const CountNoise& noise,
@@ -55,7 +56,7 @@ void mend(std::vector<float>& image, const V2i& size, std::span<const std::uint3
     const auto good = [&](std::size_t i) {
         return !std::binary_search(pixels.begin(), pixels.end(), static_cast<std::uint32_t>(i));
     };
-    // None of them is another's neighbour, so their order does not matter.
+    // Pixels to be mended are not used as neighbours, so their order does not matter.
     for (const std::uint32_t i : pixels) {
         const V2i at(static_cast<int>(i % static_cast<std::uint32_t>(size.x)),
                      static_cast<int>(i / static_cast<std::uint32_t>(size.x)));
@@ -70,7 +71,7 @@ struct Estimate {
     bool saturated = false;
 };
 
-// One pixel of all exposures.
+// Merges all exposures of one pixel.
 class PixelMerge {
   public:
     PixelMerge(std::span<const Exposure> exposures, const CountNoise& noise, std::size_t pixel)
@@ -80,7 +81,7 @@ class PixelMerge {
         std::size_t longest = exposures_.size();
         while (longest > 0 && double{count(longest - 1)} >= noise_.saturated) --longest;
         if (longest == 0) return bound();
-        // The longest exposure that is not full knows the signal best; it predicts the others' noise.
+        // The longest exposure that is not full knows the signal best, so it predicts the others' noise.
         const Exposure& best = exposures_[longest - 1];
         const double guess = (double{count(longest - 1)} - double{best.dark[i_]}) / best.seconds;
         double weights = 0, sum = 0, sum_variance = 0;
@@ -89,7 +90,7 @@ class PixelMerge {
             if (!is_best && !clear_of_black(exposures_[e], guess)) continue;
             const double t = exposures_[e].seconds;
             const double variance = variance_of(exposures_[e], guess);
-            // A count of variance 0 (floats without noise or light) is weighed by its time alone.
+            // A count of variance 0 (floats without noise or light) is weighted by its time alone.
             const double weight = variance > 0 ? t * t / variance : t * t;
             weights += weight;
             sum += weight * (double{count(e)} - double{exposures_[e].dark[i_]}) / t;
@@ -105,7 +106,7 @@ class PixelMerge {
         return noise_.variance(rate * exposure.seconds, double{exposure.dark[i_]} - exposure.pedestal) +
                double{exposure.dark_variance[i_]};
     }
-    // Where a count may come out black its mean is not the signal.
+    // Where a count may be clipped at black, its mean is not the signal.
     bool clear_of_black(const Exposure& exposure, double rate) const {
         const double expected = double{exposure.dark[i_]} + std::max(rate, 0.0) * exposure.seconds;
         return expected - kClear * std::sqrt(variance_of(exposure, rate)) > noise_.black;

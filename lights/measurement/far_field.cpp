@@ -21,11 +21,11 @@ namespace {
 
 constexpr double kDegree = kPiD / 180;
 constexpr double kLeastStep = 0.05;  // degrees
-constexpr int kNodes = 2;            // Gauss nodes per step and axis, at which a field is asked
-constexpr int kPixelNodes = 3;       // and per pixel of M, over which a mean is taken
-constexpr int kClampNodes = 2;       // and between knots of the bases, where a clamp may cut in
+constexpr int kNodes = 2;            // Gauss nodes per step and axis, at which a field is evaluated
+constexpr int kPixelNodes = 3;       // Gauss nodes per pixel of M and axis, over which a mean is taken
+constexpr int kClampNodes = 2;       // Gauss nodes between knots of the bases, where a clamp may cut in
 
-// 0, step, 2 step … up to `whole`.
+// Returns the number of steps from 0 to `whole`.
 int steps_of(double step, double whole) {
     const double count = std::round(whole / step);
     if (!(step >= kLeastStep && step <= whole) || std::fabs(count * step - whole) > 1e-6 * whole) {
@@ -35,7 +35,7 @@ int steps_of(double step, double whole) {
     return static_cast<int>(count);
 }
 
-// Light by direction, shared out among the hats of a grid of C planes.
+// Distributes light by direction among the hats of a grid of C planes.
 class HatGrid {
   public:
     HatGrid(double polar_whole, const FarFieldGrid& grid)
@@ -48,7 +48,7 @@ class HatGrid {
     int azimuth() const { return azimuth_; }
     double polar_width() const { return polar_width_; }           // radians
     double azimuth_width() const { return 2 * kPiD / azimuth_; }  // radians
-    // Radians; theta within the grid, phi in [0, 2π].
+    // Angles are in radians; theta is within the grid, phi in [0, 2π].
     void add(double theta, double phi, double flux) {
         const double x = theta / polar_width_, y = phi / azimuth_width();
         const int i = std::clamp(static_cast<int>(x), 0, polar_ - 1);
@@ -60,7 +60,7 @@ class HatGrid {
         at(i + 1, j + 1) += flux * t * s;
     }
 
-    // Flux over each hat's solid angle. A pole is one direction, whatever its plane.
+    // Returns the flux over each hat's solid angle. A pole is one direction in all planes.
     PhotometricGrid finish() {
         make_even(0);
         if (polar_ * polar_width_ > 0.75 * kPiD) make_even(polar_);
@@ -86,7 +86,7 @@ class HatGrid {
         for (int j = 0; j < azimuth_; ++j) sum += at(i, j);
         for (int j = 0; j < azimuth_; ++j) at(i, j) = sum / azimuth_;
     }
-    // > 0: every hat reaches over a step at least.
+    // Returns a value > 0, because every hat extends over at least one step.
     double solid_angle(int i) const {
         double polar = 0;
         if (i > 0) polar += PolarStep{(i - 1) * polar_width_, polar_width_}.rising(1);
@@ -99,7 +99,7 @@ class HatGrid {
     std::vector<double> flux_;
 };
 
-// The steepest slope at which a ray passes S and M both.
+// Returns the steepest slope at which a ray passes both S and M.
 double largest_slope(const Rig& rig) {
     double slope2 = 0;
     for (int axis = 0; axis < 2; ++axis) {
@@ -111,7 +111,7 @@ double largest_slope(const Rig& rig) {
     return std::sqrt(slope2);
 }
 
-// A direction at which the field is asked, and the solid angle that it stands for.
+// A direction at which the field is evaluated, and its solid angle.
 struct Node {
     double theta, phi, solid;
 };
@@ -133,8 +133,9 @@ std::vector<Node> nodes_of(const HatGrid& grid, double theta_most) {
     return nodes;
 }
 
-// The field with radiance, not flux density, even over a pixel: each coefficient over the mean of cos⁴θ, to
-// which the geometric term of a direction is proportional, from its filter's middle through its pixel.
+// Returns the field with constant radiance over a pixel instead of constant flux density: each coefficient is
+// divided by the mean of cos⁴θ from its filter's centre over its pixel, because the geometric term is
+// proportional to cos⁴θ.
 LightField evened(const LightField& field) {
     const Rig& rig = field.rig();
     std::vector<float> e(field.coefficients().begin(), field.coefficients().end());
@@ -153,7 +154,7 @@ LightField evened(const LightField& field) {
                             mean += x.weight * y.weight / sqr(over_cos2);
                         }
                     }
-                    e[rig.index(m, n, k, l)] /= static_cast<float>(mean);  // slopes are finite: > 0
+                    e[rig.index(m, n, k, l)] /= static_cast<float>(mean);  // slopes are finite, so mean > 0
                 }
             }
         }
@@ -165,7 +166,7 @@ LightField evened(const LightField& field) {
 
 namespace {
 
-// Over the intensity's integral of h.
+// Returns the intensity's factor on the integral of h.
 double far_factor(const Rig& rig, const V2d& slope) {
     const double over_cos2 = 1 + slope.length2();
     return sqr(rig.distance) * over_cos2 * std::sqrt(over_cos2);
@@ -176,7 +177,7 @@ bool has_negative(const LightField& field) {
                        [](float e) { return e < 0; });
 }
 
-// far_intensity() with h clamped as it is rendered: no product any more, and so a sum over nodes.
+// Evaluates far_intensity() with h clamped as it is rendered, by a sum, since h is no longer a product.
 double clamped_far_intensity(const LightField& field, const V2d& slope) {
     const Rig& rig = field.rig();
     const auto across = basis_nodes(rig, 0, slope.x * rig.distance, 1, kClampNodes);
@@ -210,7 +211,7 @@ double far_intensity(const LightField& field, const V2d& slope) {
 
 namespace {
 
-// Adds what a field that looks along `axes` sends towards each node, times `gain`.
+// Adds what a field along `axes` sends towards each node, times `gain`.
 void add_far_light(const LightField& field, const SlabAxes& axes, bool as_rendered, double gain,
                    std::span<const Node> nodes, const Workers& workers, Monitor& monitor, Phase& phase,
                    std::vector<double>& flux) {
@@ -297,7 +298,7 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const
     {
         Phase phase(monitor, "far field", nodes.size() * lamp.slabs().size());
         for (const Slab& slab : lamp.slabs()) {
-            // A slab is rendered with the flux that was measured.
+            // A slab is rendered with its measured flux.
             const double clamped = steps.as_rendered ? slab.field.clamped_flux(workers) : 0;
             const double gain = clamped > 0 ? std::max(0.0, slab.field.flux()) / clamped : 1;
             add_far_light(slab.field, slab.axes, steps.as_rendered, gain, nodes, workers, monitor, phase,
@@ -329,7 +330,7 @@ PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
     if (!(sum > 0)) throw InputError("the rays carry no flux");
     PhotometricInfo info;
     info.provenance = rays.provenance;
-    // Rays that were unusable are part of the lamp.
+    // Unusable rays are part of the lamp.
     return scaled(PhotometricWeb(grid.finish(), std::move(info)), rays.flux > 0 ? rays.flux / sum : 1.0);
 }
 

@@ -9,26 +9,26 @@
 namespace lucerna {
 namespace {
 
-constexpr std::size_t kMostRays = 400'000;    // more say little more
-constexpr std::size_t kFramingRays = 20'000;  // that tell where on a plane the light is
-// Of the planes from S, in half widths of the light on S. From contact to where only directions count.
+constexpr std::size_t kMostRays = 400'000;    // more add little
+constexpr std::size_t kFramingRays = 20'000;  // that locate the light on a plane
+// Distances of the planes from S, in half widths of the light on S, from contact to the far field.
 constexpr double kFarthest = 128;
 constexpr double kDistances[] = {0, 0.5, 2, 8, 32, kFarthest, INFINITY};
-// The cells of a grid compress what lies outside the middle half of a plane's light, times this.
+// The grid's cells compress what lies outside the middle half of a plane's light, times this factor.
 constexpr double kGridMiddle = 2;
-constexpr int kSteps = 6;  // of a plane's basis functions, from which lines are followed
+constexpr int kSteps = 6;  // per basis function of a plane, from which lines are followed
 
-// How far from S's end of a line it passes a plane: place = along_s · u + along_m · s.
+// Maps the ends of a line to its position on a plane: along_s · u + along_m · s.
 struct Lever {
     double along_s, along_m;
 };
 Lever lever(const Rig& rig, double distance) {
-    if (std::isinf(distance)) return {-1 / rig.distance, 1 / rig.distance};  // its slope
+    if (std::isinf(distance)) return {-1 / rig.distance, 1 / rig.distance};  // the slope of the line
     return {1 - distance / rig.distance, distance / rig.distance};
 }
 
-// What is below a place of a function of the basis that stands over 0, as a share of all of it, and the
-// integral of that from far below.
+// upto(x) is the share of a basis function centred at 0 that lies below x; integral(x) is the integral of
+// upto() from -∞.
 struct Bell {
     static double upto(double x) { return x <= -1 ? 0 : x >= 1 ? 1 : bell_upto(x); }
     static double integral(double x) {
@@ -57,17 +57,17 @@ struct Box {
     }
 };
 
-// The mean of upto() between two places.
+// Returns the mean of upto() between two places.
 template <typename Basis>
 double mean_upto(double from, double to) {
-    // Nearer to each other the difference of integrals would be rounding, and the middle is as good.
+    // For closer places the difference of integrals would be rounding error, and the midpoint is as good.
     if (std::fabs(to - from) < 1e-3 || std::fabs(to - from) < 1e-9 * std::fabs(to + from))
         return Basis::upto(0.5 * (from + to));
     return (Basis::integral(to) - Basis::integral(from)) / (to - from);
 }
 
-// A plane of the field, along one axis, as numbers of a basis' functions: the i-th stands over x = i and
-// reaches `reach` to either side.
+// A plane of the field along one axis, in numbers of its basis functions: the i-th is centred at x = i and
+// extends `reach` to either side.
 struct BasisAxis {
     const Rig& rig;
     int axis;
@@ -90,19 +90,19 @@ struct BasisAxis {
     }
 };
 
-// The share of each coefficient's light that falls into each cell, along one axis.
-// [(filter * pixels + pixel) * cells + cell]
+// Computes the share of each coefficient's light that falls into each cell, along one axis: [(filter * pixels
+// + pixel) * cells + cell].
 //
-// Lines are followed from small steps on one of the planes; where on the other one the edges of the cells are
-// seen from a step moves evenly while the step is crossed, and so the shares are means of integrals.
+// Lines are followed from small steps on one of the planes. While a step is crossed, the cells' edges as seen
+// on the other plane move uniformly, so the shares are means of integrals.
 template <typename Other>
 void add_response(const BasisAxis& stepped, double lever_stepped, const BasisAxis& other, double lever_other,
                   double middle, std::span<const double> edges, std::vector<double>& share) {
     const auto cells = edges.size() - 1;
     const double reach = stepped.reach();
     const int steps = static_cast<int>(std::lround((stepped.count() - 1 + 2 * reach) * kSteps));
-    // Of the edges, on the other plane, as seen from a place on the stepped one; far off where all of its
-    // light reaches them, or none.
+    // Returns where the edges are seen on the other plane from a place on the stepped one, clamped far
+    // outside where all of its light reaches them or none.
     const auto seen_from = [&](int i) {
         const double at = stepped.place(-reach + static_cast<double>(i) / kSteps);
         std::vector<double> x;
@@ -138,7 +138,7 @@ std::vector<double> shares_of(const Rig& rig, int axis, const Lever& lever, doub
     std::vector<double> share(static_cast<std::size_t>(rig.views[axis] * rig.pixels[axis]) *
                               (edges.size() - 1));
     const BasisAxis s{rig, axis, true}, m{rig, axis, false};
-    // From the plane whose steps move a line less.
+    // Steps on the plane whose steps move a line less.
     if (std::fabs(lever.along_s) * s.step() < std::fabs(lever.along_m) * m.step()) {
         if (rig.basis == PixelBasis::hat)
             add_response<Hat>(s, lever.along_s, m, lever.along_m, middle, edges, share);
@@ -150,10 +150,10 @@ std::vector<double> shares_of(const Rig& rig, int axis, const Lever& lever, doub
     return share;
 }
 
-// The same, and where it is not 0: each coefficient's light falls into a few cells.
+// Holds these shares and where they are not 0: each coefficient's light falls into a few cells.
 struct Response {
     std::vector<double> share;
-    std::vector<std::pair<std::size_t, std::size_t>> cells;  // of each coefficient: first, one past the last
+    std::vector<std::pair<std::size_t, std::size_t>> cells;  // per coefficient: first, one past the last
 
     Response(const Rig& rig, int axis, const Lever& lever, double middle, std::span<const double> edges)
         : share(shares_of(rig, axis, lever, middle, edges)) {
@@ -167,8 +167,8 @@ struct Response {
     }
 };
 
-// What is emitted is clamped: light that negative coefficients should have taken away stays where it does not
-// belong. Bells overlap, and about half of the negative sum is taken from what is beside it.
+// Emission is clamped, so that light which negative coefficients should subtract stays in the wrong place.
+// Because bells overlap, about half of the negative sum is taken from its surroundings.
 template <typename Coefficient>
 double clamping_error(std::span<const Coefficient> coefficients) {
     double negative = 0, total = 0;
@@ -179,7 +179,7 @@ double clamping_error(std::span<const Coefficient> coefficients) {
     return total > 0 ? sqr(0.5 * negative / total) : 0.0;
 }
 
-// The value below which half of the values lie. Not empty.
+// Returns the value below which half of the values lie. Requires at least one.
 double median(std::vector<double>& values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
@@ -194,7 +194,7 @@ HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, s
     if (set.coloured()) {
         V3d sum(0);
         for (const std::size_t r : rays_) sum += double{set.rays[r].flux} * V3d(set.tristimulus[r]);
-        // A channel of which there is hardly any light does not count.
+        // A channel with hardly any light does not count.
         for (int c = 0; c < 3; ++c) channel_weight_[c] = sum[c] > 0.01 * sum.y ? sum.y / (3 * sum[c]) : 0.0;
     }
     for (const std::size_t ray : rays_) light_ += light_of(ray);
@@ -219,13 +219,14 @@ HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, s
 void HeldOutRays::take_rays(std::span<const std::size_t> rays, std::size_t all) {
     const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
     for (std::size_t i = 0; i < rays.size(); i += std::max<std::size_t>(step, 1)) rays_.push_back(rays[i]);
-    // Files may be sorted, or take turns among a lamp's parts: which half a ray goes to is drawn.
+    // Files may be sorted, or alternate between a lamp's parts, so the half of each ray is drawn at random.
     std::uint64_t number = 0;
     for (const std::size_t ray : rays_) {
         Sampler draw(0, Purpose::acquisition, 0, number++);
         halves_[draw.bits() & 1].push_back(ray);
     }
-    half_over_all_variance_ = 2 * static_cast<double>(all) / static_cast<double>(rays_.size());  // not empty
+    half_over_all_variance_ =
+        2 * static_cast<double>(all) / static_cast<double>(rays_.size());  // > 0: not empty
 }
 
 V2d HeldOutRays::place_of(const LampRay& ray, double distance) const {
@@ -245,8 +246,8 @@ HeldOutRays::Plane HeldOutRays::make_plane(double distance) const {
         for (double& v : values_here) v = std::fabs(v - plane.middle[a]);
         plane.half[a] = median(values_here);
     }
-    // All light on a point or a line: cells of some size all the same. Of parallel light's directions: as far
-    // apart as the light on S is wide, seen from the farthest plane.
+    // Light on a point or a line still needs cells of some size. For parallel light, the cells' directions
+    // are as far apart as the width of the light on S, seen from the farthest plane.
     const double least =
         std::max(std::isinf(distance) ? 1 / kFarthest : 1e-6, 1e-3 * std::max(plane.half.x, plane.half.y));
     PlaneCoordinate coordinate[2];
@@ -259,14 +260,14 @@ HeldOutRays::Plane HeldOutRays::make_plane(double distance) const {
         }
     }
     count_rays(plane);
-    // As a chi-square: a cell's difference counts by the square over its own flux, so that dim places count
-    // beside bright ones; the mean cell's flux beside it keeps empty cells from deciding.
+    // As in a chi-square, a cell's difference counts by its square over its own flux, so that dim places
+    // count beside bright ones; adding the mean cell's flux keeps empty cells from dominating.
     double flux = 0;
     for (std::size_t i = 0; i < kAll; ++i) flux += plane.counted[0][i] + plane.counted[1][i];
     plane.weight.resize(kAll);
     for (std::size_t i = 0; i < kAll; ++i) {
         const double here = plane.counted[0][i] + plane.counted[1][i];
-        plane.weight[i] = 1 / (here + flux / kAll);  // > 0: the rays carry flux
+        plane.weight[i] = 1 / (here + flux / kAll);  // > 0, because the rays carry flux
     }
     find_signal(plane);
     return plane;
@@ -295,7 +296,7 @@ void HeldOutRays::find_signal(Plane& plane) {
         plane.signal += plane.weight[i] * plane.counted[0][i] * plane.counted[1][i];
 }
 
-// The fluxes of the coefficients that one half of the rays makes: E times a cell's volume.
+// Returns the fluxes of the coefficients that one half of the rays makes: E times a cell's volume.
 std::vector<double> HeldOutRays::project_half(const Rig& rig, const RayWeights& weights, int half) const {
     std::vector<double> flux(rig.coefficients());
     for (const std::size_t r : halves_[half]) {
@@ -312,11 +313,11 @@ std::vector<double> HeldOutRays::project_half(const Rig& rig, const RayWeights& 
     return flux;
 }
 
-// What the coefficients of each field cast into the cells of a plane.
+// Returns what the coefficients of each field cast into the cells of a plane.
 std::vector<std::vector<double>> HeldOutRays::cast(std::span<const std::vector<double>> fields,
                                                    const Rig& rig, const Plane& plane) const {
     const Lever at = lever(rig, plane.distance);
-    // The rig's planes are about its centre; a slope has no place.
+    // Positions are relative to the rig's centre; slopes are not.
     const bool far = std::isinf(plane.distance);
     const V2d middle = plane.middle - (far ? V2d(0, 0) : V2d(rig.centre.x, rig.centre.y));
     const Response across(rig, 0, at, middle.x, plane.edges[0]);
@@ -376,8 +377,8 @@ HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& we
             between += w * sqr(cast_by[0][i] - cast_by[1][i]);
             counts += w * sqr(plane.counted[0][i] - plane.counted[1][i]);
         }
-        // Each half's field has half of `between` as its variance, each half's counts half of `counts`; the
-        // field of all rays has less by as much as they are more.
+        // Each half's field has half of `between` as its variance, and each half's counts have half of
+        // `counts`. The field of all rays has less, in proportion to the number of rays.
         const double bias2 = held_out - 0.5 * between - 0.5 * counts;
         const double own = 0.5 * between / half_over_all_variance_;
         PlaneError& error = found.errors[static_cast<std::size_t>(p)];
@@ -391,12 +392,12 @@ HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& we
 
 std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
     const Rig& rig = field.rig();
-    // Those taken may be fewer than the field stands for.
+    // The rays used may carry less flux than the field stands for.
     double taken = 0, all = 0;
     for (const std::size_t r : rays_) taken += light_of(r);
     for (std::size_t r = 0; r < set_.rays.size(); ++r) all += light_of(r);
     std::vector<double> flux(field.coefficients().begin(), field.coefficients().end());
-    for (double& e : flux) e *= rig.cell_volume() * taken / all;  // rays carry some
+    for (double& e : flux) e *= rig.cell_volume() * taken / all;  // all > 0: rays carry flux
     const double clamped = clamping_error(std::span<const double>(flux));
     std::vector<PlaneError> errors;
     for (const Plane& plane : planes_) {

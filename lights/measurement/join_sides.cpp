@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-// From the middle of a filter to that of one of its pixels, in the slab's frame.
+// Returns the direction from the centre of a filter to that of one of its pixels, in the slab's frame.
 V3d direction_of(const Rig& rig, int m, int n, int k, int l) {
     const auto slope = [&](int axis, int filter, int pixel) {
         const double x = rig.column_edge_x(axis, filter + 1, pixel) + 0.5 * rig.pixel[axis];
@@ -18,7 +18,7 @@ V3d direction_of(const Rig& rig, int m, int n, int k, int l) {
     return V3d(slope(0, m, k), slope(1, n, l), 1).normalized();
 }
 
-// Of each coefficient, what a slab keeps.
+// Returns the share of each coefficient that a slab keeps.
 std::vector<float> shares_kept(const Rig& rig, const SlabAxes& axes, const SlabShares& shares,
                                std::size_t slab) {
     std::vector<float> kept(rig.coefficients());

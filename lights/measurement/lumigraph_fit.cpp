@@ -11,13 +11,13 @@
 namespace lucerna {
 namespace {
 
-// Of the flux, beyond each face of the lamp's box: a thousandth that strays does not widen it.
+// The share of the flux beyond each face of the lamp's box, so that a stray thousandth does not widen it.
 constexpr double kTail = 1.2e-3;
-// And more of it does not widen it far: the core is what lies within this of the flux from each side.
+// More stray flux does not widen the box far: the core leaves out this share of the flux on each side.
 constexpr double kStray = 0.02;
-constexpr double kBeyondCore = 0.5;  // of the core's largest side, beyond it
-constexpr double kOneSlab = 0.993;   // FitOptions::capture as it is by itself
-constexpr double kOfSlab = 0.999;    // the same of one of six: their shares end before grazing angles
+constexpr double kBeyondCore = 0.5;  // how far the box may exceed the core, in the core's largest side
+constexpr double kOneSlab = 0.993;   // the default of FitOptions::capture
+constexpr double kOfSlab = 0.999;    // as above for one of six slabs, whose shares end before grazing angles
 
 std::vector<SlabAxes> sides(std::initializer_list<int> numbers) {
     std::vector<SlabAxes> axes;
@@ -31,7 +31,7 @@ SlabShares shares_of(const std::vector<SlabAxes>& axes) {
     return SlabShares(std::move(normals));
 }
 
-// What each slab has of the light, and last what no slab has.
+// Returns each slab's light and, last, the light without a slab.
 std::vector<double> light_by_slab(const RaySet& set, const std::vector<SlabAxes>& axes) {
     const SlabShares shares = shares_of(axes);
     std::vector<double> light(axes.size() + 1), share(axes.size());
@@ -45,7 +45,7 @@ std::vector<double> light_by_slab(const RaySet& set, const std::vector<SlabAxes>
     return light;
 }
 
-// All six sides but those that next to no light is for: theirs is shared out among the others.
+// Returns all six sides except those with hardly any light, which the others share.
 std::vector<SlabAxes> sides_with_light(const RaySet& set, double usable) {
     std::vector<SlabAxes> axes = sides({0, 1, 2, 3, 4, 5});
     for (;;) {
@@ -59,7 +59,7 @@ std::vector<SlabAxes> sides_with_light(const RaySet& set, double usable) {
     }
 }
 
-// The light of a set that is a slab's, in the slab's frame.
+// Returns the slab's share of a set's light, in the slab's frame.
 RaySet rays_of_slab(const RaySet& set, const std::vector<SlabAxes>& axes, std::size_t slab) {
     const SlabShares shares = shares_of(axes);
     std::vector<double> share(axes.size());
@@ -84,9 +84,9 @@ RaySet rays_of_slab(const RaySet& set, const std::vector<SlabAxes>& axes, std::s
     return part;
 }
 
-// The point that some of the lines are nearest to, all together: the least Σ φ |distance|².
+// Returns the point that is closest to some of the lines: the least Σ φ |distance|².
 V3d middle_of(const RaySet& set, std::span<const std::size_t> some) {
-    // Σ φ (1 - d dᵀ) m = Σ φ (1 - d dᵀ) o
+    // It solves Σ φ (1 - d dᵀ) m = Σ φ (1 - d dᵀ) o.
     double a[3][4] = {};
     double flux = 0;
     V3d mean(0, 0, 0);
@@ -102,11 +102,11 @@ V3d middle_of(const RaySet& set, std::span<const std::size_t> some) {
         flux += f;
         mean += f * o;
     }
-    mean /= flux;  // > 0: asked for lamps that shine
-    // Parallel lines have no middle along them: drawn a little to where they start.
+    mean /= flux;  // > 0, because the caller's rays carry flux
+    // Parallel lines have no centre along them; a weak pull towards where they start determines one.
     constexpr double kPull = 1e-6;
     for (int i = 0; i < 3; ++i) a[i][i] += kPull * flux, a[i][3] += kPull * flux * mean[i];
-    // Symmetric and positive: no pivots are needed.
+    // The matrix is symmetric and positive definite, so no pivoting is needed.
     for (int i = 0; i < 3; ++i) {
         for (int row = i + 1; row < 3; ++row) {
             const double factor = a[row][i] / a[i][i];
@@ -122,7 +122,7 @@ V3d middle_of(const RaySet& set, std::span<const std::size_t> some) {
     return m;
 }
 
-// Of all lines but stray ones, which are the farthest from it.
+// Returns this point for all lines but stray ones, which are the farthest from it.
 V3d middle_of(const RaySet& set) {
     constexpr int kRounds = 3;
     std::vector<std::size_t> some;
@@ -150,7 +150,7 @@ V3d middle_of(const RaySet& set) {
     return middle;
 }
 
-// Between which all but a tail of the weight lies at either end. Sorted by value.
+// Returns the ends that leave out a tail of the weight on either side. The values are sorted.
 std::pair<double, double> all_but(double tail, const std::vector<std::pair<double, double>>& values) {
     double total = 0;
     for (const auto& v : values) total += v.second;
@@ -180,7 +180,7 @@ LumigraphFit fit_one(const RaySet& set, const FitOptions& options, const Workers
     return {Lumigraph(std::move(made.field)), made.account, {made.account}};
 }
 
-// Of the whole set, before its slabs are booked.
+// Returns the account of the whole set, before its slabs are added.
 FluxAccount account_of(const RaySet& set, const std::vector<SlabAxes>& axes) {
     FluxAccount all;
     all.total = set.flux;
@@ -189,7 +189,7 @@ FluxAccount account_of(const RaySet& set, const std::vector<SlabAxes>& axes) {
     return all;
 }
 
-// The first slab has what no slab does: the lamp's missed flux is that of its slabs.
+// The first slab also gets the missed flux that belongs to no slab, so that the slabs' sum is the lamp's.
 Lumigraph lamp_of(std::vector<Slab> slabs, const Box3d& box, const FluxAccount& all) {
     LightFieldInfo info = slabs[0].field.info();
     info.missed += all.backward + all.skipped;
@@ -208,7 +208,7 @@ LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, c
         if (part.rays.empty()) continue;
         FitOptions of_slab = options;
         if (axes.size() > 2 && options.capture == kOneSlab) of_slab.capture = kOfSlab;
-        // Lines begin at the box, wherever S is: it lies where they are closest together.
+        // Lines begin at the box wherever S is, so S lies where they are closest together.
         const double reach = std::fabs(axes[k].n.dot(box.size())) / 2, middle = axes[k].n.dot(box.center());
         of_slab.z = std::clamp(waist_of(part).z, middle - reach, middle + reach);
         of_slab.begin = Box3d();
@@ -245,20 +245,20 @@ Box3d box_of(const RaySet& set) {
             const auto [low, high] = all_but(tail, starts);
             return std::pair(std::max(ends.first, low), std::min(ends.second, high));
         };
-        // Starts on one side of the lamp, far from it, tell nothing.
+        // Starts far to one side of the lamp tell nothing about its box.
         const auto both = middle_part(kStray, true);
         const bool also_starts = both.first <= both.second;
         std::tie(core.min[a], core.max[a]) = middle_part(kStray, also_starts);
         std::tie(box.min[a], box.max[a]) = middle_part(kTail, also_starts);
     }
-    // Stray rays, from far around the lamp, are none of it.
+    // Stray rays from far around the lamp do not belong to it.
     const V3d core_size = core.size();
     const double most = kBeyondCore * std::max({core_size.x, core_size.y, core_size.z});
     for (int a = 0; a < 3; ++a) {
         box.min[a] = std::max(box.min[a], core.min[a] - most);
         box.max[a] = std::min(box.max[a], core.max[a] + most);
     }
-    // A lamp that is a point, or flat, still has a box around it.
+    // The box of a point-like or flat lamp must have a volume, too.
     const V3d size = box.size();
     const double least = std::max(1e-5, 1e-3 * std::max({size.x, size.y, size.z}));
     for (int a = 0; a < 3; ++a) {
@@ -271,7 +271,7 @@ Box3d box_of(const RaySet& set) {
 LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, const Workers& workers,
                            Monitor& monitor) {
     const double usable = set.flux - set.skipped_flux;
-    // Who asks for less by --capture gets it.
+    // A smaller --capture lowers what suffices.
     const double wanted = std::min(kHeld, options.fit.capture - (kOneSlab - kHeld)) * usable;
     const auto enough = [&](const LumigraphFit& made) { return made.account.captured >= wanted; };
     const auto several = [&](const std::vector<SlabAxes>& axes) {
@@ -290,13 +290,13 @@ LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, c
             LumigraphFit one = fit_one(set, options.fit, workers, monitor);
             if (enough(one)) return one;
         }
-        // Two hold what leaves flatly no better than one.
+        // Two slabs hold flat light no better than one.
         if (forward < wanted && usable - flat >= wanted) {
             LumigraphFit two = several(sides({0, 1}));
             if (enough(two)) return two;
         }
     }
-    if (!(usable > 0)) return fit_one(set, options.fit, workers, monitor);  // which says so
+    if (!(usable > 0)) return fit_one(set, options.fit, workers, monitor);  // which reports the error
     return several(sides_with_light(set, usable));
 }
 

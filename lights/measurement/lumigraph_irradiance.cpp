@@ -1,4 +1,4 @@
-// What the slabs of a lamp cast together on a plane beside it.
+// The irradiance that the slabs of a lamp cast together on a plane beside it.
 #include <algorithm>
 #include <cmath>
 
@@ -10,10 +10,10 @@ namespace lucerna {
 namespace {
 
 constexpr double kSameAxis = 1e-6;
-constexpr int kSamples = 256;  // per axis of a plane, at least, over which pixels' means are taken
+constexpr int kSamples = 256;  // samples per axis of a plane, at least, over which pixels' means are taken
 constexpr int kMostPerPixel = 8;
-constexpr int kCoarse = 64;        // pixels per side from which a frame is found
-constexpr double kFrameSlope = 3;  // how far a frame reaches at most, over its distance
+constexpr int kCoarse = 64;        // pixels per side of the projection from which a frame is found
+constexpr double kFrameSlope = 3;  // half size of a frame over its distance, at most
 
 double along(const V3d& a, const V3d& b) {
     return a.dot(b);
@@ -22,20 +22,20 @@ bool parallel(const V3d& a, const V3d& b) {
     return std::fabs(std::fabs(along(a, b)) - 1) < kSameAxis;
 }
 
-// A slab across whose normal the plane does not stand, but along it.
+// A slab whose normal is parallel to the plane.
 struct SideView {
     const LightField& field;
-    int up;              // the axis of S along the plane's normal; the other lies in the plane
-    double normal_sign;  // of the plane's normal along it
-    double at_up;        // of the plane's points along it [m, from S's centre]
+    int up;              // axis of S along the plane's normal; the other one is parallel to the plane
+    double normal_sign;  // direction of the plane's normal along it
+    double at_up;        // position of the plane along it [m, from S's centre]
     int deep, wide;      // axes of the plane along the slab's normal, and along S's other axis
     double deep_sign, wide_sign;
-    bool before_s;  // light that has not passed S yet counts
+    bool before_s;  // counts light that has not passed S yet, too
 
     const Rig& rig() const { return field.rig(); }
     int other() const { return 1 - up; }
 
-    // Of S's axis along the plane's normal: the same for all points at one depth.
+    // Returns the shares of S's axis along the plane's normal, the same for all points at one depth.
     std::vector<BasisShare> facing_shares(double z) const {
         const double ratio = rig().distance / z;
         return basis_shares(rig(), up, at_up * ratio, 1 - ratio, FacingWeight{at_up, normal_sign / z});
@@ -45,7 +45,7 @@ struct SideView {
         return basis_shares(rig(), other(), at * ratio, 1 - ratio);
     }
 
-    // Σ over filters and pixels of the facing axis: what is left depends on the other's alone.
+    // Sums over filters and pixels of the facing axis; the rest depends on the other axis alone.
     std::vector<double> contracted(double z) const {
         const auto height = static_cast<std::size_t>(rig().pixels[other()]);
         std::vector<double> rest(static_cast<std::size_t>(rig().views[other()]) * height);

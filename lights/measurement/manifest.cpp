@@ -38,7 +38,7 @@ std::vector<double> read_times(const TomlTable& table, std::string_view key) {
     return times;
 }
 
-// What the pattern must hold so that no two photographs have one name.
+// Checks that the pattern has the fields that keep photographs' names distinct.
 void require_field(const Manifest& manifest, const Location& place, std::string_view field, std::size_t count,
                    std::string_view what) {
     if (count < 2 || manifest.name.has(field)) return;
@@ -171,7 +171,7 @@ void add_listed(const TomlTable& table, Manifest& manifest) {
     table.done();
 }
 
-// All views that no photograph is listed for: as many as there are, the first of them by name.
+// Throws InputError with the number of views without a listed photograph and the first of them by name.
 void require_all_listed(const Manifest& manifest) {
     constexpr std::size_t kNamed = 3;
     const V2i& views = manifest.rig.views;

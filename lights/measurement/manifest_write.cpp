@@ -1,4 +1,4 @@
-// The manifest as text; read_manifest gives it back.
+// Writes the manifest as text that read_manifest() restores.
 #include <fmt/format.h>
 
 #include <span>
@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-// A basic string of TOML.
+// Returns a basic string of TOML.
 std::string toml_string(std::string_view text) {
     std::string out = "\"";
     for (const char c : text) {

@@ -11,8 +11,8 @@
 namespace lucerna {
 namespace {
 
-// Φ̃ is largest at 0 and least at ±1, where every other bell is 0 [Goesele 2003, 4.2]. A product is largest
-// where both are, and most negative where one is largest and the other least.
+// Φ̃ is largest at 0 and least at ±1, where all other bells are 0 [Goesele 2003, 4.2]. A product is largest
+// where both factors are, and most negative where one is largest and the other least.
 constexpr double kDualMost = 1009.0 / 736.0;
 constexpr double kDualLeast = -161.0 / 736.0;
 
@@ -77,7 +77,7 @@ LightField field_of(const FilterImages& images) {
 
 namespace {
 
-// The Lagrange polynomial that is 1 at node j of the rule and 0 at the others.
+// Returns the Lagrange polynomial that is 1 at node j of the rule and 0 at the others.
 double lagrange(std::span<const GaussNode> rule, std::size_t j, double x) {
     double product = 1;
     for (std::size_t i = 0; i < rule.size(); ++i)
@@ -85,8 +85,8 @@ double lagrange(std::span<const GaussNode> rule, std::size_t j, double x) {
     return product;
 }
 
-// The nodes of panel `half` of the unit axis. Between knots dual times Lagrange polynomial has a degree of
-// at most 2 + kMaxGauss - 1 = 6: four Gauss nodes are exact.
+// Returns the nodes of panel `half` of the unit axis. Between knots, dual times Lagrange polynomial has a
+// degree of at most 2 + kMaxGauss - 1 = 6, for which four Gauss nodes are exact.
 std::vector<FilterNode> unit_panel(int half, int rule) {
     const std::span<const GaussNode> nodes = gauss_rule(rule);
     std::vector<FilterNode> panel;
@@ -116,7 +116,7 @@ FilterAxis::FilterAxis(double origin, double spacing, int rule)
     : origin_(origin), spacing_(spacing), rule_(rule), half_{unit_panel(0, rule), unit_panel(1, rule)} {}
 
 void FilterAxis::add_panel(int k, std::vector<FilterNode>& nodes) const {
-    const int half = k & 1;  // also of negative k
+    const int half = k & 1;  // also for negative k
     const int interval = (k - half) / 2;
     for (FilterNode node : half_[static_cast<std::size_t>(half)]) {
         node.x = origin_ + (interval + node.x) * spacing_;
@@ -152,7 +152,7 @@ void FilterAxis::add_part(double from, double to, std::vector<FilterNode>& nodes
 
 void FilterAxis::add_range(double from, double to, std::vector<FilterNode>& nodes) const {
     if (!(to > from)) return;
-    // A panel counts as whole if rounding alone keeps its edge outside.
+    // A panel counts as complete if only rounding puts its edge outside.
     constexpr double kRounding = 1e-12;
     const int first = static_cast<int>(std::ceil(panel_of(from) - kRounding));
     const int last = static_cast<int>(std::floor(panel_of(to) + kRounding));

@@ -18,7 +18,7 @@ namespace lucerna {
 namespace {
 
 constexpr double kSameTime = 1e-6;      // relative
-constexpr double kMuchNoise = 0.1;      // of the signal's root mean square
+constexpr double kMuchNoise = 0.1;      // relative to the signal's root mean square
 constexpr double kLeastDensity = 0.25;  // photograph pixels per pixel of M
 constexpr std::size_t kNamedMissing = 3;
 
@@ -39,7 +39,7 @@ void for_each_view(const V2i& views, Visit&& visit) {
     }
 }
 
-// Hours of work must not end at a file that was never there.
+// Checks that all files exist before hours of work.
 void require_photographs(const Manifest& manifest) {
     std::size_t missing = 0;
     std::vector<std::string> named;
@@ -50,7 +50,7 @@ void require_photographs(const Manifest& manifest) {
     };
     for (const Shot& dark : manifest.darks) ask(dark.file, "dark, " + seconds_text(dark.seconds));
     for_each_view(manifest.rig.views, [&](int m, int n, FilterSign sign) {
-        if (missing > 1'000'000) return;  // a manifest of other views than were taken
+        if (missing > 1'000'000) return;  // the manifest describes other views than were taken
         for (const Shot& shot : manifest.shots(m, n, sign))
             ask(shot.file, view_text(m, n, sign) + ", " + seconds_text(shot.seconds));
     });
@@ -60,7 +60,7 @@ void require_photographs(const Manifest& manifest) {
                 fmt::join(named, "; "), missing > named.size() ? "; ..." : "");
 }
 
-// What all views share: the format of the photographs, the dark frames, the way to M.
+// What all views share: the photographs' format, the dark frames, and the map to M.
 class Bench {
   public:
     Bench(const Manifest& manifest, const PhotographReader& reader, const Workers& workers)
@@ -87,7 +87,7 @@ class Bench {
         const Corners corners =
             manifest_.corners.value_or(corners_of_crop({0, 0}, V2d(first_.size.x, first_.size.y)));
         try {
-            // Bounds what a manifest can make us allocate by what the photographs hold.
+            // The size of the photographs limits what a manifest can make us allocate.
             const double there = area(corners), wanted = static_cast<double>(plane.x) * plane.y;
             if (there < kLeastDensity * wanted) {
                 throw InputError(fmt::format(
@@ -100,7 +100,7 @@ class Bench {
         }
     }
 
-    // Photographs must be of one size and kind.
+    // Reads a photograph and checks that it has the size and kind of the others.
     Photograph read(const Shot& shot, const ShotId& which) const {
         Photograph photograph = reader_(shot, which);
         if (photograph.size != first_.size || photograph.most != first_.most ||
@@ -117,7 +117,7 @@ class Bench {
         return photograph;
     }
 
-    // Of one of the channels of such a photograph.
+    // Returns the dark frame for one channel of such a photograph.
     const DarkFrame& dark(const Shot& shot, int channel) const {
         if (darks_.empty()) return flat_;
         for (const auto& [seconds, frames] : darks_) {
@@ -174,11 +174,11 @@ class Bench {
     const PhotographReader& reader_;
     Photograph first_;
     CountNoise noise_;
-    std::vector<std::pair<double, std::vector<DarkFrame>>> darks_;  // by time, of each channel
+    std::vector<std::pair<double, std::vector<DarkFrame>>> darks_;  // by time, one per channel
     DarkFrame flat_;
 };
 
-// [row][column] of X, Y and Z by R, G and B.
+// Returns the matrix [row][column] from R, G and B to X, Y and Z.
 Imath::M33d srgb_to_xyz() {
     Imath::M33d m;
     for (int c = 0; c < 3; ++c) {
@@ -190,11 +190,11 @@ Imath::M33d srgb_to_xyz() {
     return m;
 }
 
-// What a column of views found, joined in order.
+// The findings of a view, joined in order.
 struct Findings {
     std::uint64_t photographs = 0, saturated = 0;
     std::string first_saturated;
-    double variance = 0;  // sum over coefficients of both films' parts
+    double variance = 0;  // sum over coefficients of both films' variances
 
     template <typename Archive>
     void fields(Archive& archive) {
@@ -211,7 +211,7 @@ class Assembler {
           to_xyz_(manifest.camera.to_xyz.value_or(srgb_to_xyz())),
           assembly_(assembly) {}
 
-    // One view behind one film.
+    // Adds one view behind one film.
     void add(int m, int n, FilterSign sign, Findings& findings) {
         const std::vector<Shot> shots = manifest_.shots(m, n, sign);
         std::vector<Photograph> taken;
@@ -241,7 +241,7 @@ class Assembler {
         int m, n;
         FilterSign sign;
     };
-    // What dark current alone has filled in the shortest exposure has seen nothing.
+    // Replaces hot pixels that dark current alone fills in the shortest exposure, because they saw nothing.
     void mend_hot(std::span<const std::uint32_t> hot, MergedExposures& merged) const {
         std::vector<std::uint32_t> blind, full;
         std::set_intersection(merged.saturated.begin(), merged.saturated.end(), hot.begin(), hot.end(),
@@ -254,7 +254,7 @@ class Assembler {
         merged.saturated = std::move(full);
     }
 
-    // Rectifies a channel's rates to irradiance on M, and carries their variance to the coefficients.
+    // Rectifies a channel's rates to irradiance on M, and propagates their variance to the coefficients.
     void store(const Film& film, int channel, const MergedExposures& merged, Findings& findings) {
         const Rig& rig = manifest_.rig;
         const auto pixels = static_cast<std::size_t>(rig.pixels.x) * static_cast<std::size_t>(rig.pixels.y);
@@ -270,7 +270,7 @@ class Assembler {
                 for (std::size_t i = 0; i < pixels; ++i)
                     out[i] += static_cast<float>(double{plane_[i]} * scale * to_xyz[c][channel]);
             }
-            scale *= to_xyz[1][channel];  // noise is that of Y
+            scale *= to_xyz[1][channel];  // the noise is that of Y
         } else {
             const std::span<float> out(assembly_.images.of(film.sign).data() + start, pixels);
             to_plane_.means(merged.rate, out);
@@ -283,7 +283,7 @@ class Assembler {
         for (std::size_t i = 0; i < pixels; ++i) {
             const double variance = double{plane_[i]} * factor * factor;
             findings.variance += variance;
-            // Variances until all films are in.
+            // `deviations` holds variances until all films are added.
             if (!assembly_.deviations.empty())
                 assembly_.deviations[start + i] += static_cast<float>(variance);
         }
@@ -369,7 +369,7 @@ Assembly assemble(const Manifest& manifest, const PhotographReader& reader, cons
                                  assembly.density));
     }
 
-    // Each view writes coefficients of its own, so views may be done in any order.
+    // Each view writes its own coefficients, so the order of views does not matter.
     const std::int64_t views = std::int64_t{rig.views.x} * rig.views.y;
     std::vector<Findings> findings(static_cast<std::size_t>(views));
     Phase phase(monitor, "photographs", static_cast<std::uint64_t>(views));

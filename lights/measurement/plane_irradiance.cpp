@@ -14,18 +14,18 @@ namespace {
 constexpr int kSamplesPerPixel = 8;  // per axis, over which a pixel's mean is taken
 constexpr int kMostPerSide = 16384;
 constexpr double kTail = 0.02;   // share of the light that a frame leaves out on each side
-constexpr double kMargin = 1.1;  // by which a frame is wider than that
-constexpr int kCoarse = 256;     // pixels per side from which a frame is found
+constexpr double kMargin = 1.1;  // factor by which a frame is wider than that
+constexpr int kCoarse = 256;     // pixels per side of the projection from which a frame is found
 
-// One axis of the projection: for the mean over [from, to] of the plane at z, or a point if they are equal,
-// what each filter sends there through each pixel.
+// Returns, along one axis, what each filter sends through each pixel to the mean over [from, to] of the plane
+// at z, or to a point if the two are equal.
 std::vector<BasisShare> shares(const Rig& rig, int axis, double z, double from, double to) {
     const int samples = to > from ? kSamplesPerPixel : 1;
     const auto pixels = static_cast<std::size_t>(rig.pixels[axis]);
     std::vector<double> sums(static_cast<std::size_t>(rig.views[axis]) * pixels);
     for (int i = 0; i < samples; ++i) {
         const double x = from + (i + 0.5) / samples * (to - from);
-        // s = u + (x - u) D/z
+        // Rays satisfy s = u + (x - u) D/z.
         const double ratio = z > 0 ? rig.distance / z : 1.0;
         for (const BasisShare& share :
              z == 0 ? basis_shares_at(rig, axis, x) : basis_shares(rig, axis, x * ratio, 1 - ratio)) {
@@ -40,7 +40,7 @@ std::vector<BasisShare> shares(const Rig& rig, int axis, double z, double from, 
     return all;
 }
 
-// Σ over filters and pixels of the first axis: what is left depends on (n, l) alone.
+// Sums over filters and pixels of the first axis; the rest depends on (n, l) alone.
 void contract(const LightField& field, const std::vector<BasisShare>& shares, std::vector<double>& rest) {
     const Rig& rig = field.rig();
     const auto height = static_cast<std::size_t>(rig.pixels.y);
@@ -75,7 +75,8 @@ double edge(const PlanePatch& patch, int axis, int i) {
     return patch.centre[axis] + (static_cast<double>(i) / patch.pixels[axis] - 0.5) * patch.size[axis];
 }
 
-// The narrowest [from, to] of a row of weights that leaves out kTail at each end. In units of the row.
+// Returns the narrowest [from, to] of a row of weights that leaves out kTail at each end, in units of the
+// row.
 std::array<double, 2> without_tails(const std::vector<double>& weights) {
     double total = 0;
     for (const double w : weights) total += std::max(0.0, w);
@@ -133,7 +134,7 @@ double PlaneIrradiance::peak() const {
 
 namespace {
 
-// Irradiance by the approximate reconstruction.
+// Computes irradiance by the approximate reconstruction.
 class ApproximatePlane {
   public:
     ApproximatePlane(const LightField& field, const Workers& workers)
@@ -152,7 +153,7 @@ class ApproximatePlane {
         });
     }
 
-    // At a height z; what lies across one axis, for both to be combined.
+    // Returns the nodes along one axis at height z, to be combined by at().
     std::vector<BasisNode> nodes(int axis, double z, double x) const {
         constexpr int kNodes = 3;  // between knots
         const double ratio = z > 0 ? rig_.distance / z : 1.0;
@@ -172,14 +173,15 @@ class ApproximatePlane {
     }
 
   private:
-    // What turns a coefficient into radiance, between the centres of its filter and its pixel.
+    // Returns the factor from a coefficient to radiance, between the centres of its filter and its pixel.
     double per_term(int m, int n, int k, int l) const {
         const auto middle = [&](int axis, int filter, int pixel) {
             const double edge = rig_.column_edge_x(axis, filter + 1, pixel);
             return rig_.m_coordinate.on_plane(edge + 0.5 * rig_.pixel[axis]);
         };
         const V2d filter(rig_.filter(0, m), rig_.filter(1, n)), pixel(middle(0, m, k), middle(1, n, l));
-        return rig_.slope(filter, pixel) / rig_.geometric_term(filter, pixel);  // > 0: at finite places
+        return rig_.slope(filter, pixel) /
+               rig_.geometric_term(filter, pixel);  // > 0, because the positions are finite
     }
     double radiance(const BasisNode& u, const BasisNode& v) const {
         const auto in = [](int i, int size) { return i >= 0 && i < size; };
@@ -203,7 +205,7 @@ class ApproximatePlane {
     }
 
     const Rig& rig_;
-    std::vector<float> radiance_;  // of each coefficient
+    std::vector<float> radiance_;  // per coefficient
 };
 
 PlaneIrradiance project_approximately(const LightField& field, const PlanePatch& patch,
@@ -293,7 +295,7 @@ PlaneIrradiance project(const RaySet& rays, const PlanePatch& patch) {
         for (int axis = 0; axis < 2; ++axis) {
             const double at = double{ray.o[axis]} + way / double{ray.d.z} * double{ray.d[axis]};
             const double i = ((at - patch.centre[axis]) / patch.size[axis] + 0.5) * patch.pixels[axis];
-            inside = inside && i >= 0 && i < patch.pixels[axis];  // false for infinities
+            inside = inside && i >= 0 && i < patch.pixels[axis];  // false also for infinities
             pixel[axis] = inside ? static_cast<std::size_t>(i) : 0;
         }
         if (!inside) continue;
@@ -308,7 +310,7 @@ PlanePatch frame_light(const LightField& field, double distance, int pixels, con
     const Rig& rig = field.rig();
     PlanePatch wide{distance, {0, 0}, {0, 0}, {kCoarse, kCoarse}};
     for (int axis = 0; axis < 2; ++axis) {
-        // The rays from the edge of S through the far edge of M reach furthest.
+        // The rays from the edge of S through the opposite edge of M reach furthest.
         const double on_s = -rig.interval_edge(axis, 0);
         const double on_m = rig.m_edge(axis, rig.intervals(axis) - 1, true);
         const double part = distance / rig.distance;  // D > 0
@@ -319,7 +321,7 @@ PlanePatch frame_light(const LightField& field, double distance, int pixels, con
 }
 
 PlanePatch frame_light(const RaySet& rays, double distance, int pixels) {
-    // The box that holds all but the flattest rays.
+    // `wide` is the square that holds all but the flattest rays.
     std::vector<double> reach;
     for (const LampRay& ray : rays.rays) {
         if (!(ray.d.z > 0)) continue;

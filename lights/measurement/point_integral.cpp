@@ -10,7 +10,7 @@ namespace lucerna {
 namespace {
 
 constexpr int kIntegralMargin =
-    4;  // a node in reach of the block touches filters 3 outside it; 1 for rounding
+    4;  // a node in reach of the block touches filters up to 3 outside it; 1 more for rounding
 
 }  // namespace
 
@@ -68,8 +68,8 @@ void PointIntegral::add_disc() {
     for (int k = static_cast<int>(std::floor(axis_[1].panel_of(low))); k < last; ++k) add_disc_panel(k);
 }
 
-// One panel of v. Where the disc covers whole panels of u for all of it, both axes have their product rules;
-// what is left at the two ends of the chord, or at the disc's poles, is cut out along the circle.
+// Adds one panel of v. Where the disc covers entire panels of u over all of it, both axes use their product
+// rules. The rest, at the two ends of the chord or at the disc's poles, is cut along the circle.
 void PointIntegral::add_disc_panel(int k) {
     const double r = half_.x;
     const Range v{std::max({axis_[1].panel_edge(k), reach_[1].from, centre_.y - r}),
@@ -94,8 +94,8 @@ void PointIntegral::add_disc_panel(int k) {
     if (right < reach_[0].to - 1e-9 * rig_.spacing.x) add_cut(v, {right, reach_[0].to, false, true});
 }
 
-// Rows between ends of which one or both follow the circle. v = r sin φ takes the square root out of the
-// chord's length; the rule is cut where v passes a knot and where a moving end passes a panel's edge.
+// Adds rows of which one end or both follow the circle. v = r sin φ removes the square root from the chord's
+// length; the rule is split where v passes a knot and where a moving end passes a panel's edge.
 void PointIntegral::add_cut(const Range& v, const Chord& chord) {
     const double r = half_.x;
     const auto angle = [&](double y) { return std::asin(std::clamp((y - centre_.y) / r, -1.0, 1.0)); };
@@ -155,7 +155,7 @@ void PointIntegral::add_row_of(const FilterNode& v) {
     const double emitter_y = (v.x - share_ * on_m_.y) * emitter_scale;
     for (const FilterNode& u : u_) {
         const double dx = on_m_.x - u.x;
-        const double r2 = dx * dx + dy * dy + d2;  // > 0: so is the distance
+        const double r2 = dx * dx + dy * dy + d2;  // > 0, because the distance is
         const double per_r = 1 / std::sqrt(r2);
         const V2d position((u.x - share_ * on_m_.x) * emitter_scale, emitter_y);
         const V3d direction(dx * per_r, dy * per_r, rig_.distance * per_r);
@@ -175,7 +175,7 @@ void PointIntegral::add_row_of(const FilterNode& v) {
             }
         }
     }
-    // A product is positive where its factors agree.
+    // A product is positive where its factors have equal signs.
     for (std::size_t i = 0; i < 4; ++i) {
         const double same = weight_ * v.positive[i], other = weight_ * v.negative[i];
         for (std::size_t c = 0; c < kChannels; ++c) {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::int64_t kDrawsPerChunk = 16 * 1024;  // fixed, so that draws do not depend on threads
 
-// One of `count` numbers from 0 on, each as likely as the others to within count / 2^53.
+// Returns one of `count` indices, each with equal probability to within count / 2^53.
 std::size_t draw_index(Sampler& sampler, std::size_t count) {
     const std::uint64_t high = sampler.bits() >> 5U, low = sampler.bits() >> 6U;  // 27 and 26 bits
     const double u = std::ldexp(static_cast<double>(high << 26U | low), -53);
@@ -34,7 +34,7 @@ bool states_flux(const RaySet& set) {
     return std::isfinite(flux) && flux > 0;
 }
 
-// Colours of single rays are beside the mean of all (RaySet::tristimulus).
+// Colours of single rays are relative to the mean of all (RaySet::tristimulus).
 void settle_colours(RaySet& set) {
     V3d sum(0, 0, 0);
     double flux = 0;

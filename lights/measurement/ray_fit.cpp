@@ -1,4 +1,4 @@
-// Where the planes go for a ray set.
+// Chooses the planes for a ray set.
 #include <algorithm>
 #include <cmath>
 
@@ -10,13 +10,13 @@
 namespace lucerna {
 namespace {
 
-constexpr double kNearlyAll = 0.99;  // of the flux, where a few stray rays shall not decide
+constexpr double kNearlyAll = 0.99;  // of the flux, so that a few stray rays do not decide
 
 struct Weighed {
     double value, weight;
 };
 
-// The value below which `share` of the weight lies. Not empty; weights >= 0 with a positive sum.
+// Returns the value below which `share` of the weight lies. Requires values and a positive sum of weights.
 double quantile(std::vector<Weighed>& values, double share) {
     std::sort(values.begin(), values.end(),
               [](const Weighed& a, const Weighed& b) { return a.value < b.value; });
@@ -30,7 +30,7 @@ double quantile(std::vector<Weighed>& values, double share) {
     return values.back().value;
 }
 
-// The rays that leave towards +z with some flux, as indices.
+// Returns the indices of the rays that leave towards +z with flux.
 std::vector<std::size_t> forward_rays(const RaySet& set) {
     std::vector<std::size_t> forward;
     for (std::size_t i = 0; i < set.rays.size(); ++i) {
@@ -58,7 +58,7 @@ void check(const FitOptions& o) {
     if (o.z && !std::isfinite(*o.z)) throw InputError("the height of S is not finite");
 }
 
-// The box on S: centre and half size, without the margin.
+// The box on S without the margin.
 struct Box {
     V2d centre, half;
     bool holds(const V2d& p) const {
@@ -66,7 +66,7 @@ struct Box {
     }
 };
 
-// How far from `centre` rays start, per axis, but for a few.
+// Returns how far from `centre` nearly all rays start, per axis.
 V2d reach_of_starts(const RaySet& set, std::span<const std::size_t> forward, const V2d& centre) {
     V2d reach;
     std::vector<Weighed> values(forward.size());
@@ -102,20 +102,20 @@ Box box_on_s(const RaySet& set, std::span<const std::size_t> forward, double hei
             const double depth = std::max(std::fabs(lamp.max.z - height), std::fabs(height - lamp.min.z));
             low[a] = std::max(low[a], std::min(middle[a], lamp.min[a] - kWidestS * depth));
             high[a] = std::min(high[a], std::max(middle[a], lamp.max[a] + kWidestS * depth));
-        } else if (most[a] > 0) {  // rays from a point have no reach: any box may hold them
+        } else if (most[a] > 0) {  // rays from a point have no reach, so that their box is not limited
             low[a] = std::max(low[a], middle[a] - most[a]);
             high[a] = std::min(high[a], middle[a] + most[a]);
         }
         box.centre[a] = 0.5 * (low[a] + high[a]);
         box.half[a] = 0.5 * (high[a] - low[a]);
     }
-    // A point or a line source still needs a box that has an area.
+    // The box of a point or line source must have an area, too.
     const double least = std::max(1e-5, 1e-3 * std::max(box.half.x, box.half.y));
     for (int a = 0; a < 2; ++a) box.half[a] = std::max(box.half[a], least);
     return box;
 }
 
-// Half size of M's box, for the rays that pass the box on S.
+// Returns the half size of M's box, from the rays that pass the box on S.
 V2d half_of_m(const RaySet& set, std::span<const std::size_t> forward, const Box& box, double height,
               const FitOptions& options, double distance) {
     std::vector<Weighed> radius;
@@ -130,7 +130,8 @@ V2d half_of_m(const RaySet& set, std::span<const std::size_t> forward, const Box
         weight.push_back(double{ray.flux});
     }
     if (at.empty()) throw InputError("ray set: no ray passes the plane S inside its box");
-    // The lobe's own proportion, from the middle of the flux; then one factor that reaches the share.
+    // The box has the lobe's proportion, from the inner part of the flux; one factor makes it reach the
+    // share.
     V2d proportion;
     radius.resize(at.size());
     for (int a = 0; a < 2; ++a) {
@@ -147,7 +148,7 @@ V2d half_of_m(const RaySet& set, std::span<const std::size_t> forward, const Box
     return proportion * (std::max(factor, 1e-3) * 1.0001);  // the last ray is inside, not on the edge
 }
 
-// The share of the flux that passes both boxes.
+// Returns the share of the flux that passes both boxes.
 double share_through(const RaySet& set, std::span<const std::size_t> forward, const Box& box,
                      const V2d& half_m, double height, double distance) {
     double through = 0, all = 0;
@@ -161,8 +162,8 @@ double share_through(const RaySet& set, std::span<const std::size_t> forward, co
     return through / all;  // > 0: forward rays carry flux
 }
 
-// The height below which nearly all rays start: the lamp is behind it. Rays that start on a surface around
-// the lamp, far wider than their waist, tell nothing about where the lamp ends.
+// Returns the height below which nearly all rays start, because the lamp is behind it. Rays that start on a
+// surface around the lamp, far wider than their waist, do not tell where the lamp ends.
 constexpr double kAround = 8;
 
 double front_of(const RaySet& set, std::span<const std::size_t> forward, const Waist& waist) {
@@ -175,7 +176,7 @@ double front_of(const RaySet& set, std::span<const std::size_t> forward, const W
         mean += double{ray.flux} * V3d(ray.o);
         flux += double{ray.flux};
     }
-    mean /= flux;  // > 0: each forward ray carries some
+    mean /= flux;  // > 0, because forward rays carry flux
     double spread2 = 0;
     for (const std::size_t i : forward)
         spread2 += double{set.rays[i].flux} * (V3d(set.rays[i].o) - mean).length2() / flux;
@@ -187,7 +188,7 @@ double front_of(const RaySet& set, std::span<const std::size_t> forward, const W
 
 Waist waist_of(const RaySet& set) {
     const std::vector<std::size_t> forward = forward_rays(set);
-    // A line is q + z m with the slope m; weights as stated. Var(q + z m) is a parabola in z.
+    // A line is q + z m with slope m, weighted as stated. Var(q + z m) is a parabola in z.
     V2d q_mean(0, 0), m_mean(0, 0);
     double weight = 0, start = 0;
     const auto each = [&](auto&& f) {
@@ -206,7 +207,7 @@ Waist waist_of(const RaySet& set) {
         qq += w * (q - q_mean).length2(), qm += w * (q - q_mean).dot(m - m_mean);
         mm += w * (m - m_mean).length2();
     });
-    // Slopes that differ by less than a microradian have no waist that can be told.
+    // Slopes that differ by less than a microradian determine no waist.
     const double z = mm > 1e-12 * weight ? -qm / mm : start;
     return {z, std::sqrt(std::max(0.0, qq + 2 * z * qm + z * z * mm) / weight)};
 }

@@ -1,4 +1,4 @@
-// The projection itself [Goesele 2003, 3.1, as a sum over rays].
+// Projects rays on a light field's basis [Goesele 2003, 3.1, as a sum over rays].
 #include "lights/measurement/ray_projection.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace {
 
-// Books what the filters over a ray do not record of it. Returns the sum of the squares of what they record.
+// Accounts for what the filters over a ray miss of it. Returns the sum of squares of what they record.
 double book_losses(const Passage& at, double flux, const Rig& rig, FluxAccount& account) {
     double held[2] = {0, 0}, seen[2] = {0, 0}, squares[2] = {0, 0};
     for (int axis = 0; axis < 2; ++axis) {
@@ -27,14 +27,14 @@ double book_losses(const Passage& at, double flux, const Rig& rig, FluxAccount& 
         account.beside_m += flux;
         return 0;
     }
-    // Weights are products of one per axis, and so are their sums.
+    // Weights are products of one factor per axis, and so are their sums.
     account.beside_m += flux * (seen[0] * seen[1] - held[0] * held[1]);
     account.not_in_basis += flux * (1 - seen[0] * seen[1]);
     return flux * flux * squares[0] * squares[1];
 }
 
-// Books one ray's flux: what its filters record, and what they do not. Returns the sum of the squares of what
-// they record.
+// Accounts for one ray's flux, whether filters record it or not. Returns the sum of squares of what they
+// record.
 double account_for(const LampRay& ray, double flux, const Rig& rig, const RayWeights& weights,
                    FluxAccount& account) {
     if (!(double{ray.d.z} > kGrazingRay)) {
@@ -49,8 +49,8 @@ double account_for(const LampRay& ray, double flux, const Rig& rig, const RayWei
     return book_losses(at, flux, rig, account);
 }
 
-// Adds a ray to the filters in row n. `scale` turns flux times weights into W/m⁴. The ray's light is that of
-// each channel: `colour`'s component.
+// Adds a ray to the filters in row n. `scale` converts flux times weights to W/m⁴. Each channel gets the
+// ray's light times the channel's component of `colour`.
 void add_to_row(const LampRay& ray, const Rig& rig, const RayWeights& weights, int n, double scale,
                 const V3d& colour, std::span<std::vector<double>> channels) {
     const Passage at(ray, rig, weights);
@@ -70,7 +70,7 @@ void add_to_row(const LampRay& ray, const Rig& rig, const RayWeights& weights, i
     });
 }
 
-// For each row of filters the rays it may see, in the rays' own order.
+// Returns, for each interval between rows of filters, the rays in it, in their own order.
 std::vector<std::vector<std::size_t>> rays_by_interval(const RaySet& set, const Rig& rig) {
     std::vector<std::vector<std::size_t>> bins(static_cast<std::size_t>(rig.views.y) +
                                                3);  // base = -2 ... views
@@ -93,11 +93,11 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     require_memory(bytes_of(rig.coefficients(), 2 * channels * sizeof(double)),
                    fmt::format("a light field of {} coefficients", rig.coefficients()),
                    "use fewer views or pixels");
-    // X, Y and Z, or the one channel that there is.
+    // X, Y and Z, or a single channel.
     std::vector<std::vector<double>> sums(channels, std::vector<double>(rig.coefficients()));
     const double scale = 1 / rig.cell_volume();  // > 0: Rig::fault
-    // Each row of filters has coefficients of its own and sees its rays in their order: the same sum on any
-    // machine.
+    // Each row of filters has its own coefficients and sees its rays in order, so the sums are the same on
+    // any machine.
     parallel_chunks(workers, rig.views.y, [&](std::int64_t row) {
         const int n = static_cast<int>(row);
         for (int base = n - 2; base <= n + 1; ++base) {
@@ -113,8 +113,8 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     FluxAccount account;
     account.total = set.flux;
     account.skipped = set.skipped_flux;
-    // A coefficient is a sum of rays' contributions, so its variance over repetitions of the measurement is
-    // estimated by the sum of their squares. Of E times a cell's volume, as the books are in flux.
+    // A coefficient is a sum of rays' contributions, so the sum of their squares estimates its variance over
+    // repeated measurements. Here both are of E times a cell's volume, in units of flux.
     const std::vector<double>& luminance = sums[channels == 3 ? 1 : 0];
     double variance = 0, square = 0;
     for (std::size_t r = 0; r < set.rays.size(); ++r) {
@@ -149,7 +149,7 @@ void add(FluxAccount& to, const FluxAccount& more) {
     to.not_in_basis += more.not_in_basis;
 }
 
-// The rays of one chunk that some filter weighs, by the row of filters below them: base + 2.
+// The rays of one chunk that some filter weights, by the row of filters below them (base + 2).
 struct Sorted {
     std::vector<std::vector<std::uint32_t>> by_base;
     FluxAccount account;
@@ -181,8 +181,8 @@ Sorted sort_chunk(std::span<const LampRay> rays, std::int64_t begin, std::int64_
     return sorted;
 }
 
-// Adds a ray to the filters in row n; returns the sum of the squares of what it adds. Its tint is of sums of
-// several colours.
+// Adds a ray to the filters in row n. Returns the sum of squares of what it adds. Its tint is used for sums
+// of several colours.
 template <bool kColoured>
 double add_to_row(const LampRay& ray, const V3f& tint, int n, FilterSums& sums) {
     const Rig& rig = sums.rig;
@@ -267,7 +267,8 @@ bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
                 chunks[static_cast<std::size_t>(chunk)].fields(archive);
             }))
         return false;
-    // Each row of filters has pixels of its own and sees its rays in one order: the same sum on any machine.
+    // Each row of filters has its own pixels and sees its rays in one order, so sums do not depend on the
+    // machine.
     std::vector<double> squares(static_cast<std::size_t>(sums.rig.views.y));
     const auto add_row = [&](std::int64_t row) {
         const int n = static_cast<int>(row);
@@ -309,8 +310,8 @@ FilterImages images_of(const FilterSums& sums, double share, const LightFieldInf
     FilterImages images;
     images.rig = sums.rig;
     images.info = info;
-    // Opacity is Φ̃⊗Φ̃ over its maximum, and irradiance is flux over the pixel's area: with scale = maximum /
-    // (Δ_u Δ_v) both divisions are one. Neither is by 0: Rig::fault, and Φ̃ has both signs.
+    // Opacity is Φ̃⊗Φ̃ over its maximum, and irradiance is flux over the pixel's area. With scale = maximum /
+    // (Δ_u Δ_v) both divisions become one. Neither divisor is 0, by Rig::fault and because Φ̃ has both signs.
     const auto record = [&](const std::vector<double>& from, FilterSign sign, std::vector<float>& to) {
         const double factor = share / (filter_scale(sums.rig, sign) * sums.rig.cell_volume());
         to.resize(from.size());
@@ -343,7 +344,7 @@ SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightFi
     }
     SamplingNoise noise;
     noise.rms = std::sqrt(variance / static_cast<double>(sums.rig.coefficients()));  // at least one
-    // A field that is all noise has no relative one.
+    // A field that is all noise has no finite relative noise.
     noise.relative = power > variance ? std::sqrt(variance / (power - variance)) : INFINITY;
     return noise;
 }

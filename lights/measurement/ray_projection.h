@@ -85,7 +85,7 @@ struct RayPlanes {
 //   D      five times the larger side of that box: far enough that a pixel is a bundle of directions
 //          [Ashdown 1995].
 //   M      the smallest box about the axis, in the proportion of the lobe's own widths, that holds the share,
-//          but at most kWidestM times as wide as D (85°).
+//          but its half size is at most kWidestM times D (85°).
 //   coordinates, views, pixels, weights: of those tried, the ones with the least error of irradiance over
 //          planes from contact to the far field, judged by rays that the field does not know (held_out.h).
 //          An estimate from the rays that choose is biased, so a quarter of the rays is held out from all

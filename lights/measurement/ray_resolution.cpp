@@ -1,4 +1,4 @@
-// How finely a ray set can be told apart: the resolution whose field is nearest to the lamp.
+// Chooses the resolution at which the field of a ray set is closest to the lamp.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,24 +12,25 @@ namespace lucerna {
 namespace {
 
 constexpr std::size_t kMostCoefficients = 2e7;  // of a choice: 160 MB in memory
-// And for each ray, which adds to 64 of them, if it is more than the other: more are 0 but for a few.
+// A choice may also have no more than this number per ray, each of which adds to 64 of them, or kAlways if
+// that is larger; with more, nearly all would be 0.
 constexpr std::size_t kMostPerRay = 256, kAlways = 1e5;
 constexpr int kViews[] = {3, 4, 5, 6, 8, 10, 12, 15, 18, 22, 27, 33, 40, 50, 64};
 constexpr int kPixels[] = {3, 4, 5, 6, 8, 10, 12, 14, 17, 20, 24, 29, 35, 42, 50, 60, 72, 86, 104, 125, 150};
 constexpr double kDuals[] = {0, 0.5, 1};
-// A compressed coordinate ends here, in units of 2c: at 1.2° from the plane, seen from c above it.
+// A compressed coordinate ends at this share of 2c, which is 1.2° from the plane as seen from c above it.
 constexpr double kEnd = 0.98;
-// Coordinates are tried that compress what lies outside the middle half of the light on a plane, times these;
-// 0 stands for S even, and for M's coordinate that is even in direction.
+// The coordinates tried compress what lies outside the middle half of the light on a plane, times these
+// factors. 0 stands for a uniform S, and for a coordinate of M that is uniform in direction.
 constexpr double kMiddles[] = {0, 8, 5, 3, 2, 1};
 
-// Places in the lists above, and which coordinates.
+// Indices into the lists above, and the choice of coordinates.
 struct Choice {
     int views, pixels, dual_s, dual_m, middle_s, middle_m;
     auto operator<=>(const Choice&) const = default;
 };
 
-// How bad a choice is: first what of the light that must be held is not, as a share of all, then the error.
+// The cost of a choice: first the share of the light that must be held but is not, then the error.
 struct Badness {
     double lost = INFINITY, error = INFINITY;
     bool operator<(const Badness& other) const {
@@ -39,7 +40,7 @@ struct Badness {
 
 class Search {
   public:
-    // `held_out` are the rays to choose by, of `all` that the field will be made of. Keeps a reference to
+    // `held_out` are the rays that choose, of `all` that the field will be made of. Keeps a reference to
     // them.
     Search(const HeldOutRays& held_out, std::size_t all, const PlaneBoxes& boxes, const Rig& rig,
            const Workers& workers, Monitor& monitor)
@@ -49,17 +50,18 @@ class Search {
           most_(std::min(kMostCoefficients, std::max(kAlways, kMostPerRay * all))),
           workers_(workers),
           monitor_(monitor) {
-        // Where half of the light passes M, from the far field.
+        // Half of the light passes M within this, from the far field.
         const V2d slopes = held_out_.half_slopes();
         half_m_ = std::max(slopes.x, slopes.y) * rig.distance;
     }
 
-    // One property after the other, as long as steps make it better, until none does.
+    // Changes one property after the other as long as steps improve it, until none does.
     RayPlanes best() {
         Phase phase(monitor_, "choosing the resolution", 0);
         Choice at{5, 5, 0, 1, 0, 0};
         Badness least = badness_of(at);
-        // A compressed S is far from an even one in other respects too.
+        // A compressed S differs from a uniform one in other respects, too, so the search also starts from
+        // two of them.
         for (const int middle_s : {1, 3}) {
             Choice start = at;
             start.middle_s = middle_s;
@@ -129,14 +131,14 @@ class Search {
         for (int a = 0; a < 2; ++a) {
             rig.views[a] = boxes_.views[a] > 0 ? boxes_.views[a] : kViews[choice.views];
             rig.pixels[a] = boxes_.pixels[a] > 0 ? boxes_.pixels[a] : kPixels[choice.pixels];
-            // The box is about its own centre; the rig may have another.
+            // The box has its own centre, from which the rig's may differ.
             const double reach_s = boxes_.half_s[a] + std::fabs(boxes_.centre_s[a] - middle[a]);
-            // An even S has one filter outside the box on either side; the outermost filters of a compressed
-            // one stand for all the rest of the plane.
+            // A uniform S has one filter outside the box on either side; the outermost filters of a
+            // compressed one stand for the rest of the plane.
             rig.spacing[a] = 2 * rig.s_coordinate.of(reach_s) / std::max(1, rig.views[a] - 3);
             if (choice.middle_s > 0)
                 rig.spacing[a] = std::min(rig.spacing[a], 4 * kEnd * rig.s_coordinate.c / (rig.views[a] + 1));
-            // The middles of the outermost pixels are at the edges of the box.
+            // The centres of the outermost pixels are at the edges of the box.
             const double reach_m =
                 rig.m_coordinate.of(boxes_.half_m[a] + std::fabs(boxes_.centre_s[a] - middle[a]));
             rig.pixel[a] = std::min(2 * reach_m / std::max(1, rig.pixels[a] - 1),
@@ -149,7 +151,7 @@ class Search {
     Rig rig_;
     const HeldOutRays& held_out_;
     std::size_t most_;   // coefficients
-    double half_m_ = 0;  // of the light on M: half of it is within
+    double half_m_ = 0;  // half size on M within which half of the light passes
     std::map<Choice, Badness> tried_;
     Workers workers_;
     Monitor& monitor_;

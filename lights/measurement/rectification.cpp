@@ -12,14 +12,14 @@ double cross(const V2d& a, const V2d& b) {
     return a.x * b.y - a.y * b.x;
 }
 
-// Polygons of a few corners: a quadrilateral cut by four lines has at most eight.
+// A polygon of a few corners: a quadrilateral cut by four lines has at most eight.
 struct Polygon {
     std::array<V2d, 8> p;
     int n = 0;
     void add(const V2d& q) { p[static_cast<std::size_t>(n++)] = q; }
 };
 
-// What of the polygon has sign · (its coordinate `axis` - at) >= 0 [Sutherland and Hodgman 1974].
+// Returns the part with sign · (its coordinate `axis` - at) >= 0 [Sutherland and Hodgman 1974].
 Polygon cut(const Polygon& polygon, int axis, double at, double sign) {
     Polygon kept;
     for (int i = 0; i < polygon.n; ++i) {
@@ -28,7 +28,7 @@ Polygon cut(const Polygon& polygon, int axis, double at, double sign) {
         const double da = sign * (a[axis] - at), db = sign * (b[axis] - at);
         if (da >= 0 && kept.n < 8) kept.add(a);
         if (((da > 0 && db < 0) || (da < 0 && db > 0)) && kept.n < 8)
-            kept.add(a + (b - a) * (da / (da - db)));  // of opposite signs, so da ≠ db
+            kept.add(a + (b - a) * (da / (da - db)));  // da and db have opposite signs, so da ≠ db
     }
     return kept;
 }
@@ -43,7 +43,7 @@ double area(const Polygon& polygon) {
     return 0.5 * std::fabs(twice);
 }
 
-// The area of a convex quadrilateral within the box [low, high].
+// Returns the area of a convex quadrilateral within the box [low, high].
 double area_within(const std::array<V2d, 4>& quad, const V2d& low, const V2d& high) {
     Polygon polygon;
     for (const V2d& p : quad) polygon.add(p);
@@ -58,14 +58,14 @@ std::array<V2d, 4> box_corners(const V2d& low, const V2d& high) {
     return {low, V2d(high.x, low.y), high, V2d(low.x, high.y)};
 }
 
-// Sides turn all one way, by some angle.
+// Returns true if all sides turn the same way, by more than rounding.
 bool convex(const std::array<V2d, 4>& q) {
     double size = 0;
     for (const V2d& p : q) size = std::max(size, (p - q[0]).length2());
     double sign = 0;
     for (std::size_t i = 0; i < 4; ++i) {
         const double turn = cross(q[(i + 1) % 4] - q[i], q[(i + 2) % 4] - q[(i + 1) % 4]);
-        if (!(std::fabs(turn) > 1e-9 * size)) return false;  // also NaN
+        if (!(std::fabs(turn) > 1e-9 * size)) return false;  // also refuses NaN
         if (sign * turn < 0) return false;
         sign = turn > 0 ? 1 : -1;
     }
@@ -81,10 +81,10 @@ Homography Homography::of_rectangle(const V2d& size, const std::array<V2d, 4>& t
                         "convex quadrilateral; expected the four corners in order around it",
                         to[0].x, to[0].y, to[1].x, to[1].y, to[2].x, to[2].y, to[3].x, to[3].y));
     }
-    // [Heckbert 1989, 2.2.3].
+    // The formulas are those of [Heckbert 1989, 2.2.3].
     const V2d sum = to[0] - to[1] + to[2] - to[3];
     const V2d a = to[1] - to[2], b = to[3] - to[2];
-    const double below = cross(a, b);  // not 0: the quadrilateral is convex
+    const double below = cross(a, b);  // not 0, because the quadrilateral is convex
     const double g = cross(sum, b) / below, h = cross(a, sum) / below;
     const V2d row0 = (to[1] - to[0] + g * to[1]) / size.x, row1 = (to[3] - to[0] + h * to[3]) / size.y;
     Homography map;
@@ -94,7 +94,7 @@ Homography Homography::of_rectangle(const V2d& size, const std::array<V2d, 4>& t
 }
 
 V2d Homography::operator()(const V2d& p) const {
-    const double w = weight(p);  // callers ask for points that it reaches, where it is > 0
+    const double w = weight(p);  // > 0 for points that it reaches, which the caller ensures
     return {(p.x * m_[0][0] + p.y * m_[1][0] + m_[2][0]) / w,
             (p.x * m_[0][1] + p.y * m_[1][1] + m_[2][1]) / w};
 }
@@ -103,7 +103,7 @@ Homography Homography::inverse() const {
     Homography map;
     map.m_ = m_.inverse();
     map.inside_ = (*this)(inside_);
-    // A homography is one up to a factor; its sign makes weights positive on the rectangle's side.
+    // A homography is defined up to a factor, whose sign makes weights positive on the rectangle's side.
     if (map.weight(map.inside_) < 0) map.m_ *= -1.0;
     return map;
 }
@@ -116,7 +116,7 @@ Corners corners_of_crop(const V2d& upper_left, const V2d& size) {
 AreaMap::AreaMap(const Grid& target, const Grid& source, const Homography& to_source)
     : first_(target.cells() + 1), used_(source.cells(), false) {
     const Homography to_target = to_source.inverse();
-    // Cells in the order of their layout, so that first_ rises.
+    // Cells are added in the order of their layout, so that first_ ascends.
     const int outer = target.columns ? target.size.x : target.size.y;
     const int inner = target.columns ? target.size.y : target.size.x;
     for (int a = 0; a < outer; ++a) {
@@ -130,9 +130,9 @@ AreaMap::AreaMap(const Grid& target, const Grid& source, const Homography& to_so
 
 void AreaMap::add_cell(const Grid& source, const V2i& cell, const Homography& to_source,
                        const Homography& to_target) {
-    constexpr double kLeast = 1e-9;  // shares below come from rounding
+    constexpr double kLeast = 1e-9;  // smaller shares are rounding errors
     const V2d low(cell), high(cell.x + 1, cell.y + 1);
-    // The source cells that may cover it lie in the box of its image.
+    // The source cells that may cover the cell lie in the bounding box of its image.
     V2d from(source.size), to(0, 0);
     for (const V2d& corner : box_corners(low, high)) {
         if (!to_source.reaches(corner)) return;
@@ -143,7 +143,7 @@ void AreaMap::add_cell(const Grid& source, const V2i& cell, const Homography& to
         }
     }
     V2i begin, end;
-    for (int axis = 0; axis < 2; ++axis) {  // clamped as doubles: far away is no int
+    for (int axis = 0; axis < 2; ++axis) {  // clamped as doubles, because distant values exceed an int
         begin[axis] = static_cast<int>(std::floor(std::clamp(from[axis], 0.0, 1.0 * source.size[axis])));
         end[axis] = static_cast<int>(std::ceil(std::clamp(to[axis], 0.0, 1.0 * source.size[axis])));
     }
@@ -163,7 +163,7 @@ void AreaMap::add_cell(const Grid& source, const V2i& cell, const Homography& to
     }
 }
 
-// Sums over source cells, each by weight_of(the area that it shares).
+// Sums over source cells, each weighted by weight_of(the area that it shares).
 template <typename WeightOf>
 void AreaMap::sums(std::span<const float> source, std::span<float> target, WeightOf&& weight_of) const {
     for (std::size_t i = 0; i < target.size(); ++i) {
@@ -191,7 +191,7 @@ double AreaMap::covered(std::size_t target) const {
 AreaMap AreaMap::of_covered() && {
     for (std::size_t i = 0; i + 1 < first_.size(); ++i) {
         const double whole = covered(i);
-        for (std::size_t s = first_[i]; s < first_[i + 1]; ++s)  // a share is > 0, so their sum is
+        for (std::size_t s = first_[i]; s < first_[i + 1]; ++s)  // shares are > 0, so `whole` is, too
             shares_[s].area = static_cast<float>(double{shares_[s].area} / whole);
     }
     return std::move(*this);

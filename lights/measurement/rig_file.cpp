@@ -15,7 +15,7 @@ constexpr int kMostViews = 4096;       // per side
 constexpr int kMostRigPixels = 16384;  // per side
 constexpr double kLeastFlux = 1e-9, kMostFlux = 1e12;
 
-// One of two ways to give the same lengths; exactly one must be there.
+// Names two keys for the same lengths, exactly one of which must be given.
 struct Either {
     const char* direct;
     const char* derived;
@@ -34,7 +34,7 @@ V2d one_of(const TomlTable& table, const Either& names, const V2d& parts) {
     return {whole.x / parts.x, whole.y / parts.y};  // parts >= 1
 }
 
-// Setup A: the sensor moves with the filter, by whole pixels from view to view.
+// In Setup A the sensor moves with the filter, by an integer number of pixels from view to view.
 void derive_shift(const TomlTable& table, Rig& rig) {
     const char* key = table.has("spacing") ? "spacing" : "filter";
     const double times = table.has("spacing") ? 1 : 4;  // a filter is four spacings wide
@@ -159,7 +159,7 @@ Rgb read_colour(const TomlTable& table, std::string_view key) {
     const Rgb colour(static_cast<float>(parts[0]), static_cast<float>(parts[1]),
                      static_cast<float>(parts[2]));
     if (!(luminance(colour) > 1e-6F)) input_error(table.place_of(key), "\"{}\" is black", key);
-    return colour / luminance(colour);  // above 1e-6
+    return colour / luminance(colour);  // the luminance is above 1e-6
 }
 
 RigDescription read_rig(const TomlTable& table) {

@@ -10,20 +10,20 @@
 namespace lucerna {
 namespace {
 
-constexpr double kMostLines = 4e6;  // at which radiance is asked
+constexpr double kMostLines = 4e6;  // along which radiance is evaluated
 constexpr double kLeastDirections = 64, kMostDirections = 1024;
 
-// A place on S, and the area that it stands for as it is seen.
+// A place on S, with its luminance and its projected area.
 struct Place {
     double luminance, area;
     V2d on_s;
 };
 
-// What is seen of the lamp along one direction.
+// The lamp as seen along one direction.
 struct View {
     double intensity = 0;           // ∫ L dA
     double area = 0;                // of the luminous part
-    V2d first{0, 0}, second{0, 0};  // ∫ u dA and ∫ u² dA over it, of places on S
+    V2d first{0, 0}, second{0, 0};  // ∫ u dA and ∫ u² dA over it, for positions on S
 };
 
 class Lamp {
@@ -54,7 +54,7 @@ class Lamp {
     }
 
   private:
-    // Places that shine, on the plane S that faces d most: by Gauss's rule over each of its intervals.
+    // Returns places that shine, on the S that faces d most, by Gauss's rule over each of its intervals.
     std::vector<Place> places_seen_along(const V3d& d) const {
         std::size_t i = 0;
         for (std::size_t j = 1; j < slabs_.size(); ++j)
@@ -92,7 +92,7 @@ class Lamp {
         return all;
     }
 
-    // Of slab j along the line through `from` towards d, in the lamp's frame.
+    // Returns the radiance of slab j along the line through `from` towards d, in the lamp's frame.
     double radiance(std::size_t j, const V3d& from, const V3d& d) const {
         const Rig& rig = slabs_[j].field.rig();
         const V3d way = slabs_[j].axes.to_slab(d), at = slabs_[j].axes.to_slab(from) - rig.centre;
@@ -103,10 +103,10 @@ class Lamp {
     }
 
     std::span<const SlabView> slabs_;
-    std::vector<double> emitted_;  // by which a slab's radiance is scaled to its measured flux
+    std::vector<double> emitted_;  // factors from a slab's radiance to its measured flux
 };
 
-// So many that the lamp is not asked too often; a slab's S has four places in each interval.
+// Returns the number of directions, limited by kMostLines; a slab's S has four places in each interval.
 std::size_t directions_for(std::span<const SlabView> slabs) {
     double places = 0;
     for (const SlabView& slab : slabs) {
@@ -116,7 +116,7 @@ std::size_t directions_for(std::span<const SlabView> slabs) {
     return static_cast<std::size_t>(std::clamp(kMostLines / places, kLeastDirections, kMostDirections));
 }
 
-// The points of a lattice whose projections are even, from the plastic number [Roberts 2018].
+// Returns the points of a lattice with uniform projections, from the plastic number [Roberts 2018].
 V2f lattice(std::size_t i) {
     const double x = 0.5 + 0.7548776662466927 * static_cast<double>(i);
     const double y = 0.5 + 0.5698402909980532 * static_cast<double>(i);
@@ -129,7 +129,7 @@ LuminousOpening shining_opening(std::span<const SlabView> slabs, const V3d& box,
                                 const Workers& workers) {
     const LuminousOpening body(LuminousOpening::Shape::box, box);
     const Lamp lamp(slabs, workers);
-    // Directions in proportion to intensity, so that narrow beams are met.
+    // Directions are drawn in proportion to intensity, so that narrow beams are hit.
     std::vector<V3d> directions;
     for (std::size_t i = 0, count = directions_for(slabs); i < count; ++i)
         if (const auto drawn = web.draw(lattice(i))) directions.push_back(V3d(drawn->w).normalized());

@@ -1,4 +1,4 @@
-// NumPy arrays in and out: always copies, so that neither side's memory depends on the other.
+// Conversion of NumPy arrays, always by copy, so that neither side's memory depends on the other.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 
 namespace lucerna {
 
-// Whatever the caller's array is, brought to this type and to rows that lie one behind the other.
+// An input array of any kind, converted to this type and to contiguous rows.
 template <typename T>
 using InputArray = pybind11::array_t<T, pybind11::array::c_style | pybind11::array::forcecast>;
 
@@ -29,7 +29,7 @@ std::span<const T> values_of(const InputArray<T>& array) {
     return {array.data(), static_cast<std::size_t>(array.size())};
 }
 
-// "(3, 4)"
+// Returns for example "(3, 4)".
 inline std::string shape_text(const pybind11::array& array) {
     std::string text = "(";
     for (pybind11::ssize_t i = 0; i < array.ndim(); ++i)
@@ -37,7 +37,7 @@ inline std::string shape_text(const pybind11::array& array) {
     return text + ")";
 }
 
-// Throws InputError unless the array has rows of so many columns.
+// Throws InputError unless the array has rows of that many columns.
 inline void require_rows(const pybind11::array& array, pybind11::ssize_t columns, const char* name) {
     if (array.ndim() == 2 && array.shape(1) == columns) return;
     throw InputError(

@@ -1,5 +1,5 @@
-// The extension `_lucerna`: what of the C++ libraries the Python package `lucerna` stands on. What is
-// pleasant to write is made of it there; here is what needs C++, in four files by subject.
+// The extension `_lucerna`: what the Python package `lucerna` uses of the C++ libraries. The package builds a
+// convenient interface on it; these four files, one per subject, contain only what needs C++.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -1,4 +1,4 @@
-// Images: named channels as arrays, EXR and PNG files, comparison.
+// Bindings of images: named channels as arrays, EXR and PNG files, comparison.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -23,7 +23,7 @@ namespace {
 
 namespace py = pybind11;
 
-// (H, W, channels) of the named channels, in that order.
+// Returns an array (H, W, channels) of the named channels, in that order.
 py::array_t<float> channels_of(const Image& image, const std::vector<std::string>& names) {
     std::vector<std::size_t> from;
     for (const std::string& name : names) {

@@ -1,4 +1,4 @@
-// Measured lamps: light fields, rays that become one, photometric webs.
+// Bindings of measured lamps: light fields, ray files imported as light fields, photometric webs.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -28,7 +28,7 @@ namespace py = pybind11;
 
 using Pair = std::array<double, 2>;
 
-// Lamps in Python never change.
+// Lamps are immutable in Python.
 using Lamp = std::shared_ptr<Lumigraph>;
 
 Lamp lamp_of(Lumigraph made) {
@@ -45,7 +45,7 @@ std::vector<py::ssize_t> shape_of(const Rig& rig) {
     return {rig.views.x, rig.views.y, rig.pixels.x, rig.pixels.y};
 }
 
-// (views u, views v, pixels s, pixels t), of several colours (..., 3): X, Y, Z.
+// Returns (views u, views v, pixels s, pixels t) or, for several colours, (..., 3): X, Y, Z.
 py::array_t<float> coefficients_of(const Lumigraph& lamp) {
     const LightField& field = only_field(lamp, "array");
     std::vector<py::ssize_t> shape = shape_of(field.rig());
@@ -60,7 +60,7 @@ py::array_t<float> coefficients_of(const Lumigraph& lamp) {
     return array;
 }
 
-// What a file would hold of it, so that an array and the same array read back are one.
+// Returns the field with what a file would hold of it, so that an array equals the same array read back.
 LightField field_of(const Rig& rig, const InputArray<float>& array, LightFieldInfo info,
                     const std::optional<V3d>& weight) {
     const std::vector<py::ssize_t> one = shape_of(rig);
@@ -193,14 +193,14 @@ Lamp import_lamp(const std::vector<std::filesystem::path>& files, const std::vec
     });
 }
 
-// Irradiance on a plane across the normal of a side, distances from where the command counts them: S of a
-// light field by itself, the middle of its box of a whole lamp.
+// Irradiance on a plane perpendicular to the normal of a side. Distances have the command's origin: S of a
+// plain light field, the centre of the box of any other lamp.
 struct Screen {
     const Lumigraph& lamp;
     SlabAxes side;
 
     bool plain() const { return lamp.simple() && side.straight(); }
-    // Throws InputError.
+    // Throws InputError for a plane behind the lamp's S.
     void require_before_lamp(double distance) const {
         if (!plain() || distance >= 0) return;
         throw InputError(
@@ -228,7 +228,7 @@ struct Screen {
     }
 };
 
-// Rows from the top, as someone sees the screen who looks at the lamp.
+// Copies rows from the top, as the screen appears when looking towards the lamp.
 void copy_rows(const PlaneIrradiance& plane, int stride, double* to) {
     for (int y = plane.patch.pixels.y - 1; y >= 0; --y) {
         for (int x = 0; x < plane.patch.pixels.x; ++x, to += stride) *to = plane.at(x, y);
@@ -267,19 +267,19 @@ py::array_t<double> project_lamp(const Lumigraph& lamp, double distance, const P
     return array;
 }
 
-// Size and centre.
+// Returns size and centre.
 std::tuple<std::tuple<double, double>, std::tuple<double, double>> frame_lamp(
     const Lumigraph& lamp, double distance, const std::string& side, const std::optional<int>& threads) {
     const Screen screen{lamp, parse_side("side", side)};
     screen.require_before_lamp(distance);
     const Workers workers = workers_of(threads);
     PythonMonitor monitor{py::none()};
-    constexpr int kPixels = 512;  // as the command's screens have
+    constexpr int kPixels = 512;  // as for the command's screens
     const PlanePatch patch = monitor.run([&] { return screen.framed(distance, kPixels, workers, monitor); });
     return {std::tuple(patch.size.x, patch.size.y), std::tuple(patch.centre.x, patch.centre.y)};
 }
 
-// A web and what its intensities are.
+// A web and the unit of its intensities.
 struct Web {
     std::shared_ptr<const PhotometricWeb> web;
     FluxUnit unit = FluxUnit::lumen;
@@ -350,7 +350,7 @@ void write_web(const Web& web, const std::filesystem::path& file, const std::str
     write_ies(file, *web.web, title);
 }
 
-// Where the filters stand along an axis of S [m].
+// Returns the positions of the filters along an axis of S [m].
 py::array_t<double> filters(const Rig& rig, int axis) {
     py::array_t<double> places(rig.views[axis]);
     for (int i = 0; i < rig.views[axis]; ++i) places.mutable_at(i) = rig.filter(axis, i);

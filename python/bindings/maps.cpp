@@ -1,4 +1,4 @@
-// Saved photon maps.
+// Bindings of saved photon maps.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 namespace py = pybind11;
 
-// A row for each photon.
+// Returns a row of three values for each photon.
 template <typename T, typename Of>
 py::array_t<T> rows(const Photons& photons, const Of& of) {
     py::array_t<T> array({static_cast<py::ssize_t>(photons.size()), py::ssize_t{3}});

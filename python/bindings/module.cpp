@@ -1,4 +1,4 @@
-// The extension itself: errors, and what the other files add.
+// The extension module: its errors, and the bindings of the other files.
 #include <pybind11/pybind11.h>
 
 #include <string>

@@ -46,7 +46,7 @@ bool PythonMonitor::stopped() const {
     return stopped_;
 }
 
-// Lets Python run the handlers of signals that came, and tells of progress.
+// Lets Python run the handlers of pending signals, and reports progress.
 void PythonMonitor::look(bool now) const {
     if (!in_callers_thread() || stopped_ || (!now && Clock::now() < next_look_)) return;
     {
@@ -79,7 +79,7 @@ void PythonMonitor::pass_warnings() {
     const py::object category = py::module_::import("lucerna").attr("LucernaWarning");
     const py::object warn = py::module_::import("warnings").attr("warn");
     for (const std::string& line : warnings_) {
-        // File names need not be UTF-8.
+        // File names may not be UTF-8.
         const auto text = py::reinterpret_steal<py::object>(
             PyUnicode_DecodeUTF8(line.data(), static_cast<Py_ssize_t>(line.size()), "replace"));
         warn(text, category, py::arg("stacklevel") = 2);

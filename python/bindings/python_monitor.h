@@ -1,4 +1,4 @@
-// How long work in C++ speaks to Python: progress, warnings, Ctrl-C.
+// Communication of long C++ work with Python: progress, warnings, Ctrl-C.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -18,11 +18,12 @@
 
 namespace lucerna {
 
-// Made, and finished, with the interpreter's lock; in between the work runs without it. Python is spoken to
-// by the thread that made the monitor alone, several times a second: it takes part in all parallel loops.
+// The monitor is constructed and destroyed with the interpreter's lock; in between the work runs without it.
+// Only the thread that made the monitor calls Python, several times a second; it takes part in all parallel
+// loops.
 class PythonMonitor : public Monitor {
   public:
-    // `progress`: None, or called with the phase's name and the share of it that is done, 0 to 1.
+    // `progress` is None, or is called with the phase's name and the share of it that is done, 0 to 1.
     explicit PythonMonitor(pybind11::object progress) : progress_(std::move(progress)) {}
 
     void begin(std::string_view phase, std::uint64_t total) override;
@@ -32,20 +33,20 @@ class PythonMonitor : public Monitor {
     bool stopped() const override;
 
     std::uint64_t warnings() const { return warnings_.size(); }
-    // What Python raised meanwhile, a signal's handler or `progress`; null: nothing.
+    // Returns what Python raised meanwhile, from a signal handler or `progress`, or null.
     std::exception_ptr raised() const { return raised_; }
-    // Gives Python the warnings, as lucerna.LucernaWarning.
+    // Issues the warnings in Python as lucerna.LucernaWarning.
     void pass_warnings();
 
-    // Runs work() without the interpreter's lock; gives Python the warnings. Throws what Python raised
-    // meanwhile in the place of what work() made of it.
+    // Runs work() without the interpreter's lock, then issues the warnings. If Python raised meanwhile,
+    // throws that instead of returning the result of work().
     template <typename Work>
     auto run(Work&& work) {
         std::optional<decltype(work())> result = run_to_end(std::forward<Work>(work));
         if (raised_) std::rethrow_exception(raised_);
         return std::move(*result);
     }
-    // The same, but what Python raised is left in raised(); none if work() threw because of it.
+    // As above, but leaves what Python raised in raised(). Returns none if work() threw because of it.
     template <typename Work>
     auto run_to_end(Work&& work) {
         std::optional<decltype(work())> result;
@@ -81,7 +82,7 @@ class PythonMonitor : public Monitor {
     mutable Clock::time_point next_look_{};
 };
 
-// None: a thread for every processor.
+// None stands for a thread for every processor.
 Workers workers_of(const std::optional<int>& threads);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// Scenes, renders, and illuminance in scenes.
+// Bindings of scenes, renders, and illuminance in scenes.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -63,28 +63,28 @@ std::shared_ptr<ObjectMesh> mesh_of(const InputArray<double>& vertices, const In
     return mesh;
 }
 
-// What a render changes of a job, as the scene says it.
+// The part of a job that a render changes, as the scene states it.
 struct AsRead {
     IntegratorSettings integrator;
     int spp = 0;
     FilmSettings film;
 };
 
-// A scene's text, and the job that was read from it, for the method that was asked for last.
+// A scene's text, and the job that was read from it for the most recently requested method.
 class ReadScene {
   public:
-    // `text`: none if `file` is to be read; else the file's folder is what its relative names start from.
+    // Without `text`, `file` is read; otherwise relative names in the text start from the file's folder.
     ReadScene(std::filesystem::path file, std::optional<std::string> text, SceneOverrides overrides)
         : file_(std::move(file)), text_(std::move(text)), overrides_(std::move(overrides)) {}
 
-    // Where two threads render the same scene, one waits for the other.
+    // If two threads render the same scene, one waits for the other.
     std::mutex& mutex() { return mutex_; }
     const std::filesystem::path& file() const { return file_; }
     const SceneOverrides& overrides() const { return overrides_; }
 
-    // The job as the command would read it with these options; of it only what AsRead holds may be changed,
-    // until the next call. What a change of method changes is more than the settings of that (the scene's
-    // own maxdepth, glowing media, samples by passes), so that the text is read again.
+    // Returns the job as the command would read it with these options. Only the members that AsRead holds may
+    // be changed, until the next call. A different method changes more than its own settings (the scene's
+    // maxdepth, emissive media, samples by passes), so the text is read again.
     Job& job(const std::string& integrator, const Settings& settings, const Workers& workers,
              Monitor& monitor) {
         const std::string name = integrator.empty() ? overrides_.integrator : integrator;
@@ -96,7 +96,7 @@ class ReadScene {
         return *job_;
     }
 
-    // Another reading, to be given away.
+    // Reads the scene again, for callers that consume the job.
     Job fresh_job(const Workers& workers, Monitor& monitor) const {
         return text_ ? read_scene_text(*text_, file_, overrides_, workers, monitor)
                      : read_scene(file_, overrides_, workers, monitor);
@@ -109,7 +109,7 @@ class ReadScene {
         const Stopwatch watch;
         SceneOverrides overrides = overrides_;
         overrides.integrator = integrator;
-        job_.reset();  // only one is in memory
+        job_.reset();  // frees the old job first, so that only one is in memory
         job_.emplace(text_ ? read_scene_text(*text_, file_, overrides, workers, monitor)
                            : read_scene(file_, overrides, workers, monitor));
         as_read_ = AsRead{job_->integrator, job_->spp, job_->film};
@@ -161,18 +161,18 @@ std::shared_ptr<ReadScene> read(std::filesystem::path file, std::optional<std::s
 }
 
 struct Rendered {
-    Image image;         // as its file holds it
+    Image image;         // as in its file
     std::string report;  // JSON
     bool complete = true;
 };
 
-// What is asked of one render.
+// The request for one render.
 struct Asked {
     std::string integrator;
     Settings settings;
     RenderRequest request;
-    RenderOptions options;  // limits.seconds: of the whole render
-    bool chooses = false;   // the method, where a limit is given
+    RenderOptions options;  // limits.seconds is for the whole render
+    bool chooses = false;   // chooses the method if a limit is given
 };
 
 Rendered render_now(ReadScene& scene, Asked& asked, const Stopwatch& clock, PythonMonitor& monitor) {
@@ -252,7 +252,7 @@ Rendered render_scene(ReadScene& scene, const std::string& integrator, const Set
     return std::move(*rendered);
 }
 
-// ---- Illuminance on calculation surfaces.
+// Illuminance on calculation surfaces.
 
 using Triple = std::array<double, 3>;
 
@@ -286,7 +286,7 @@ CalculationSurface surface_of(const std::string& name, const Triple& corner, con
     return surface;
 }
 
-// Arrays of (v, u), v upwards from the corner.
+// Returns arrays of (v, u), with v upwards from the corner.
 py::dict grid_of(const SurfaceIlluminance& of, const IlluminanceReport& report) {
     const V2i& n = of.surface.points;
     const std::vector<py::ssize_t> shape{n.y, n.x};

@@ -17,7 +17,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-HEIGHT = 0.006  # of the lamp above the paper, m
+HEIGHT = 0.006  # height of the lamp above the paper, m
 FLUX = 100.0  # lm
 
 
@@ -29,7 +29,7 @@ def four_chips():
     lit = (np.abs(np.abs(on_s) - 1.5e-3) < 0.5e-3).astype(float)
     u, v, s, t = np.meshgrid(on_s, on_s, on_m, on_m, indexing="ij", sparse=True)
     r2 = (s - u) ** 2 + (t - v) ** 2 + distance**2
-    # Even radiance over the chips: the flux density is radiance times D^2 / R^4.
+    # The radiance is constant over the chips, and the flux density is radiance times D^2 / R^4.
     density = lit[:, None, None, None] * lit[None, :, None, None] * distance**2 / r2**2
     steps = (spacing, spacing), (pixel, pixel)
     field = lucerna.LightField.from_array(density, *steps, distance, unit="lm", basis="hat")
@@ -44,7 +44,7 @@ def bench(folder, kind, file):
     b.camera(fov=32)
     with b.attributes():
         b.translate(0, 0, HEIGHT)
-        b.rotate(180, 1, 0, 0)  # light leaves a lamp along +z: downwards
+        b.rotate(180, 1, 0, 0)  # light leaves a lamp along +z, here downwards
         b.light_source(kind, filename=file)
     b.material("diffuse", reflectance=(0.8, 0.8, 0.8))
     side = 0.03
@@ -68,7 +68,7 @@ def main(output):
         near = lucerna.render(bench(folder, "lightfield", "lamp.exr"), "direct", spp=32, denoise=True)
         far = lucerna.render(bench(folder, "ies", "lamp.ies"), "direct", spp=32, denoise=True)
 
-    # Along y = 1.5 mm, under two of the chips.
+    # The profile is along y = 1.5 mm, under two of the chips.
     x = np.linspace(-0.015, 0.015, 301)
     y = 1.5e-3
     row = lamp.project(HEIGHT, (x[-1] - x[0], 1e-4), (301, 1), centre=(0, y))[0]

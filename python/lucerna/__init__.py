@@ -4,7 +4,7 @@ See docs/howto/python.md. Units are those of the command: metres (the scene's ow
 degrees; images have their top row first.
 """
 
-from . import _processor  # first of all
+from . import _processor  # must be first
 
 _processor.require()
 

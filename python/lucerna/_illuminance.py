@@ -28,16 +28,16 @@ class IlluminanceGrid:
     name: str
     kind: str
     unit: str  # "lx", or "W/m^2" if the scene's lights count in W
-    positions: _Doubles  # (v, u, 3): of the points, in the scene
+    positions: _Doubles  # (v, u, 3): positions of the points in the scene
     values: _Doubles
     half_width: _Doubles  # of each value's 95 % confidence interval
-    direct: _Doubles  # the part that comes from lamps and sky in a straight line
-    groups: Dict[str, _Doubles]  # the part of each light group of the scene
+    direct: _Doubles  # direct light from lamps and sky
+    groups: Dict[str, _Doubles]  # the contribution of each light group of the scene
     mean: Tuple[float, float]
     least: Tuple[float, float]
     greatest: Tuple[float, float]
     uniformity: Tuple[float, float]  # U_0 = least / mean
-    precision: float  # the widest interval of all surfaces, relative as `precision` of illuminance() is
+    precision: float  # the widest interval of all surfaces, relative like `precision` of illuminance()
 
     def dimmed(self, **factors: float) -> _Doubles:
         """The values with light groups dimmed: `grid.dimmed(ceiling=0.5)`. No other render is needed."""

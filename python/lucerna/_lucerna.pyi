@@ -1,4 +1,4 @@
-# The extension: what the package's own files call.
+# Declares the part of the extension that the package's own files call.
 import os
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 

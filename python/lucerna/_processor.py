@@ -1,8 +1,8 @@
 """Whether the processor has the instructions that the extension is compiled to use: without them Python
 would end at the first of them, and without a word."""
 
-# Of x86-64-v3 what tells processors apart. No processor has these without the rest of it, whose names differ
-# between systems.
+# These features of x86-64-v3 tell processors apart. No processor has them without the others, whose names
+# differ between systems.
 _NEEDED = ("avx2", "bmi2", "fma")
 
 

@@ -98,8 +98,8 @@ def spectrum(values: Union[str, Sequence[float], npt.ArrayLike]) -> _Typed:
     return _Typed("spectrum", np.asarray(values, dtype=float).ravel().tolist())
 
 
-# Parameters that pbrt declares as integers, points and so on; all other numbers are "float", three of them
-# "rgb".
+# Names parameters that pbrt declares as integers, points and so on. All other numbers are "float", and three
+# of them "rgb".
 _INTEGERS = frozenset(
     "degree dimension gathersamples indices iterations levels maxdepth nlevels numiterations nu nv nx ny nz "
     "octaves photonsperiteration pixelsamples splitdepth uorder vorder xresolution xsamples yresolution "
@@ -209,7 +209,7 @@ class SceneBuilder:
         """Text as a scene file holds it."""
         self._write(text)
 
-    # Before the world.
+    # Directives before WorldBegin.
 
     def film(self, kind: str = "rgb", /, **parameters: Any) -> None:
         self.directive("Film", kind, **parameters)
@@ -234,7 +234,6 @@ class SceneBuilder:
             self._write("WorldBegin")
             self._in_world = True
 
-    # Transformations.
 
     def look_at(self, eye: Sequence[float], look: Sequence[float], up: Sequence[float]) -> None:
         self._numbers("LookAt", [*eye, *look, *up])
@@ -276,7 +275,7 @@ class SceneBuilder:
     def object_instance(self, name: str) -> None:
         self._world_directive("ObjectInstance", name)
 
-    # The world.
+    # Directives after WorldBegin.
 
     def reverse_orientation(self) -> None:
         self._world_directive("ReverseOrientation")

@@ -42,7 +42,7 @@ class Illuminance(Folder):
         np.testing.assert_allclose(grid.positions[1, 2], (-0.75, -0.25, 0), atol=1e-12)
         spot = from_point(300, (1, 0.5, 2), grid.positions)
         other = from_point(100, (-1, 0, 2), grid.positions)
-        # Of several lights each sample chooses one; 4 standard errors.
+        # With several lights each sample chooses one, so the tolerance is 4 standard errors.
         self.assertTrue((abs(grid.values - spot - other) <= 2 * grid.half_width + 1e-5 * grid.values).all())
         self.assertLess(grid.half_width.max(), 0.01 * grid.values.min())
         np.testing.assert_allclose(grid.direct, grid.values, rtol=1e-6)
@@ -66,7 +66,7 @@ class Illuminance(Folder):
         with open(table) as rows:
             values = [float(row["E [lx]"]) for row in csv.DictReader(rows)]
         self.assertEqual([float(f"{value:.7g}") for value in grid.values.ravel()], values)
-        self.assertTrue((grid.values > grid.direct).all())  # of the floor
+        self.assertTrue((grid.values > grid.direct).all())  # the floor reflects light, too
 
     def test_WhatIsWrong_IsNamed(self):
         with self.assertRaisesRegex(lucerna.InputError, "no CalculationSurface"):

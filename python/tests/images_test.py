@@ -42,7 +42,7 @@ class Files(Folder):
     def test_other_colour_space(self):
         lucerna.write_image(self.path("a.exr"), np.full((2, 2, 3), 0.5), colour_space="acescg")
         read = lucerna.read_image(self.path("a.exr"))
-        self.assertTrue(np.allclose(read.image, 0.5, atol=1e-5))  # grey is grey in all of them
+        self.assertTrue(np.allclose(read.image, 0.5, atol=1e-5))  # grey is grey in every colour space
         with self.assertRaises(lucerna.InputError):
             lucerna.write_image(self.path("a.exr"), COLOURS, colour_space="cmyk")
 

@@ -72,7 +72,7 @@ class LightFields(LampFiles):
         field = lucerna.LightField.from_array(array, (0.001, 0.001), (0.01, 0.01), 0.1)
         screen = field.project(0.1, 0.09, (9, 9))
         row, column = np.unravel_index(screen.argmax(), screen.shape)
-        self.assertEqual((row, column), (7, 7))  # rows from the top: t < 0 is low
+        self.assertEqual((row, column), (7, 7))  # rows run from the top, so t < 0 is low
         array[:] = 0
         array[0, 2, 4, 4] = 1  # u < 0, v > 0
         field = lucerna.LightField.from_array(array, (0.03, 0.03), (0.001, 0.001), 0.1)
@@ -83,7 +83,7 @@ class LightFields(LampFiles):
         field = field_of(array_of())
         screen = field.project(0.2, (2, 3), (40, 60))
         self.assertEqual(screen.shape, (60, 40))
-        # By quadrature over the pixels: the C++ tests hold it to 1e-2.
+        # The tolerance is that of the quadrature over pixels; the C++ tests verify it to 1e-2.
         self.assertAlmostEqual(screen.mean() * 6 / field.flux, 1, delta=1e-3)
         xyz = field_of(array_of(channels=(3,))).project(0.2, 1.0, (20, 10), xyz=True)
         self.assertEqual(xyz.shape, (10, 20, 3))

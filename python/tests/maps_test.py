@@ -10,7 +10,7 @@ from folder import Folder
 
 COMMAND = os.environ["LUCERNA_COMMAND"]
 
-# A lamp over a floor that is not around the origin; a glass ball throws a caustic.
+# A lamp lights a floor away from the origin; a glass ball casts a caustic.
 SCENE = """
 LookAt 10 3 -4  10 0 0  0 1 0
 Camera "perspective"
@@ -40,7 +40,7 @@ class SavedMaps(Folder):
         self.assertEqual(read.made_for["seed"], "3")
         self.assertIn("caustic", read.maps)
         self.assertNotIn("volume", read.maps)
-        # The same photons as in the file for other programs, map after map.
+        # These are the same photons as in the file for other programs, map after map.
         with open(self.path("room.ply"), "rb") as file:
             head, _, data = file.read().partition(b"end_header\n")
         kinds = [("xyz", "<f4", 3), ("n", "<f4", 3), ("d", "<f4", 3), ("power", "<f4", 3)]
@@ -60,7 +60,8 @@ class SavedMaps(Folder):
             self.assertTrue(np.array_equal(photons.powers, of_map["power"]))
             self.assertTrue(np.array_equal(photons.lights, of_map["light"]))
             self.assertTrue(np.array_equal(photons.bounces, of_map["bounces"]))
-        # They lie where the floor is: 10 along x. Half of the lamp's light goes down, a share of it to the floor.
+        # The photons lie on the floor, at x = 10. Half of the lamp's light goes down, and some of it meets
+        # the floor.
         self.assertTrue(np.allclose(read.maps["direct"].positions.mean(axis=0), (10, 0, 0), atol=0.05))
         share = read.maps["direct"].powers.sum(axis=0) / (4 * np.pi * np.array([1, 2, 3]))
         self.assertTrue(np.all((share > 0.02) & (share < 0.2)))

@@ -62,7 +62,7 @@ class Page(unittest.TestCase):
             )
             names = {}
             for line, text in found:
-                # Lines of an error are those of the page.
+                # Line numbers of an error are those of the page.
                 code = compile("\n" * line + text, PAGE, "exec")
                 with contextlib.redirect_stdout(io.StringIO()), warnings.catch_warnings():
                     warnings.simplefilter("error", lucerna.LucernaWarning)

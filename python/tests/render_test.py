@@ -50,7 +50,7 @@ class SceneFile(Folder):
         return lucerna.read_image(image)
 
     def require_same(self, ours, theirs):
-        self.assertEqual(sorted(ours.channels), sorted(theirs.channels))  # files have an order of their own
+        self.assertEqual(sorted(ours.channels), sorted(theirs.channels))  # files have their own order
         for name in ours.channels:
             a, b = ours.channel(name), theirs.channel(name)
             self.assertTrue(np.array_equal(a, b, equal_nan=True), name)
@@ -182,7 +182,8 @@ class WhileItRenders(SceneFile):
         counted = count[0] - before
         stop.set()
         thread.join()
-        # A millisecond each, on a busy machine rather more; were the lock held, there would be none or one.
+        # A step takes about a millisecond, or more on a busy machine; with the lock held there would be at
+        # most one.
         self.assertGreater(counted, 20)
 
     def test_progress_is_told(self):

@@ -82,7 +82,7 @@ def without_reading(points, folder):
     shortened = []
     for point in points:
         notes = load(os.path.join(runs, os.path.splitext(point["image"])[0] + ".json"))
-        # A millisecond is left of what was all reading: the note is that of one seed, the time the mean of all.
+        # A millisecond remains of a time that was all reading: the note is that of one seed, the time the mean of all.
         shortened.append({**point, "seconds": max(point["seconds"] - notes["seconds"]["read"], 1e-3)})
     return shortened
 

@@ -11,7 +11,7 @@ import sys
 
 from common import by, load, pyplot, save, seconds_to, setting, without_reading
 
-# Half of the intensity within so many degrees of the axis: cos^N is a half at acos(2^(-1/N)).
+# Half of the intensity lies at this angle in degrees from the axis: cos^N is one half at acos(2^(-1/N)).
 WIDTHS = {f"cos^{n}": math.degrees(math.acos(0.5 ** (1 / n))) for n in (1, 10, 100, 1000)}
 ERRORS = (0.3, 0.1, 0.05)
 UNBIASED = ("mc", "guided")
@@ -25,7 +25,7 @@ def times(points):
 
 def gain(of_methods, method):
     """mc's time over the method's."""
-    seconds = of_methods.get(method)  # none of a study that was stopped
+    seconds = of_methods.get(method)  # none in a study that was stopped
     return None if seconds is None else of_methods["mc"] / seconds
 
 

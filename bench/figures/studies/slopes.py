@@ -31,7 +31,7 @@ def main(results, picture):
         for i, (method, these) in enumerate(by(points, "method").items()):
             alpha = float(setting(these[0], "alpha"))
             table = rows(these)
-            late = table[-3:]  # the first passes are still those of the first radius
+            late = table[-3:]  # the first passes still have about the first radius
             biased = [(n, math.sqrt(b)) for n, _, b, _ in late if b is not None]
             of_noise = f"{slope([(n, v) for n, v, _, _ in late]):.2f}, {-alpha:.2f}" if len(late) > 1 else "–"
             of_bias = f"{slope(biased):.2f}, {alpha - 1:.2f}" if len(biased) > 1 else f"below the noise, {alpha - 1:.2f}"
