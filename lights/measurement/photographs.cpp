@@ -60,7 +60,7 @@ void require_photographs(const Manifest& manifest) {
                 fmt::join(named, "; "), missing > named.size() ? "; ..." : "");
 }
 
-// What all views share: the photographs' format, the dark frames, and the map to M.
+// Holds what all views share: the photographs' format, the dark frames, and the map to M.
 class Bench {
   public:
     Bench(const Manifest& manifest, const PhotographReader& reader, const Workers& workers)

@@ -186,7 +186,7 @@ struct SamplingNoise {
 // Assumes independent rays; stratified ones have less noise. `field` is made of the same sums and share.
 SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightField& field);
 
-// Where the light of a ray set may pass the planes; choose_resolution() chooses within these boxes.
+// The boxes where the light of a ray set may pass the planes; choose_resolution() works within them.
 struct PlaneBoxes {
     V2d centre_s, half_s;  // metres
     V2d half_m;
