@@ -145,9 +145,8 @@ struct AreaSpec {
     std::size_t index;
     Rgb radiance;
     bool two_sided;
-    bool unseen;  // rays pass through the surface
-    std::shared_ptr<const MeasuredSettings> lamp =
-        {};  // a measured lamp on the surface that replaces the emission above
+    bool unseen;                                        // rays pass through the surface
+    std::shared_ptr<const MeasuredSettings> lamp = {};  // a measured lamp that replaces the emission above
     std::vector<CoincidentEmission> coincident = {};
 };
 

@@ -110,8 +110,8 @@ class Eye {
         const double flux = flux_over(0);
         if (!(flux > 0)) return std::nullopt;
         // Weights samples by their share in the luminous part. To first order the result does not depend on
-        // the limit, although the limit is an estimate. Where luminance is uniform, it takes a share of all
-        // samples at the limit.
+        // the limit, which is an estimate. Weights inside and outside agree at the limit, where uniform
+        // luminance lies.
         const double limit = luminous_limit(samples);
         const auto luminous = [limit](const LuminaireSample& sample) {
             const double relative = sample.luminance / limit;

@@ -204,8 +204,8 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     }
     return worst;
 }
-// Returns the share like worst_share_of() from the half-widths that more samples reduce. With `indirect`,
-// those of indirect light count, too, as shares of indirect light.
+// Returns the share of worst_of() for the half-widths that more samples reduce. With `indirect`, those of
+// indirect light count, too, as shares of indirect light.
 double worst_scatter_of(const Readings& readings, bool indirect) {
     double worst = 0;
     auto scatter = readings.scatter.begin();
