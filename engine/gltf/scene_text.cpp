@@ -147,7 +147,7 @@ std::string material_text(const GltfModel& model, int index,
     } else if (material.metallic >= 0.5 && !material.unlit) {
         kind = "\"conductor\" " + color + rough;
     } else if (material.unlit || material.roughness >= 0.95 || material.ior == 1) {
-        // A coat this rough, or of index 1, leaves nothing to see of itself.
+        // A coat that is very rough, or of index 1, is invisible.
         kind = "\"diffuse\" " + color;
     } else {
         kind = fmt::format("\"coateddiffuse\" {}{} \"float eta\" {:.6g}", color, rough, material.ior);
