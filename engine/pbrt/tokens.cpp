@@ -38,8 +38,7 @@ const char* word_end(const char* at, const char* end) {
     return at;
 }
 
-// Recognises 1.#QNAN, -1.#IND, 1.#INF and the like, which some compilers print, as numbers instead of
-// comments.
+// Recognises 1.#QNAN, -1.#IND, 1.#INF and the like, numbers as some compilers print them.
 bool is_special_number(const char* hash, const char* end) {
     const std::string_view rest(hash, static_cast<std::size_t>(end - hash));
     for (const std::string_view name : {"#QNAN", "#SNAN", "#IND", "#INF"}) {
