@@ -160,10 +160,9 @@ class DirectiveReader {
     template <typename Made>
     const std::string& never_made(std::string_view kind, const std::string& name, const Made& made);
     std::map<std::string, std::string, std::less<>> never_made_;
-    std::vector<std::string_view> seen_,
-        seen_in_frame_;  // directives of which a scene or a frame has one, such as Camera and Film
-    bool ignores_integrator_ = false;  // set once a Renderer has chosen one
-    std::string_view name_;            // the current directive and its place
+    std::vector<std::string_view> seen_, seen_in_frame_;  // of directives such as Camera and Film
+    bool ignores_integrator_ = false;                     // set once a Renderer has chosen one
+    std::string_view name_;                               // the current directive and its place
     Place place_;
 };
 

@@ -242,9 +242,8 @@ struct Placements {
         V3d centre;         // centre of its shapes in the draft's coordinates
     };
     std::vector<Object> objects;
-    std::vector<Instance>
-        instances;  // instances of `objects`, from the draft's coordinates of the shapes to the world
-    Box3d bounds;   // in the world
+    std::vector<Instance> instances;  // of `objects`, from the draft's coordinates to the world
+    Box3d bounds;                     // in the world
 };
 // Throws InputError if the instances, including nested ones, exceed the memory.
 Placements place_objects(const Draft& draft);

@@ -179,8 +179,7 @@ Relief read_relief(Reading& reading, Params& params) {
     for (const std::string_view name : {"bumpmap", "displacement"}) {
         if (!params.has(name)) continue;
         const FloatTexture height = read_float(reading, params, name, 0);
-        if (!height.constant_value())
-            relief.displacement = height;  // a constant displacement bends no normal
+        if (!height.constant_value()) relief.displacement = height;  // a constant has no relief
     }
     const std::string name = params.string("normalmap", "");
     if (name.empty()) return relief;

@@ -236,8 +236,7 @@ double number_value(std::string_view text, const Place& at) {
     const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
     const char* end = digits.data() + digits.size();
     const auto [rest, error] = std::from_chars(digits.data(), end, value);
-    const bool two_signs =
-        digits.size() < text.size() && digits.starts_with('-');  // from_chars does not accept '+'
+    const bool two_signs = digits.size() < text.size() && digits.starts_with('-');  // from_chars takes no '+'
     if (error == std::errc() && rest == end && !two_signs && std::isfinite(value)) return value;
     return odd_number_value(text, at);
 }

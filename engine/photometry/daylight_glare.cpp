@@ -117,8 +117,7 @@ void add_distant_lights(const Observer& observer, const Scene& scene, std::uint6
         }
         const Reading95 seen = reading_95(across);
         if (!(seen.value > 0)) continue;
-        const double square =
-            sqr(seen.value) - sqr(across.standard_error());  // unbiased estimate of the squared true mean
+        const double square = sqr(seen.value) - sqr(across.standard_error());  // unbiased
         sources.push_back({towards->w, disc, seen, square, position});
     }
 }
