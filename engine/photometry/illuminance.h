@@ -65,7 +65,7 @@ struct IlluminanceOptions {
     std::uint64_t seed = 0;
     Workers workers;
     double seconds = std::numeric_limits<double>::infinity();
-    // Ends when each half-width is within this share of the point's or the surface's mean illuminance.
+    // Ends when half-widths are within this share of the greater of the point's value and its surface's mean.
     double precision = 0.02;
     bool indirect = false;  // also applies `precision` to indirect illuminance, as a share of that
     int most_samples = 0;   // of each replica; > 0 sets the number whatever the precision
