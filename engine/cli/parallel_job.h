@@ -38,7 +38,7 @@ class ParallelJob {
 bool has_work_here(std::span<const char* const> words);
 // Reports on `err`, at rank 0, that it works alone.
 void say_if_alone(std::span<const char* const> words, std::ostream& err);
-// Waits for rank 0 to report an error of all ranks and to end first.
+// Waits a few seconds, so that rank 0 reports an error of all ranks and ends them first.
 void leave_it_to_rank_0();
 
 // The functions below are collective and make the ranks agree.

@@ -97,7 +97,7 @@ int written(std::ostream& out, std::ostream& err) {
     return out.flush() ? kDone : fail(err, kBadInput, "standard output: cannot be written");
 }
 
-// Adds a flag that prints text(program), made from the options of all commands, and ends the parsing.
+// Adds a flag that prints text(program) and ends the parsing.
 void add_text_flag(CLI::App& program, const std::string& name, const std::string& help,
                    std::string (*text)(const CLI::App&), std::ostream& out) {
     program

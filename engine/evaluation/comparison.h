@@ -40,8 +40,7 @@ struct ImageNumbers {
 struct ComparedPictures {
     Image first, mean, reference;  // radiance in R G B; `first` is the first of the images
     Image error;                   // of the mean: relative_error() of error_pictures.h
-    std::optional<Image>
-        noise;  // standard deviation between images, relative_to() the reference; none for one image
+    std::optional<Image> noise;    // standard deviation, relative_to() the reference; none for one image
 };
 
 struct ComparisonReport {

@@ -3,9 +3,8 @@
 //
 // Let d_i be the error of image i and G_ij = mean(w d_i d_j) a weighted mean over all pixels and channels:
 //   mean square error   mean of G_ii
-//   bias²               mean of G_ij, i ≠ j, where the independent noise of two seeds cancels, so that none
-//   of
-//                       it remains (the estimate may be below 0 without bias)
+//   bias²               mean of G_ij, i ≠ j, where the independent noise of two seeds cancels
+//                       (the estimate may be below 0 if there is no bias)
 //   noise²              their difference, the variance of one image
 // The reference's own noise is common to all d_i and would count as bias, so its variance is subtracted if
 // the reference states it. Stratified samples state more noise than they have, which subtracts too much;

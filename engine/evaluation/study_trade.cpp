@@ -151,8 +151,7 @@ bool states_variances(const Image& image) {
                        [&](const char* name) { return find_channel(image, name).has_value(); });
 }
 
-// Returns luminance and, if the image states it, its variance. As in Film, channels are taken as fully
-// correlated.
+// Returns luminance and any variance that the image states. As in Film, channels are fully correlated.
 Image luminance_image(const Image& image) {
     const bool variances = states_variances(image);
     Image result(image.width, image.height,
@@ -172,8 +171,7 @@ Image luminance_image(const Image& image) {
     return result;
 }
 
-// Returns the mean of variance / (r² + kRelativeMseFloor) over finite pixels; 0 if the image states no
-// variance.
+// Returns the mean of variance / (r² + kRelativeMseFloor) over finite pixels; 0 without a variance.
 double relative_variance(const Image& reference) {
     if (reference.channels.size() < 2) return 0;
     double sum = 0, pixels = 0;

@@ -52,7 +52,6 @@ struct ScaleSettings {
 // is negative or above half of the largest; logarithmic, from 1, 2 or 5 times a power of ten to another, over
 // at most four decades; diverging, symmetric around 0. Values that are not finite, and on a logarithmic scale
 // those that are not positive, are ignored.
-// positive, has no say.
 class FalseColour {
   public:
     FalseColour(const ScaleSettings& settings, std::span<const double> values);

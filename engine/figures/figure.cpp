@@ -115,8 +115,7 @@ struct Shown {
     bool below = false, above = false, missing = false;
 };
 
-// Draws the colour bar, its numbers, the unit and the colours outside the range. `height` reaches from the
-// unit to the last mark.
+// Draws the colour bar, numbers, unit and outside colours, `height` from the unit to the last mark.
 void draw_legend(Drawing& drawing, const V2d& corner, double height, const Shown& shown) {
     constexpr double kRow = 18;
     const FalseColour& colour = shown.colour;
@@ -225,8 +224,7 @@ class LabelPlaces {
     std::vector<Taken> taken_;
 };
 
-// `place` maps points of the grid, in columns and rows, to the drawing; `numbers` are the boxes of written
-// values.
+// `place` maps grid points (column, row) to the drawing; `numbers` are the boxes of written values.
 template <typename Place>
 void draw_isolines(Drawing& drawing, const std::vector<Isoline>& lines, Place&& place,
                    const std::vector<LabelBox>& numbers = {}) {
@@ -345,8 +343,7 @@ class Plan {
         drawing_.image(from, size, picture);
     }
 
-    // Draws the isolines of the bilinear interpolation, which curve inside a cell, on a grid refined to a few
-    // pixels.
+    // Draws isolines on a grid refined to a few pixels, as bilinear isolines curve inside a cell.
     void draw_plan_isolines() {
         constexpr double kPiece = 6;  // pixels
         const double cell = std::max(figure_.spacing.x, figure_.spacing.y) * scale_;

@@ -39,8 +39,7 @@ class Bytes {
     std::size_t at_ = 0;
 };
 
-// Sums over one outgoing direction: all reflected and transmitted light, the diffuse level and the highest
-// value.
+// Sums over one outgoing direction: reflected and transmitted light, diffuse level and highest value.
 struct Sums {
     V3d reflected{0.0}, transmitted{0.0}, diffuse{0.0};
     double highest = 0;  // luminance of the BSDF, 1/sr
@@ -71,9 +70,8 @@ TableFit fit_of(const Sums& sums, double eta) {
     return fit;
 }
 
-// ---- Fourier tables of version 3. For each pair of cosines they hold a cosine series, in the azimuth
-// between the directions, of the BSDF times |cos θi|. μi is the cosine of the direction in which light
-// travels, so μi μo < 0 reflects.
+// ---- Fourier tables of version 3: for each pair of cosines a cosine series in the azimuth difference of the
+// BSDF times |cos θi|. μi is the cosine of the direction that light travels, so μi μo < 0 reflects.
 
 struct FourierTable {
     std::vector<float> mu, coefficients;
@@ -185,8 +183,7 @@ std::optional<TableFit> fit_merl(Bytes bytes) {
         !bytes.read(cells, 3 * kCells))
         return std::nullopt;
     const V3d scale(1.0 / 1500, 1.15 / 1500, 1.66 / 1500);
-    // For light from the front, the half angle and the difference angle are both half of the other
-    // direction's angle.
+    // For light from the front, both angles are half of the other direction's angle.
     const auto value = [&](double theta) {
         const double half = theta / 2;
         const auto h = static_cast<std::size_t>(

@@ -236,8 +236,7 @@ void warn_of_size(const Draft& draft, const std::vector<std::unique_ptr<Light>>&
                     draft.sources.front()->name(), diagonal));
 }
 
-// Lists the groups in the order of the text. "default" holds the lights without a group and the emission of
-// media.
+// Lists the groups in the order of the text. "default" holds ungrouped lights and the emission of media.
 LightGroups group_lights(const std::vector<DraftLight>& lights, bool glows) {
     constexpr const char* kRest = "default";
     LightGroups groups;
@@ -253,8 +252,7 @@ LightGroups group_lights(const std::vector<DraftLight>& lights, bool glows) {
     return groups;
 }
 
-// Returns the distance from the origin to the box's farthest corner, which particles of lights at infinity
-// must cover.
+// Returns the distance from the origin to the box's farthest corner, the reach of lights at infinity.
 float reach_of(const Box3d& box) {
     if (box.isEmpty()) return 0;
     V3d far;

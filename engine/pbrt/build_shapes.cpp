@@ -13,8 +13,7 @@
 namespace lucerna {
 namespace {
 
-// The peak memory of an instance as measured: the reader's record, the scene's record and the acceleration
-// structure.
+// Peak memory of an instance as measured: the records of reader and scene, and the acceleration structure.
 constexpr std::uint64_t kBytesOfInstance = 900;
 // A mesh with more triangles gets a geometry of its own; a joined one with more than kFull takes no further
 // meshes.
@@ -78,8 +77,7 @@ void append_curves(Curves& to, const DraftCurves& from, const V3d& origin) {
     append(to.segments, from.segments);
 }
 
-// Finds the geometry for a key that still accepts shapes, or makes one. Only shapes that do not emit are
-// joined.
+// Finds or makes the geometry for a key that accepts more shapes. Only non-emitting shapes are joined.
 template <typename Shape>
 class Joiner {
   public:

@@ -94,8 +94,7 @@ Emitter emitter_of(const Draft& draft, std::size_t light, const AreaSpec& area) 
             return std::ranges::lexicographical_compare(a.p, b.p, comes_before);
         });
     }
-    made.key =
-        made.centre.dot(V3d(0.5377, 0.6143, 0.5777));  // in a direction along which rows of lamps seldom lie
+    made.key = made.centre.dot(V3d(0.5377, 0.6143, 0.5777));  // rows of lamps seldom lie along it
     return made;
 }
 
@@ -236,8 +235,7 @@ std::optional<std::uint32_t> light_in_place_of(const Scene& scene, std::uint32_t
     constexpr int kPlaces = 32;
     for (int i = 0; i < kPlaces; ++i) {
         const float u = (static_cast<float>(i) + 0.5F) / kPlaces;
-        const V2f place(
-            u, std::fmod(u * 32 * 0.618034F, 1.0F));  // the golden ratio stratifies the second number
+        const V2f place(u, std::fmod(u * 32 * 0.618034F, 1.0F));  // stratified by the golden ratio
         const auto particle = scene.lights()[light]->sample_Le({place, {0.3F, 0.3F}});
         if (!particle || !(particle->from.error > 0) || !(particle->from.n.length2() > 0.5F)) continue;
         const SurfacePoint& from = particle->from;
@@ -252,8 +250,7 @@ std::optional<std::uint32_t> light_in_place_of(const Scene& scene, std::uint32_t
 
 void warn_of_overlapping_lights(const Scene& scene, const std::vector<std::string>& places,
                                 const Workers& workers, Monitor& monitor) {
-    if (places.size() != scene.lights().size())
-        return;  // the parts were edited, so places do not match lights
+    if (places.size() != scene.lights().size()) return;  // edited parts have other lights
     std::vector<std::optional<std::uint32_t>> others(places.size());
     parallel_chunks(workers, static_cast<std::int64_t>(places.size()), [&](std::int64_t i) {
         const auto light = static_cast<std::uint32_t>(i);

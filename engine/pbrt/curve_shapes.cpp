@@ -15,8 +15,8 @@ namespace {
 using Type = Param::Type;
 using Segment = std::array<V3d, 4>;
 
-Segment raised(const V3d& a, const V3d& b,
-               const V3d& c) {  // raises a quadratic Bézier segment to a cubic one
+// Raises a quadratic Bézier segment to a cubic one.
+Segment raised(const V3d& a, const V3d& b, const V3d& c) {
     return {a, a + 2.0 / 3 * (b - a), c + 2.0 / 3 * (b - c), c};
 }
 

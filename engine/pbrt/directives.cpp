@@ -9,8 +9,7 @@
 namespace lucerna {
 namespace {
 
-// Limits inclusion. Files may include others any number of times; a file that is read again costs no memory,
-// but time.
+// Limits inclusion. Files may be included repeatedly; reading one again costs no memory, but time.
 constexpr std::size_t kDeepestInclude = 64, kMostIncludes = 65'536;
 constexpr std::size_t kMostTextAgain = std::size_t{512} << 20;
 

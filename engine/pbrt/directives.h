@@ -60,8 +60,7 @@ class DirectiveReader {
     // Tells whether the directive may stand here. Skips it otherwise, as pbrt does.
     bool stands_here(const Entry& entry);
     void skip_arguments();
-    // Runs `read` and returns true. If it rejects the text, reports the error and what is done `instead`, and
-    // returns false.
+    // Runs `read`. If it rejects the text, reports that with what is done `instead` and returns false.
     template <typename Read>
     bool leniently(const Params& params, std::string_view instead, const Read& read);
     void override_resolution();
@@ -157,15 +156,13 @@ class DirectiveReader {
     std::map<std::string, std::size_t, std::less<>> objects_;  // index of each complete object
     std::string object_name_;                                  // name of the current object
     std::uint64_t shown_ = 0;  // instances in the world, including nested ones
-    // Returns the message that something of this kind was never made, cached by kind and name, as scenes
-    // often repeat a request.
+    // Returns the cached message that a thing of this kind was never made, as scenes often repeat requests.
     template <typename Made>
     const std::string& never_made(std::string_view kind, const std::string& name, const Made& made);
     std::map<std::string, std::string, std::less<>> never_made_;
-    std::vector<std::string_view> seen_,
-        seen_in_frame_;  // directives of which a scene or a frame has one, such as Camera and Film
-    bool ignores_integrator_ = false;  // set once a Renderer has chosen one
-    std::string_view name_;            // the current directive and its place
+    std::vector<std::string_view> seen_, seen_in_frame_;  // of directives such as Camera and Film
+    bool ignores_integrator_ = false;                     // set once a Renderer has chosen one
+    std::string_view name_;                               // the current directive and its place
     Place place_;
 };
 

@@ -77,8 +77,7 @@ struct DraftInstance {
 struct DraftObject {
     DraftShapes shapes;
     std::vector<DraftInstance> instances;  // instances of previously completed objects
-    // The number of objects with shapes, itself and nested ones at all depths, that an instance of this one
-    // shows. It saturates.
+    // Number of objects with shapes that an instance of this one shows, at all depths; saturates.
     std::uint64_t shown = 0;
     int depth = 0;  // nesting depth of objects in it
 };
@@ -228,14 +227,12 @@ void merge_coincident_lights(Draft& draft, Monitor& monitor);
 void warn_of_overlapping_lights(const Scene& scene, const std::vector<std::string>& places,
                                 const Workers& workers, Monitor& monitor);
 
-// The functions below turn the shapes of a draft, in world space and double precision, into those of a scene
-// or a prototype.
+// The functions below turn the shapes of a draft into those of a scene or a prototype.
 
 Box3d bounds_of(const DraftShapes& shapes);
 
-// Moves shapes to `origin`. Small meshes, curves and patches of equal traits are joined, so that a scene of
-// many tiny shapes has few geometries; shapes that emit stay separate. `mesh_of` receives the index of each
-// mesh.
+// Moves shapes to `origin`. Small shapes of equal traits are joined, so that a scene of many tiny ones has
+// few geometries; shapes that emit stay separate. `mesh_of` receives the index of each mesh.
 Shapes build_shapes(DraftShapes draft, const V3d& origin, std::vector<std::size_t>& mesh_of);
 
 // The visible objects and all their instances, with nested instances resolved.
@@ -245,9 +242,8 @@ struct Placements {
         V3d centre;         // centre of its shapes in the draft's coordinates
     };
     std::vector<Object> objects;
-    std::vector<Instance>
-        instances;  // instances of `objects`, from the draft's coordinates of the shapes to the world
-    Box3d bounds;   // in the world
+    std::vector<Instance> instances;  // of `objects`, from the draft's coordinates to the world
+    Box3d bounds;                     // in the world
 };
 // Throws InputError if the instances, including nested ones, exceed the memory.
 Placements place_objects(const Draft& draft);

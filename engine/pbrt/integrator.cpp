@@ -215,8 +215,7 @@ void read_parameters(IntegratorSettings& settings, Params& params) {
     }
 }
 
-// Reads parameters for a method that replaces another one: those of the same name apply, the others give a
-// warning.
+// Reads parameters for a replacing method: those of the same name apply, the others give a warning.
 void read_shared_parameters(IntegratorSettings& settings, Params& params) {
     const std::string name(integrator_name(settings));
     std::vector<Field> known = fields(settings);
@@ -228,13 +227,11 @@ void read_shared_parameters(IntegratorSettings& settings, Params& params) {
     }
 }
 
-// Converts pbrt's `maxdepth` where it does not limit whole paths from the light to the eye, as Lucerna's
-// does.
+// Converts pbrt's `maxdepth` where it does not limit whole paths from the light to the eye.
 void translate_max_depth(const Reading& reading, const std::string& kind, IntegratorSettings& settings) {
     const int max_depth = max_depth_of(settings);
     if (kind == "sppm") {
-        // It limits camera paths and photon paths separately, and the surface where they meet is a bounce of
-        // both.
+        // It limits camera and photon paths separately, and the surface where they meet counts in both.
         if (max_depth > 0) set_max_depth(settings, 2 * std::min(max_depth, kMaxBounces) - 1);
     } else if (reading.old_dialect && (kind == "photonmap" || kind == "exphotonmap" || kind == "igi")) {
         // It limits mirrors and glass on camera paths only; other rules end everything else.

@@ -54,8 +54,7 @@ FloatTexture read_number(Reading& reading, Params& params, std::string_view name
 
 namespace {
 
-// Returns the texture that a parameter names, or `fallback` if none has that name. Returns nothing if the
-// parameter names no texture.
+// Returns the texture that a parameter names, `fallback` for an unknown name, nothing for a value.
 std::optional<RgbTexture> texture_named(Reading& reading, Params& params, std::string_view name,
                                         const Rgb& fallback) {
     const Param* param = params.find_any(name);
@@ -165,8 +164,7 @@ Coat read_coat(Reading& reading, Params& params, const std::string& prefix) {
     coat.eta = eta.constant_value().value_or(1.5F);
     coat.roughness = read_roughness(reading, params, 0, Dialect::v4, prefix);
     coat.table = cover_of(reading, coat.eta, coat.roughness);
-    // Accepts parameters of pbrt's random walk between the layers and of the medium there, as this varnish
-    // does not scatter.
+    // Accepts parameters of pbrt's random walk and medium between the layers; this varnish is clear.
     params.accept({"maxdepth", "nsamples", "g", "thickness"});
     const auto within = read_color(reading, params, "albedo", Rgb(0.0F));
     if (params.has("albedo") && !is_black(within.at(V2f(0.5F, 0.5F)))) {
@@ -181,8 +179,7 @@ Relief read_relief(Reading& reading, Params& params) {
     for (const std::string_view name : {"bumpmap", "displacement"}) {
         if (!params.has(name)) continue;
         const FloatTexture height = read_float(reading, params, name, 0);
-        if (!height.constant_value())
-            relief.displacement = height;  // a constant displacement bends no normal
+        if (!height.constant_value()) relief.displacement = height;  // a constant has no relief
     }
     const std::string name = params.string("normalmap", "");
     if (name.empty()) return relief;

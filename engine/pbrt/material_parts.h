@@ -1,5 +1,4 @@
-// Functions that the readers of materials share, for colours, roughness, refractive indices, varnish and
-// relief.
+// Functions that readers of materials share, for colours, roughness, refractive index, varnish and relief.
 #pragma once
 
 #include <filesystem>
@@ -18,15 +17,12 @@ enum class Dialect : std::uint8_t { v2, v3, v4 };
 // Reads a number in [least, most], or a texture of floats that is clamped to it at each lookup.
 FloatTexture read_number(Reading& reading, Params& params, std::string_view name, double fallback,
                          double least, double most);
-// Reads a ratio that may exceed 1: rgb, a named spectrum of a metal ("metal-Cu-eta"), any other spectrum, or
-// a texture.
+// Reads a ratio that may exceed 1: rgb, a metal's spectrum ("metal-Cu-eta"), any other, or a texture.
 RgbTexture read_index_spectrum(Reading& reading, Params& params, std::string_view name, const Rgb& fallback);
-// Reads the refractive index of glass: a float, a named glass, a spectrum (its luminance), or a texture of
-// floats.
+// Reads the refractive index of glass: a float, a named glass, a spectrum's luminance, or a texture.
 FloatTexture read_glass_eta(Reading& reading, Params& params, std::string_view name, double fallback);
 
-// Reads "roughness", or "uroughness" and "vroughness" instead, and "remaproughness", all roughness names with
-// `prefix`.
+// Reads "roughness", or "uroughness" and "vroughness", with `prefix`, and "remaproughness".
 Roughness read_roughness(Reading& reading, Params& params, double fallback, Dialect dialect,
                          const std::string& prefix = "");
 // Returns a coat of this index and roughness; coats of one scene are shared.
@@ -50,8 +46,8 @@ struct TableFit {
     float eta = 1.5F;                 // refractive index of transmission
 };
 
-// Fits version 3's Fourier tables (.bsdf) and MERL's isotropic ones (.binary, .brdf), told by the beginning
-// of the file. Returns nothing if it is neither or damaged.
+// Fits version 3's Fourier tables (.bsdf) and MERL's isotropic ones (.binary, .brdf), depending on the
+// beginning of the file. Returns nothing if it is neither or damaged.
 std::optional<TableFit> fit_bsdf_table(const std::filesystem::path& file);
 
 }  // namespace lucerna

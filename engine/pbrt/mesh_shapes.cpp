@@ -52,8 +52,7 @@ ObjectMesh read_triangle_mesh(Params& params) {
         params.depart(s->place, "\"S\", tangents at the vertices, is not supported",
                       "tangents along u are used", "the direction of anisotropic gloss");
     }
-    params.accept(
-        {"discarddegenerateUVs", "faceIndices"});  // degenerate coordinates are repaired, not rejected
+    params.accept({"discarddegenerateUVs", "faceIndices"});  // degenerate ones are repaired
     mesh.uv = read_uv(params, mesh.p.size());
     return mesh;
 }

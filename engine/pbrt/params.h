@@ -61,8 +61,7 @@ class Params {
   public:
     Params() = default;
     // Reads declarations up to the first token that is no string. `owner` names the directive in messages.
-    // `ours` marks a directive that pbrt lacks, whose errors are not tolerated. `leniency` must outlive the
-    // parameters.
+    // `ours` marks a directive of Lucerna, read strictly. `leniency` must outlive the result.
     static Params read(Tokens& tokens, std::string owner, const Place& place, Leniency& leniency,
                        bool ours = false);
     // Continues the list.
@@ -74,8 +73,7 @@ class Params {
     // Sets the colour space of the numbers.
     void take_colours_in(const ColourSpace* space);
 
-    // Adds defaults for parameters not given here, which give no warning if unused (pbrt's Attribute
-    // directive).
+    // Adds defaults of pbrt's Attribute directive, which give no warning if unused.
     void add_defaults(const ParamDefaults& defaults) { defaults_ = defaults; }
 
     // Returns the parameter of that name and one of these types and marks it used; null if there is none. A

@@ -38,8 +38,7 @@ const char* word_end(const char* at, const char* end) {
     return at;
 }
 
-// Recognises 1.#QNAN, -1.#IND, 1.#INF and the like, which some compilers print, as numbers instead of
-// comments.
+// Recognises 1.#QNAN, -1.#IND, 1.#INF and the like, numbers as some compilers print them.
 bool is_special_number(const char* hash, const char* end) {
     const std::string_view rest(hash, static_cast<std::size_t>(end - hash));
     for (const std::string_view name : {"#QNAN", "#SNAN", "#IND", "#INF"}) {
@@ -237,8 +236,7 @@ double number_value(std::string_view text, const Place& at) {
     const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
     const char* end = digits.data() + digits.size();
     const auto [rest, error] = std::from_chars(digits.data(), end, value);
-    const bool two_signs =
-        digits.size() < text.size() && digits.starts_with('-');  // from_chars does not accept '+'
+    const bool two_signs = digits.size() < text.size() && digits.starts_with('-');  // from_chars takes no '+'
     if (error == std::errc() && rest == end && !two_signs && std::isfinite(value)) return value;
     return odd_number_value(text, at);
 }

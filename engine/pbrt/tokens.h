@@ -164,8 +164,7 @@ class Leniency {
         Place first;
         std::uint64_t times = 1;
     };
-    static constexpr std::size_t kDistinct =
-        1000;  // distinct warnings reported; further ones are only counted
+    static constexpr std::size_t kDistinct = 1000;  // further warnings are only counted
 
     Monitor& monitor_;
     bool strict_;

@@ -13,8 +13,7 @@
 namespace lucerna {
 namespace {
 
-// evalglare's values: pixels above this luminance, cd/m², form sources of their own, and pixels within this
-// angle, radians, belong to one source.
+// evalglare's luminance above which pixels form separate sources, cd/m², and angle within a source, radians.
 constexpr double kPeak = 50000, kSearchRadius = 0.2;
 // A threshold above this value is a luminance in cd/m²; a smaller one is a multiple of the mean luminance.
 constexpr double kLargestFactor = 100;
@@ -96,8 +95,7 @@ std::vector<DaylightSource> sources_of(const LuminanceView& view, const Observer
     return sources;
 }
 
-// Adds distant lights, attenuated by panes and media, as discs of the sun's solid angle with uniform
-// luminance.
+// Adds distant lights, attenuated by panes and media, as uniform discs of the sun's solid angle.
 void add_distant_lights(const Observer& observer, const Scene& scene, std::uint64_t seed,
                         std::vector<DaylightSource>& sources) {
     const double disc = 4 * kPiD * sqr(std::sin(0.5 * kSunRadius));
@@ -119,8 +117,7 @@ void add_distant_lights(const Observer& observer, const Scene& scene, std::uint6
         }
         const Reading95 seen = reading_95(across);
         if (!(seen.value > 0)) continue;
-        const double square =
-            sqr(seen.value) - sqr(across.standard_error());  // unbiased estimate of the squared true mean
+        const double square = sqr(seen.value) - sqr(across.standard_error());  // unbiased
         sources.push_back({towards->w, disc, seen, square, position});
     }
 }

@@ -61,8 +61,7 @@ struct DaylightOptions {
     double seconds = std::numeric_limits<double>::infinity();
     // The half-width of DGP at which a picture has enough samples.
     double precision = 0.005;
-    // Glare sources are brighter than this multiple of the mean luminance, or than this luminance in cd/m² if
-    // it is above 100.
+    // Glare sources exceed this multiple of the mean luminance, or if > 100 this luminance, cd/m².
     double threshold = 5;
     int pixels = 400;
 };
@@ -70,9 +69,8 @@ struct DaylightOptions {
 // Tells whether any light shines from beyond the scene, such as a sky or the sun.
 bool has_daylight(const Scene& scene);
 
-// Renders the field of view by path tracing until the DGP that follows from the picture alone is precise
-// enough. Replaces the job's camera, film and integrator. Ends early with the samples so far when the monitor
-// says so.
+// Renders the field of view by path tracing until the DGP of the picture alone is precise enough. Replaces
+// the job's camera, film and integrator. Ends early with the samples so far when the monitor says so.
 LuminanceView luminance_view(const Observer& observer, Job& job, const DaylightOptions& options,
                              Monitor& monitor);
 // Returns an image in cd/m² with R = G = B and the layers denoised.R, .G and .B.

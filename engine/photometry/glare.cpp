@@ -27,8 +27,7 @@ constexpr double kFwhmOverSigma = 2.3548200450309493;
 
 // Number of batches of one luminaire's samples. The means of batches are nearly normal.
 constexpr int kBatches = 32;
-// The random numbers of luminaires begin here, beyond those of the sensor replicas that measure the
-// background.
+// The random numbers of luminaires begin here, beyond those that measure the background.
 constexpr std::uint64_t kLuminaires = std::uint64_t{1} << 62;
 // Branches of a sample's random numbers for the two traversals of media.
 constexpr std::uint32_t kWayBranch = 0x3a, kSecondWayBranch = 0x3b;
@@ -110,8 +109,7 @@ class Eye {
         const double flux = flux_over(0);
         if (!(flux > 0)) return std::nullopt;
         // Weights samples by their share in the luminous part. To first order the result does not depend on
-        // the limit, which is an estimate. Weights inside and outside agree at the limit, where uniform
-        // luminance lies.
+        // the estimated limit. Weights inside and outside agree at the limit, which suits uniform luminance.
         const double limit = luminous_limit(samples);
         const auto luminous = [limit](const LuminaireSample& sample) {
             const double relative = sample.luminance / limit;
@@ -194,9 +192,8 @@ class Eye {
         return sample;
     }
 
-    // Returns the lights whose luminance the filter does not mix with that of a luminaire: the sky, and lamps
-    // further from it than the filter is wide. Nearer lamps, such as the chips of one module, are seen as
-    // one.
+    // Returns the lights that the filter does not mix with a luminaire: the sky, and lamps further from it
+    // than the filter is wide. Nearer lamps, such as the chips of one module, are seen as one.
     LampSet others_than(const LightBounds& luminaire) const {
         LampSet others(scene_.lights().size());
         Box3f near = luminaire.box;

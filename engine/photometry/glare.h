@@ -28,13 +28,12 @@ namespace lucerna {
 // One luminaire, a term of the UGR sum.
 struct GlareSource {
     std::uint32_t light = 0;
-    std::string kind;  // kind of the light
-    double solid_angle =
-        0;  // sr, of the luminous part: the smallest one with 90 % of the light, divided by 0.9
-    double luminance = 0;  // cd/m², mean over the luminous part
-    double position = 1;   // position index, mean weighted with luminance
-    Reading95 even;        // luminance² solid angle / p², the term of CIE 117 with the mean luminance
-    Reading95 seen;        // integral of L² / p² of the filtered luminance
+    std::string kind;        // kind of the light
+    double solid_angle = 0;  // sr, of the smallest part with 90 % of the light, over 0.9
+    double luminance = 0;    // cd/m², mean over the luminous part
+    double position = 1;     // position index, mean weighted with luminance
+    Reading95 even;          // luminance² solid angle / p², the term of CIE 117 with the mean luminance
+    Reading95 seen;          // integral of L² / p² of the filtered luminance
 };
 
 struct GlareReport {

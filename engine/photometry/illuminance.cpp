@@ -87,8 +87,7 @@ struct PointScatter {
 
 struct Readings {
     std::vector<SurfaceIlluminance> surfaces;
-    // Both list the points of all surfaces one after another. `chance` is empty where no light is found by
-    // chance.
+    // Both list the points of all surfaces. `chance` is empty where no light is found by chance.
     std::vector<PointScatter> scatter;
     std::vector<ChanceAtPoint> chance;
 };
@@ -121,8 +120,7 @@ class PointImage {
     Readings read(const RenderResult& result, const std::vector<std::string>& groups) const {
         const Image& parts = result.parts.value();
         const LightOf all(result.image, ""), direct(parts, std::string(layer_name(Layer::direct)) + ".");
-        // Indirect light is added up from layers, because subtracting direct light from all light would leave
-        // its rounding error.
+        // Adds up indirect light from layers, as a difference from all light would leave its rounding error.
         std::vector<LightOf> others;
         for (const Layer part : {Layer::indirect, Layer::caustic, Layer::media})
             others.emplace_back(parts, std::string(layer_name(part)) + ".");
@@ -181,8 +179,7 @@ class PointImage {
         for (const std::string& name : groups) lights.emplace_back(image, kLightGroupPrefix + name + ".");
         return lights;
     }
-    // Subtracts `found` from `all`, and returns 0 where the difference is no more than single-precision
-    // rounding.
+    // Returns `all` - `found`, or 0 where this is no more than single-precision rounding.
     static double heads_without(double all, double found) {
         constexpr double kRounding = 1e-5;
         const double rest = all - found;
@@ -221,7 +218,8 @@ double worst_scatter_of(const Readings& readings, bool indirect) {
 }
 
 // Returns the radius of the density estimate of light paths around a point: half of the spacing of a
-// surface's points, but no more than a share of the median distance that the point sees in a few directions.
+// surface's points, but at most a share of the median distance that the point sees, and that share if the
+// spacing is small.
 float blur_of(const CalculationSurface& surface, const Receiver& receiver, const Scene& scene) {
     constexpr double kOfSight = 0.05;
     constexpr int kDirections = 31;

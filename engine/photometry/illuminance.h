@@ -65,8 +65,7 @@ struct IlluminanceOptions {
     std::uint64_t seed = 0;
     Workers workers;
     double seconds = std::numeric_limits<double>::infinity();
-    // Ends when no point's half-width exceeds this share of its illuminance, or of its surface's mean if that
-    // is greater.
+    // Ends when half-widths are within this share of the greater of the point's value and its surface's mean.
     double precision = 0.02;
     bool indirect = false;  // also applies `precision` to indirect illuminance, as a share of that
     int most_samples = 0;   // of each replica; > 0 sets the number whatever the precision
@@ -89,11 +88,10 @@ struct IlluminanceReport {
     std::string unit;                 // "lx", "W/m^2"
     std::string flux_unit;            // "lm", "W"
     double precision = 0;             // the largest such share that was reached
-    // "precision", "time", "samples", "user", "forecast", or "light paths" if their estimate limits the
-    // precision.
+    // "precision", "time", "samples", "user", "forecast", or "light paths", which limit the precision.
     std::string ended_by;
     int heads = 0;    // of each point
-    int samples = 0;  // of each head
+    int samples = 0;  // of each replica
     std::uint64_t rays = 0;
     double seconds = 0;
 };

@@ -36,8 +36,8 @@ Scatter scatter_of(std::span<const Reading95> by_replicate, int heads) {
     return scatter;
 }
 
-// Without this maximum, an s² that is by chance far below its expectation would give an upper bound near 0.
-// Such an s² is replaced by its expectation without uncertainty of the lamps.
+// Without the maximum, an s² that is by chance far below its expectation would give an upper bound near 0.
+// The maximum is its expectation without uncertainty of the lamps.
 LampUncertainty bound_of(const Scatter& scatter, int freedom) {
     const double most =
         std::max(scatter.variance, scatter.monte_carlo) * freedom / chi_square_quantile(-kNormal95, freedom);

@@ -24,11 +24,9 @@ namespace lucerna {
 
 // The uncertainty of one number due to the lamps alone.
 struct LampUncertainty {
-    double expanded = 0;  // U for k = 2, in the number's unit, >= 0
-    bool upper_bound =
-        false;  // U is an upper bound, as s² does not differ significantly from Monte Carlo noise
-    // The standard uncertainty of U itself over U. It is 1 / √(2 (B - 1)) without Monte Carlo noise, and 0
-    // for an upper bound.
+    double expanded = 0;       // U for k = 2, in the number's unit, >= 0
+    bool upper_bound = false;  // as s² does not differ significantly from Monte Carlo noise
+    // Standard uncertainty of U over U: 1 / √(2 (B - 1)) without Monte Carlo noise, 0 for an upper bound.
     double relative = 0;
 };
 
@@ -60,8 +58,7 @@ struct MeasurementUncertainty {
 // Carlo interval from `heads` sensor replicas.
 LampUncertainty lamp_uncertainty(std::span<const Reading95> by_replicate, int heads);
 
-// Compares `whole`, computed with the lamps themselves, with reports on the same surfaces by their
-// replicates.
+// Compares `whole`, by the lamps themselves, with reports on the same surfaces by replicates.
 MeasurementUncertainty measurement_uncertainty(const IlluminanceReport& whole,
                                                std::span<const IlluminanceReport> by_replicate);
 

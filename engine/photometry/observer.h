@@ -12,8 +12,7 @@ struct Observer {
     V3d eye;   // world, scene units (metres)
     V3f view;  // unit: the line of sight
     V3f up;    // unit, not along `view`
-    // The handedness of the scene's axes, which tells right from left. pbrt's are left-handed unless a scene
-    // mirrors them.
+    // Handedness of the scene's axes; pbrt's are left-handed unless a scene mirrors them.
     bool right_handed = false;
 
     V3f right() const {  // unit
@@ -21,13 +20,11 @@ struct Observer {
     }
 };
 
-// Returns Guth's position index of a direction, >= 1, by the fit of [Levin 1975] above the line of sight and
-// that of [Iwata and Tokura 1997] below it. `from_vertical` is the angle in degrees between the vertical
-// plane through the line of sight and the plane of both directions; `from_view` is that between both
-// directions.
+// Returns Guth's position index of a direction, >= 1, by [Levin 1975] above the line of sight and [Iwata and
+// Tokura 1997] below it. `from_vertical` is the angle between the vertical plane through the line of sight
+// and the plane of both directions, `from_view` that between both; degrees.
 double position_index(double from_vertical, double from_view);
-// Returns the position index of a unit vector `w`, or infinity if it points behind the observer, where it is
-// not seen.
+// Returns the position index of a unit vector `w`, or infinity if it points behind the observer.
 double position_index(const Observer& observer, const V3f& w);
 
 }  // namespace lucerna

@@ -55,8 +55,7 @@ void print_rig(std::ostream& out, const Rig& rig) {
                length_text(rig.distance), rig.basis == PixelBasis::hat ? "linear between them" : "each even");
     if (rig.filter_basis == FilterBasis::hat)
         fmt::print(out, "between views        linear: measured without an optical filter\n");
-    // D > 0 in every rig that a light field accepts. As seen from the middle of S: without the sensor's
-    // travel.
+    // D > 0 in every accepted rig. Angles are from the centre of S, without the sensor's travel.
     const auto angle = [&rig](int axis) {
         return std::atan(
             -rig.m_coordinate.on_plane((-0.5 * rig.pixels[axis] - rig.overhang()) * rig.pixel[axis]) /
@@ -118,8 +117,7 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     const double clamped = field.clamped_flux(workers);
     const double lamp = info.captured + info.missed;
     const Negative negative = negatives(field);
-    const double count =
-        static_cast<double>(field.coefficients().size());  // a field has at least one coefficient
+    const double count = static_cast<double>(field.coefficients().size());  // at least 1
     print_rig(out, field.rig());
     // The emission is max(0, h), scaled back to the measured flux.
     fmt::print(out,

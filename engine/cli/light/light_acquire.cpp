@@ -79,7 +79,7 @@ struct AcquireCommand {
 };
 
 // Lays the planes in front of the emitter like choose_rig does for rays: S extends one filter beyond the edge
-// on every side, and M is at five times the size and wide enough for the share of the flux [Ashdown 1995].
+// on every side; M is five emitter sizes away and wide enough for the share of the flux [Ashdown 1995].
 Rig lay_planes(const QuickLamp& lamp, const V2d& half) {
     Rig rig;
     rig.views = lamp.views;

@@ -48,7 +48,7 @@ std::string escaped(std::string_view text) {
     return result;
 }
 
-// Returns 1, 2 or 5 times a power of ten that divides `peak` > 0 into four to eight steps.
+// Returns 1, 2 or 5 times a power of ten that divides `peak` > 0 into four to ten steps.
 double nice_step(double peak) {
     const double rough = peak / 4;
     const double power = std::pow(10, std::floor(std::log10(rough)));

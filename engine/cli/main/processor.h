@@ -1,8 +1,8 @@
 // Checks that the processor has the instructions that the program is compiled to use. Without them the
 // program would end with SIGILL and no message.
 //
-// processor.cpp is compiled for baseline x86-64 and runs before any other code of the program, also before
-// the initialisers of other files' globals and of shared libraries.
+// processor.cpp is compiled for baseline x86-64. Its check runs before any other code of the program, also
+// before the initialisers of other files' globals and of shared libraries.
 #pragma once
 
 #include <cstddef>

@@ -58,8 +58,7 @@ CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
     surface.u = corners[1] - corners[0];
     surface.v = corners[2] - corners[0];
     surface.kind = options.kind;
-    const V3d above =
-        surface.u.cross(surface.v).normalized();  // zero for a degenerate surface, rejected below
+    const V3d above = surface.u.cross(surface.v).normalized();  // zero if degenerate, rejected below
     surface.up = V3f(above);
     if (options.facing && !has_facing(options.kind)) input_error(at, "{}", no_facing_text(options.kind));
     surface.normal = V3f(options.facing.value_or(above));

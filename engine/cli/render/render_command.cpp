@@ -251,8 +251,8 @@ double writing_seconds(const RenderCommand& command, const Job& job) {
     return (denoising + (command.png ? 0.8e-6 : 0.5e-6)) * size.x * size.y;
 }
 
-// Denoises if a picture is requested, or time or error ends the render, except with a checkpoint, where the
-// command line alone determines what is rendered.
+// Tells whether to show the denoised image by default: for a picture, or if time or error ends the render,
+// but not with a checkpoint, where the command line alone determines what is rendered.
 bool shows_denoised(const RenderCommand& command) {
     const bool asked_to_show = command.png || has_limit(command.options.limits);
     return command.denoise.value_or(asked_to_show && command.checkpoint.kept().empty());

@@ -35,7 +35,7 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
                             const std::filesystem::path& image_file);
 
 // Returns the expected error of the picture in the measure of Film::relative_error(): that of the denoised
-// image including its blur, otherwise its noise, plus the error beyond noise from the trial if the method was
+// image including its blur, otherwise its noise, with the error beyond noise from the trial if the method was
 // chosen. Returns nothing while it is unknown.
 std::optional<double> picture_error(const RunFacts& facts, const RenderReport& report);
 
