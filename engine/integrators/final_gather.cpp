@@ -367,7 +367,7 @@ std::optional<FinalGather::IndirectAtGatherHit> FinalGather::indirect_at_gather_
             path.indirect(found->share * radiance, 0);  // irradiance points do not separate light groups
             return IndirectAtGatherHit{found->radius, holds_direct(settings_, scene_)};
         }
-        // With direct = map, density estimates alone find the light that only photons carry.
+        // With direct = map, lights that only particles carry are found by density estimates alone.
         if (settings_.direct != DirectMethod::map) return std::nullopt;
     }
     const float radius = estimate(MapKind::global, path, vertex, how, sampler);
