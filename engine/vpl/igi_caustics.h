@@ -9,8 +9,8 @@
 //   the same, and before that the diffuse      the same, because rays would bring few samples of such small
 //   part of a surface that was lit so          bright spots; without compensation nothing
 //   a surface's diffuse part, a medium         VPLs, and near by the compensation rays
-//   gloss and the like, and a diffuse surface  compensation rays; without them gloss (not mirrors) that is
-//   lit before that                                by scattered light makes a Lambertian VPL
+//   gloss and the like, and a diffuse surface  compensation rays; without them gloss (no mirrors) that is lit
+//   before that                                by scattered light makes a Lambertian VPL
 #pragma once
 
 #include <optional>
