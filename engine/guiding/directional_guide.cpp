@@ -15,24 +15,23 @@
 namespace lucerna {
 namespace {
 
-// The overlap of histograms: each counts k photons, and there is a cache record for every k /
-// kStationOverlap.
+// Histograms overlap: each counts k photons, but every (k / kStationOverlap)-th photon is a cache record.
 constexpr int kStationOverlap = 8;
-// The minimum cosine between the normals of a point and of the cache record that it uses.
+// The normals of a point and of the cache record that it uses have at least this cosine.
 constexpr float kFacingAlike = 0.9F;
-// The weight of the uniform density beside the photons found, as a number of photons.
+// A uniform density of this many photons is added to the photons found.
 constexpr float kEvenPhotons = 16;
-// The minimum second moment of a histogram's density, which is the gain in variance if light comes as the
-// photons tell. Histograms with less are not used.
+// A histogram is used only if the second moment of its density is at least this. The moment is the gain in
+// variance if light comes as the photons tell.
 constexpr float kLeastGain = 1.3F;
-// The maximum share of a guide if the BSDF has other lobes, so that transmission stays possible whatever is
-// guessed.
+// If the BSDF has other lobes, the guide draws at most this share, so that transmission stays possible
+// whatever is guessed.
 constexpr float kMostGuided = 0.9F;
 
-// The minimum cosine between a shading normal and the cache record's normal. A histogram turned far tells
+// A shading normal and the cache record's normal have at least this cosine. A histogram turned far tells
 // little, and turned by a right angle nothing.
 constexpr float kLeastFacing = 0.7F;
-// The minimum share of cache records at which guiding must pay for it to be done at all.
+// Guiding is done only if it pays at this share of the cache records, or more.
 constexpr double kLeastPaying = 0.2;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 

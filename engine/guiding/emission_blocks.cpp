@@ -15,9 +15,9 @@ constexpr std::size_t kSlices = 8;
 // The chi-square of 7 degrees of freedom exceeds this with a probability of 0.001.
 constexpr double kBeyondChance = 24.3;
 
-// The number of additional trials that a block's mean assumes, with the mean of the block from which it was
-// cut: a few trials that brought nothing do not prove that none ever will. Lights, which have no block above
-// them, use the mean of all.
+// A block's mean assumes this many additional trials, with the mean of the block from which it was cut: a few
+// trials that brought nothing do not prove that none ever will. Lights, which have no block above them, use
+// the mean of all.
 constexpr double kInherited = 4, kInheritedByLight = 1;
 
 float number(const LeSampleU& u, int axis) {

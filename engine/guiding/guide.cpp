@@ -16,9 +16,9 @@
 namespace lucerna {
 namespace {
 
-// The overlap of distributions: each counts k photons, and there is one for every k / kOverlap photons.
+// Distributions overlap: each counts k photons, and there is one for every k / kOverlap photons.
 constexpr int kOverlap = 3;
-// The minimum cosine between the normals of a point and of the cached distribution that it uses.
+// The normals of a point and of the cached distribution that it uses have at least this cosine.
 constexpr float kAboutTheSame = 0.7F;
 
 constexpr CellId kNoSample = kNoCell - 1;  // no part has this number: a table has fewer cells

@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-// The minimum probability of tracing the BSDF's ray, and the probability where no candidate contributes.
+// The BSDF's ray is traced with at least kLeastChance, and with kBlindChance where no candidate contributes.
 constexpr float kLeastChance = 1.0F / 32;
 constexpr float kBlindChance = 0.25F;
 

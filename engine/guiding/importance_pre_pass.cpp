@@ -19,7 +19,8 @@ namespace {
 // This is ε relative to the mean radiance. Darker pixels may be off by as much.
 constexpr double kDarkest = 0.05;
 
-// The number of pre-pass paths for one camera ray: estimates then cost as much as the paths that they judge.
+// There is one camera ray for so many pre-pass paths: estimates then cost as much as the paths that they
+// judge.
 constexpr std::int64_t kPathsPerRay = 4;
 
 constexpr std::array kSurfaceMaps{MapKind::direct, MapKind::global, MapKind::caustic};
@@ -229,9 +230,9 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
 
 namespace {
 
-// The maximum number of bounces of camera and gather rays: what is seen beyond is dim, or a maze of mirrors,
-// and no light of the image is lost with it. It is larger than for irradiance points, as the camera may look
-// through several glasses.
+// Camera and gather rays have at most this many bounces: what is seen beyond is dim, or a maze of mirrors,
+// and no light of the image is lost with it. The limit is larger than for irradiance points, because the
+// camera may look through several glasses.
 constexpr int kMostImportonBounces = 16;
 
 // Follows one camera ray and its gather rays.

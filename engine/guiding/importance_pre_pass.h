@@ -85,7 +85,7 @@ struct ImportonParameters {
 std::vector<Importon> trace_importons(const Scene& scene, const View& view,
                                       const ImportonParameters& parameters, const Workers& workers);
 
-// The pass number of the pre-pass, which no pass has, nor the pre-pass for radii.
+// The pre-pass has this pass number, which no pass has, nor the pre-pass for radii.
 inline constexpr std::uint32_t kEmissionPrePass = 0xfffffffeU;
 
 struct ImportancePrePassSettings {

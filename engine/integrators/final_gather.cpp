@@ -20,17 +20,18 @@ constexpr int kMostEyeBounces = 64;
 // Paths from the eye survive without Russian roulette over this many shaded surfaces.
 constexpr int kSureBounces = 4;
 
-// The minimum probability of following gloss where a gather ray lands; it limits the weight to 10.
+// Gloss where a gather ray lands is followed with at least this probability, so that its weight is at most
+// 10.
 constexpr float kLeastGlossChance = 0.1F;
 
-// The radius within which caustic photons are searched, relative to the radius r(x) of the estimate. A photon
-// at y contributes at x if it is nearer than r(y). Where radii change by less than half of the distance
-// between two points, r(y) < 2 r(x). Where they change faster, the search misses photons of larger radii at
-// the rims of their discs.
+// Caustic photons are searched within this multiple of the radius r(x) of the estimate. A photon at y
+// contributes at x if it is nearer than r(y). Where radii change by less than half of the distance between
+// two points, r(y) < 2 r(x). Where they change faster, the search misses photons of larger radii at the rims
+// of their discs.
 constexpr float kCausticReach = 2;
 
-// Branches of a camera sample's sampler, for gather rays, for each map's probes, for light samples and for
-// caustics. Adding kChanceBranch to a branch gives the one that decides on a fractional sample.
+// These are branches of a camera sample's sampler, for gather rays, for each map's probes, for light samples
+// and for caustics. Adding kChanceBranch to a branch gives the one that decides on a fractional sample.
 constexpr std::uint32_t kGatherBranch = 0, kProbesBranch = 1;
 constexpr std::uint32_t kLightBranch = kProbesBranch + kMapKinds, kCausticBranch = kLightBranch + 1;
 constexpr std::uint32_t kChanceBranch = kCausticBranch + 1;
@@ -116,7 +117,7 @@ class FinalGather::Visitor : public EyeVisitor {
     float carried_;     // largest component of the throughput at the start; 0: the path brings nothing
     int began_;         // bounces of the path where its last segment began: at the camera or a shaded surface
     int surfaces_ = 0;  // shaded so far
-    // The length of that segment up to the first surface that does not pass it straight, scene units.
+    // This is the length of that segment up to the first surface that does not pass it straight, scene units.
     float length_ = INFINITY;
 };
 

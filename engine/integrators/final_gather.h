@@ -38,7 +38,7 @@ class FinalGather final : public Estimator {
     struct Splits {
         SplitPlan plan;
         SplitPilot* pilot = nullptr;
-        // Factor of density estimates where the camera looks. 0 leaves them to other samples of the pixel.
+        // Multiplies density estimates where the camera looks. 0 leaves them to other samples of the pixel.
         float estimates = 1;
     };
     // Follows a path from the eye, or a gather ray, up to the first purely diffuse surface.

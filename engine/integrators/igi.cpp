@@ -145,8 +145,8 @@ class IgiEstimator final : public Estimator {
 };
 
 // Compensates for clamping [Kollig and Keller 2004]: a path tracer finds the light that clamped VPLs leave
-// out. At each place it adds the light of the VPLs, and continues with the residual of clamping, 1 -
-// clamped(), of what it meets. Both shares of each pair of places thus add up to the whole, exactly. The
+// out. At each place it adds the light of the VPLs, and continues with the residual of clamping,
+// 1 - clamped(), of what it meets. Both shares of each pair of places thus add up to the whole, exactly. The
 // light that leaves such a place towards the eye is evaluated with the surface's own BSDF, and not with the
 // Lambertian one of a VPL: the more light clamping leaves to rays, the nearer the image is to the path
 // tracer's. A path uses one set throughout: every term of the sum is linear in one set's VPLs, so its mean is
@@ -217,8 +217,8 @@ class IgiEstimator::Compensation : public EyeVisitor {
     SurfacePoint from_{};
     float cosine_ = 1;
     Rgb by_vpls_{1.0F};
-    // The share of light over L(S+D)*S+, to where the path last left a place that is not specular, that no
-    // Caustic map has brought to an earlier place.
+    // This is the share of light over L(S+D)*S+, to where the path last left a place that is not specular,
+    // that no Caustic map has brought to an earlier place.
     Rgb caustic_{1.0F};
     bool specular_ = false;  // whether the path has come over specular surfaces since
     Rgb residual_{0.0F};     // throughput that VPLs left, at the surface met last
@@ -257,7 +257,7 @@ bool IgiEstimator::Compensation::at_surface(EyePath& path, const Vertex& met, Sa
         const PathAccount scaled = path.times(of_.settings_.indirect_scale);
         next_event(of_.scene_, at, sampler, choice, scaled.times(of_lamps));
         if (!on->specular) {
-            // No map has brought these caustics before if the path came over nothing specular.
+            // If the path came over nothing specular, no map has brought these caustics before.
             if (!is_black(caustic))
                 of_.caustics_.add_radiance(at, set_.half, path.left, scaled.times(caustic));
             of_.indirect(path, at, set_, sampler);
@@ -388,7 +388,7 @@ class IgiSession final : public Session {
         parameters.pass = index;
         parameters.gloss = vpl_gloss(settings_);
         parameters.longest =
-            most_bounces(settings_.max_depth) - 2;  // minus the VPL's own bounce and the lit place's
+            most_bounces(settings_.max_depth) - 2;  // a bounce at the VPL, one where it shines
         if (pre_pass_) parameters.emission = &pre_pass_->importance.emission;
         const std::uint32_t factor = pre_pass_ ? thinning(parameters) : 1;
         parameters.paths *= factor;

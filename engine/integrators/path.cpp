@@ -18,9 +18,9 @@
 namespace lucerna {
 namespace {
 
-// Parameters of Russian roulette for paths that sample the lights at every bounce. The first bounces bring
-// most of the light and of its variance, and always survive. Later ones survive more often than their
-// throughput suggests, because ending them that early would save less time than it adds variance.
+// These parameters control the Russian roulette of paths that sample the lights at every bounce. The first
+// bounces bring most of the light and of its variance, and always survive. Later ones survive more often than
+// their throughput suggests, because ending them that early would save less time than it adds variance.
 constexpr int kPathRouletteFrom = 2;
 constexpr float kPathSurvival = 3;
 
@@ -31,7 +31,7 @@ float path_survival(const EyePath& path) {
     return std::min(kMaxSurvival, kPathSurvival * std::max(path.density_ratio, 1.0F) * path.survival());
 }
 
-// The number of first bounces that photons guide. Later ones bring little, and each look-up costs as much.
+// Photons guide this many first bounces. Later ones bring little, and each look-up costs as much.
 constexpr int kGuidedBounces = 3;
 
 class PathEstimator final : public Estimator {

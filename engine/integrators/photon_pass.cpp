@@ -20,7 +20,7 @@ std::array<bool, kMapKinds> wanted_maps(const PhotonMapSettings& settings, const
     return maps;
 }
 
-// The share of the preparation time that photons get where irradiance is precomputed, too.
+// Photons get this share of the preparation time where irradiance is precomputed, too.
 constexpr double kPhotonsShare = 0.4;
 
 PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context, const MapFiles& files) {
@@ -70,8 +70,7 @@ std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii, 
 // Returns the bounce limit of photons for irradiance points: the path also bounces at both ends of a gather
 // ray.
 int kept_where_rays_land(const PhotonMapSettings& settings) {
-    return settings.max_depth > 0 ? settings.max_depth - 2
-                                  : kMaxBounces;  // at least 1, as there is a Global map
+    return settings.max_depth > 0 ? settings.max_depth - 2 : kMaxBounces;  // >= 1: there is a map
 }
 
 bool may_guide(const PhotonMapSettings& settings) {

@@ -40,8 +40,8 @@ struct PhotonMapPass {
     const GuideMap* guides = nullptr;           // for the direct methods `gated` and `guided`
     MapFiles files = {};
     int sets = 1;  // see MapParameters
-    // Number of camera samples per pixel in this pass. One of them estimates density from the maps; in pixels
-    // that show an edge (`edges`, if not null) all of them do.
+    // The pass takes this many camera samples of each pixel. One of them estimates density from the maps; in
+    // pixels that show an edge (`edges`, if not null) all of them do.
     int samples = 1;
     const PixelEdges* edges = nullptr;
 };

@@ -103,8 +103,7 @@ IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonM
     std::vector<const PhotonMap*> read = {&global};
     if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
     if (settings.direct == DirectMethod::map) read.push_back(maps.find(MapKind::direct));
-    constexpr std::uint64_t kNoPoint =
-        ~std::uint64_t{0};  // no point has this path number; each splits the sampler below
+    constexpr std::uint64_t kNoPoint = ~std::uint64_t{0};  // no point has this path number
     const Sampler probes(context.seed, Purpose::gather, context.pass, kNoPoint);
     IrradianceSources sources{read, how, Probing{context.scene, probes}, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {

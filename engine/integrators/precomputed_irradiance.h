@@ -16,8 +16,8 @@ namespace lucerna {
 bool holds_direct(const PhotonMapSettings& settings, const Scene& scene);
 
 // Makes an irradiance point for one photon in n of the Global map, with the light of all maps. Direct light
-// comes from the Direct map or is sampled. Requires the Global map, settings.precompute > 0 and, with direct
-// = map, the Direct map.
+// is sampled, or, with direct = map, read from the Direct map. Requires these maps and settings.precompute >
+// 0.
 IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonMaps& maps,
                                        const DensityEstimateSettings& how, const PhotonMapSettings& settings);
 

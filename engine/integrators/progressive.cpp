@@ -15,9 +15,9 @@
 // Where they show even light on a wider disc (photon/evenness.h), r_1 holds up to 4 k photons [Lin 2020].
 //
 // Choice of k. Variance falls as 1/k, and bias grows as k. Both change from pass to pass by the same
-// sequences, so that the k that balances them in the first pass does so in all. Unevenness that the test of 4
-// k photons misses is no larger than their noise, and neither is its bias, while the wider disc has a quarter
-// of the variance. The same places also record once whether edges or walls cut off the disc, so that
+// sequences, so that the k that balances them in the first pass does so in all. Unevenness that the test of
+// 4 k photons misses is no larger than their noise, and neither is its bias, while the wider disc has a
+// quarter of the variance. The same places also record once whether edges or walls cut off the disc, so that
 // estimates need probes: a disc that is not cut off stays so as radii shrink.
 //
 // Consistency. No pass uses the photons of the pre-pass. Given r_1, a fixed function of the place with a
@@ -40,15 +40,13 @@
 namespace lucerna {
 namespace {
 
-// The pass number of the pre-pass, which no other pass has.
+// The pre-pass has this pass number, which no other pass has.
 constexpr std::uint32_t kRadiusPrePass = 0xffffffffU;
 
-// The maximum number of points per map at which the first radius is known. Radii vary as slowly as the light
-// does.
+// The first radius is known at this many points per map, at most. Radii vary as slowly as the light does.
 constexpr std::size_t kPrePassPoints = 8192;
 
-// Discs of caustics hold k / kCausticShare photons, because caustics have finer structure than indirect
-// light.
+// Discs of caustics, whose structure is finer than that of indirect light, hold k / kCausticShare photons.
 constexpr int kCausticShare = 2;
 
 // Returns r_1: one length everywhere, or the radius that the pre-pass found near a point.
@@ -125,7 +123,7 @@ class PassRadii final : public RadiusRule {
     float scale_, volume_scale_;
 };
 
-// Effort of an estimate's probes. A few suffice, because they are right in the mean and passes are averaged.
+// A few probes per estimate suffice, because they are right in the mean and passes are averaged.
 constexpr ProbeEffort kPassProbes{.photons = 4, .directions = 1, .places = 8};
 
 // Returns the settings of the maps that every pass builds and reads.

@@ -47,8 +47,8 @@ struct PhotonMapSettings {
     std::int64_t caustic_photons = 0, indirect_photons = 0;
     DirectMethod direct = DirectMethod::mc;
     IndirectMethod indirect = IndirectMethod::gather;
-    // Gather rays per camera sample. With 0 the number is adaptive, and photons guide the rays where that
-    // reduces noise (splitting.h).
+    // Each camera sample takes this many gather rays. With 0 the number is adaptive, and photons guide the
+    // rays where that reduces noise (splitting.h).
     int gather_rays = 0;
     // Irradiance is precomputed at one photon in n. With 0, density is estimated where each gather ray ends.
     int precompute = 4;
@@ -70,8 +70,8 @@ struct PhotonMapSettings {
 // their mean is consistent.
 struct ProgressiveSettings {
     std::int64_t photons = 100'000;  // light paths emitted in each pass
-    // Number of camera samples per pixel and pass. All of them sample direct light, but only one of them
-    // estimates density, which costs as much as several light samples.
+    // Each pass takes this many camera samples per pixel. All of them sample direct light, but only one of
+    // them estimates density, which costs as much as several light samples.
     int samples = 4;
     float alpha = 2.0F / 3;                  // r²_{i+1} / r²_i = (i + alpha) / (i + 1)
     DirectMethod direct = DirectMethod::mc;  // mc or map

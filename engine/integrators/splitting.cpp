@@ -8,21 +8,21 @@
 namespace lucerna {
 namespace {
 
-// Costs in microseconds of one core, in rooms of some 100,000 triangles. Only their ratios matter.
+// These are costs in microseconds of one core, in rooms of some 100,000 triangles. Only their ratios matter.
 constexpr double kCameraSample = 2, kLightSample = 2.5, kGatherRay = 3, kCausticEstimate = 8;
 
-// Bounds of the numbers. Beyond the upper ones each sample brings little; the lower ones are needed because a
-// pilot that found nothing does not prove that there is nothing.
+// These bound the numbers of samples. Above the upper bounds each sample brings little; lower ones are needed
+// because a pilot that found nothing does not prove that there is nothing.
 constexpr double kMostLightSamples = 8, kMostGatherRays = 32;
 constexpr double kLeastGatherRays = 0.25, kLeastCausticEstimates = 0.1;
 
-// The lower bound of a camera sample's own variance, relative to its square. A pilot of few pixels misses
-// edges, which nearly every cell has, and the difference of two estimated variances is seldom as small as it
-// looks. A pixel's camera samples are stratified, unlike the pilot's, but that makes up for little: with few
-// samples at edges, or many lamps, for hardly anything.
+// A camera sample's own variance is assumed to be at least this share of its square. A pilot of few pixels
+// misses edges, which nearly every cell has, and the difference of two estimated variances is seldom as small
+// as it looks. A pixel's camera samples are stratified, unlike the pilot's, but that makes up for little:
+// with few samples at edges, or many lamps, for hardly anything.
 constexpr double kLeastOwnVariance = 0.1;
 
-// The relative cost of a guided ray, with a margin because few samples estimate the variances.
+// A guided ray costs this many times as much, with a margin because few samples estimate the variances.
 constexpr double kGuidedRay = 1.5;
 
 }  // namespace

@@ -3,8 +3,8 @@
 //
 // Source: [Rath 2022; Bolin and Meyer 1997]. A camera sample costs C0 and has a variance of V0, due to edges,
 // textures and the lens, which only more camera samples reduce. Each other kind of sample has cost c and
-// variance v. With n samples of each kind, the pixel's error in a given time goes as (V0 + Σ v/n) (C0 + Σ n
-// c), which is least for
+// variance v. With n samples of each kind, the pixel's error in a given time is proportional to
+// (V0 + Σ v/n) (C0 + Σ n c), which is least for
 //
 //   n = sqrt(v/c · C0/V0).
 //
@@ -51,8 +51,8 @@ using SplitPlan = std::array<SplitNumbers, kShareClasses>;
 struct SplitMoments {
     double variance = 0;       // of one sample at a given place: (a - b)²/2
     double second_moment = 0;  // of one sample: the squared mean a b, plus the variance
-    // The second moment that samples would have had without guiding: each one's square times the ratio of its
-    // density to that without guiding.
+    // This is the second moment that samples would have had without guiding: each one's square times the
+    // ratio of its density to that without guiding.
     double unguided_moment = 0;
     double places = 0;  // number of places
 

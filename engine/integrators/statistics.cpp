@@ -227,10 +227,8 @@ void warn_of_shared(std::string_view what, Monitor& monitor) {
 }
 
 void warn_of_endless_light(const Ledger& ledger, Monitor& monitor) {
-    constexpr std::uint64_t kFewPaths =
-        64;  // fewer paths do not tell, because the power at their ends varies
-    constexpr double kUsual =
-        0.5;  // least usual share of power that is absorbed or leaves, many sigmas below 1
+    constexpr std::uint64_t kFewPaths = 64;  // fewer paths are too noisy to judge
+    constexpr double kUsual = 0.5;           // usually more is absorbed or escapes, by many sigmas
     const std::uint64_t paths = ledger.paths - ledger.not_emitted;
     const double emitted = energy_luminance(ledger.emitted);
     if (paths < kFewPaths || !(emitted > 0)) return;

@@ -20,8 +20,8 @@ namespace {
 // This is ε relative to the mean radiance. Darker pixels may be off by as much.
 constexpr double kDarkest = 0.05;
 
-// The number of places at which a path is tried, and of paths for one camera ray: most shadow rays are the
-// paths'.
+// Each path is tried at kTries places, and there is one camera ray for kPathsPerRay paths, so that most
+// shadow rays serve paths.
 constexpr std::size_t kTries = 4;
 constexpr std::int64_t kPathsPerRay = 16, kMostRays = 4096;
 
@@ -173,13 +173,13 @@ std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const Re
 
 namespace {
 
-// The number of direct light samples at each place.
+// Each place takes this many samples of direct light.
 constexpr int kLightSamples = 4;
 
 constexpr std::uint32_t kDirectBranch = 1;  // of a camera ray's sampler
 
-// The maximum number of bounces over mirrors and glass of a camera ray: what lies behind more of them is a
-// small part of an image.
+// A camera ray has at most this many bounces over mirrors and glass: what lies behind more of them is a small
+// part of an image.
 constexpr int kMostSpecular = 8;
 
 // Follows camera rays to the places where they are shaded.
@@ -251,8 +251,8 @@ ShadingPointContribution::ShadingPointContribution(const Scene& scene, const Igi
 
 namespace {
 
-// Bounds of the number of places at which each VPL is tried, and the time for that, as a share of the time in
-// which the VPLs that are kept light each pixel once. `factor` times as many VPLs are tried as are kept.
+// Trying VPLs takes about this share of the time in which the VPLs that are kept light each pixel once;
+// `factor` times as many are tried as are kept. Each is tried at kLeastTries to kMostTries places.
 constexpr float kShareOfTime = 0.1F;
 constexpr float kLeastTries = 16, kMostTries = 256;
 
@@ -262,7 +262,7 @@ std::size_t tries(const View& view, std::uint32_t factor) {
     return static_cast<std::size_t>(std::clamp(share, kLeastTries, kMostTries));
 }
 
-// Pass numbers of the samplers of VPLs and of sets, which no pass of light paths has.
+// These are pass numbers of the samplers of VPLs and of sets, which no pass of light paths has.
 constexpr std::uint32_t kLightsPass = 0xfffffffdU, kSetsPass = 0xfffffffcU;
 
 float importance_of(const Vpl& light, const ShadingPoints& seen, const ShadingPointContribution& shading,

@@ -105,11 +105,11 @@ std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const Re
 // [Georgiev and Slusallek 2010] accept VPLs by their contribution to the image as a whole; here each is
 // weighed relative to what the pixels show, as the paths are.
 
-// The number of light paths traced for each of a set's own, and the maximum of all sets together, which
-// limits VPLs to some 700 MB while they are tried.
+// Each set gets kThinning times as many light paths, as long as those of all sets together are at most
+// kMostPathsToThin, whose VPLs take some 700 MB while they are tried.
 inline constexpr std::uint32_t kThinning = 16, kMostPathsToThin = 1U << 22;
 
-// Returns the thinning factor that this maximum allows for such sets, a power of 2; 1 means no thinning.
+// Returns the thinning factor that this limit allows for such sets, a power of 2; 1 means no thinning.
 inline std::uint32_t thinning(const VplParameters& parameters) {
     const std::uint64_t paths = std::uint64_t{parameters.sets} * parameters.paths;  // powers of 2, at least 1
     return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(kMostPathsToThin / paths, 1, kThinning));

@@ -62,8 +62,7 @@ class IgiVpls {
         LightReceiver at;
     };
     static constexpr std::size_t kMostCandidates = 264;
-    // The number of lights weighed with the BSDF for each shadow ray, where contribution estimates lack the
-    // BSDF.
+    // For each shadow ray this many lights are weighed with the BSDF, where contribution estimates lack it.
     static constexpr int kPerRay = 4;
 
     // Returns the estimated luminance that a light brings, given its contribution estimate.

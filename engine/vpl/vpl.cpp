@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-// The maximum number of paths that one thread traces at a time.
+// One thread traces at most this many paths at a time.
 constexpr std::int64_t kMostPathsPerChunk = 8192;
 
 // Makes the VPLs of one chunk of paths.

@@ -15,8 +15,7 @@ namespace lucerna {
 // The factor cosθ_x cosθ_y / d² with which a VPL lights a place x has no bound as d goes to 0, which shows as
 // a bright spot around the VPL. VPLs therefore bring only a share, clamped(), of each pair (x, y). It is due
 // to a fade over distance [Pharr 2004], a bound of the factor [Kollig and Keller 2004], or both. It depends
-// on the pair alone, so that a ray from x that meets y can restore exactly the rest, residual() = 1 -
-// clamped().
+// on the pair alone, so that a ray from x that meets y can restore exactly the rest, residual().
 
 inline float smoothstep(float low, float high, float x) {
     if (x <= low) return 0;
