@@ -24,8 +24,7 @@ constexpr float kEvenPhotons = 16;
 // A histogram is used only if the second moment of its density is at least this. The moment is the gain in
 // variance if light comes as the photons tell.
 constexpr float kLeastGain = 1.3F;
-// If the BSDF has other lobes, the guide draws at most this share, so that transmission stays possible
-// whatever is guessed.
+// Beside other lobes the guide draws at most this share: transmission must stay possible whatever is guessed.
 constexpr float kMostGuided = 0.9F;
 
 // A shading normal and the cache record's normal have at least this cosine. A histogram turned far tells
@@ -112,8 +111,7 @@ float SquareHistogram::density(const V2f& at) const {
 
 DirectionGuide::DirectionGuide(const SquareHistogram& histogram, const Frame& station, const V3f& ns)
     : histogram_(&histogram), frame_(station) {
-    // The cache record's tangent is projected into the plane across ns, so that its frame turns smoothly with
-    // ns.
+    // The cache record's tangent is projected into the plane across ns, so that frames turn smoothly with ns.
     frame_.n = ns;
     frame_.s = (station.s - ns.dot(station.s) * ns).normalized();
     frame_.t = ns.cross(frame_.s);
@@ -266,8 +264,7 @@ struct UnsampledHits : LightPathVisitor {
     void hit(const LightPathHit& at) {
         if (!at.bsdf.has_diffuse()) return;
         if (at.path.bounces() == 0) {
-            // Photons that count in part are stored at full power but less often, so that all in a map weigh
-            // about alike.
+            // Photons that count in part are stored at full power, but less often: all weigh about alike.
             kept += left_by_light_samples(at);
             if (kept < 1) return;
             kept -= 1;

@@ -90,8 +90,8 @@ class DirectionGuideMap {
     // Makes a cache record for every few photons of the map. The map is not needed afterwards.
     DirectionGuideMap(const PhotonMap& map, const DirectionGuiding& settings, const Workers& workers);
 
-    // Returns the guide at x for scattering towards wo. It is empty if no cache record is near, or guiding
-    // does not pay.
+    // Returns the guide at x for scattering towards wo; empty if no cache record is near or guiding does not
+    // pay.
     DirectionGuide at(const V3f& x, const Bsdf& bsdf, const V3f& wo) const;
 
     // Returns the number of cache records at which guiding pays.
@@ -109,8 +109,7 @@ class DirectionGuideMap {
 };
 
 // build_direction_guides() stores photons on surfaces with a diffuse part, as far as light samples do not
-// find their light. `paths` is the number of light paths, in [1, 2^32]. If the monitor stopped it, the result
-// must not be used.
+// find their light, from `paths` light paths, in [1, 2^32]. If the monitor stopped it, the result is useless.
 struct DirectionGuideParameters {
     std::int64_t paths = 0;
     std::uint64_t seed = 0;

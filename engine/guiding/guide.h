@@ -28,8 +28,7 @@ namespace lucerna {
 struct GuideSettings {
     static constexpr int kMostPhotons = 255;
 
-    // The number of photons of a cached distribution is in [1, kMostPhotons]; 0 caches none, for any_near()
-    // alone.
+    // A cached distribution has k photons, in [1, kMostPhotons]; 0 caches none, for any_near() alone.
     int k = 64;
     float radius = 1;                   // the largest distance of photons, scene units, > 0
     IndexKind index = IndexKind::tree;  // acceleration structure of the photons and of the distributions
@@ -57,8 +56,7 @@ class GuideMap {
     GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights, const LightTree* tree,
              const GuideSettings& settings, const Workers& workers);
 
-    // Returns the nearest cached distribution on the side of n (unit), within the radius. It refers to this
-    // map.
+    // Returns the nearest cached distribution on the side of n (unit), within the radius. It refers to this.
     Guide at(const V3f& x, const V3f& n) const;
     // Tells whether any photon counts within the radius.
     bool any_near(const V3f& x, const V3f& n) const;
@@ -95,8 +93,7 @@ struct GuideParameters {
 GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
                       Monitor& monitor);
 
-// These functions sample direct light with the help of photons straight from the lights [Goesele 2003, 5.2,
-// 5.3].
+// These functions sample direct light with the help of photons straight from lights [Goesele 2003, 5.2, 5.3].
 //
 //   gated   samples as `mc`, but only where a photon lies near. Elsewhere it finds no light, which is a bias.
 //           With M paths of power Φ/M and a gate of radius r on a flat surface lit by E, the probability that

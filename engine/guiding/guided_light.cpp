@@ -33,8 +33,7 @@ struct Candidates {
     LightSample light_sample{};  // of the kept one
     std::uint32_t light = 0;     // of the kept one
 
-    // Returns the radiance if nothing is in the way. On average over the kept candidate, it is the mean of
-    // all `count`.
+    // Returns the unoccluded radiance. On average over the kept candidate, it is the mean of all `count`.
     Rgb radiance(int count) const { return kept * (sum / (luminance(kept) * static_cast<float>(count))); }
     // Returns the share of the light that the BSDF's strategy is expected to find. NaN if that is not finite.
     float left_to_bsdf() const { return missing / (sum + missing); }
@@ -93,7 +92,7 @@ Candidates draw_candidates(const Scene& scene, const Vertex& vertex, const Light
     if (!(all.sum > 0)) return all;
 
     // One candidate is kept in proportion to its luminance. Candidates are in the order of lights and their
-    // parts, so that u_keep, well distributed over the samples of a pixel, distributes the kept ones over the
+    // parts, so that u_keep, well distributed over a pixel's samples, distributes the kept ones over the
     // lights.
     const auto end = upto.begin() + count;
     const auto found = std::upper_bound(upto.begin(), end, u_keep * all.sum);

@@ -19,8 +19,7 @@ namespace {
 // This is ε relative to the mean radiance. Darker pixels may be off by as much.
 constexpr double kDarkest = 0.05;
 
-// There is one camera ray for so many pre-pass paths: estimates then cost as much as the paths that they
-// judge.
+// There is one camera ray for so many pre-pass paths: estimates cost as much as the paths that they judge.
 constexpr std::int64_t kPathsPerRay = 4;
 
 constexpr std::array kSurfaceMaps{MapKind::direct, MapKind::global, MapKind::caustic};

@@ -1,5 +1,4 @@
-// Runs the importance pre-pass of a render: learns which lights, and which of their particles, the image
-// needs.
+// Runs the importance pre-pass of a render: learns which lights and which of their particles the image needs.
 //
 // Importons tell where the maps are read; pre-pass light paths, emitted plainly, leave photons there. The
 // importance of a path to the image is what its photons add to the variance of the pixels, relative to what
@@ -15,8 +14,7 @@
 // unbiased (learned_emission.h).
 //
 // No pass has the pre-pass's paths and rays, so the learned density does not depend on the photons that it
-// weighs. Scenes whose media scatter keep plain emission, because the pre-pass does not look at estimates in
-// media.
+// weighs. Scenes whose media scatter keep plain emission: the pre-pass does not look at estimates in media.
 #pragma once
 
 #include <array>
@@ -43,8 +41,7 @@ namespace lucerna {
 // reaches the film. Camera rays pass mirrors, glass and gloss, one way at each, to the first surfaces that
 // store photons. With a final gather, one diffuse bounce then leads on to where a gather ray lands.
 
-// Describes camera rays, evenly over the film. Chunks have a fixed size, so that results do not depend on
-// threads.
+// Describes camera rays, evenly over the film. Chunks are of fixed size: results do not depend on threads.
 struct ViewRays {
     std::int64_t count, per_chunk;
     std::uint64_t seed;
@@ -91,8 +88,7 @@ inline constexpr std::uint32_t kEmissionPrePass = 0xfffffffeU;
 struct ImportancePrePassSettings {
     std::int64_t paths = 0;  // light paths of the pre-pass, in [1, 2^24]
     std::uint64_t seed = 0;
-    // These tell which maps the image reads where the camera looks, and where gather rays land (if it
-    // gathers).
+    // These tell which maps the image reads where the camera looks, and where gather rays (if any) land.
     std::array<bool, kMapKinds> seen{}, at_gather{};
     bool gather = false;
     bool meter = false;                 // the image shows illuminance

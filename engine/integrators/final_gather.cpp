@@ -20,8 +20,7 @@ constexpr int kMostEyeBounces = 64;
 // Paths from the eye survive without Russian roulette over this many shaded surfaces.
 constexpr int kSureBounces = 4;
 
-// Gloss where a gather ray lands is followed with at least this probability, so that its weight is at most
-// 10.
+// Gloss where a gather ray lands is followed with at least this probability; its weight is then at most 10.
 constexpr float kLeastGlossChance = 0.1F;
 
 // Caustic photons are searched within this multiple of the radius r(x) of the estimate. A photon at y
@@ -38,8 +37,7 @@ constexpr std::uint32_t kChanceBranch = kCausticBranch + 1;
 constexpr std::uint32_t kEstimateBranch = 2 * kChanceBranch;
 constexpr std::uint32_t kBranches = kEstimateBranch + 1;  // stride between the two samples of a pilot
 
-// Splits a surface's BSDF into the diffuse part, whose radiance is estimated from photons, and the traced
-// rest.
+// Splits a surface's BSDF into the diffuse part, for estimates from photons, and the rest, which is traced.
 struct SplitBsdf {
     std::optional<Bsdf> diffuse, rest;
 
@@ -206,8 +204,7 @@ FinalGather::FinalGather(const Scene& scene, const PhotonMapSettings& settings, 
 
 void FinalGather::follow(const EyePath& path, Sampler& sampler) const {
     Splits splits{splitting_.at(path.film)};
-    // Where a pixel shows an edge, density estimates vary as much as its camera samples do, so every sample
-    // takes one.
+    // Across an edge, density estimates vary as much as camera samples do, so every sample takes one.
     if (samples_ > 1 && !(edges_ && edges_->at(path.film))) {
         // Exactly one of 2^k consecutive samples estimates density if the first one's index is a multiple of
         // 2^k, because the numbers are stratified.
@@ -402,8 +399,7 @@ void FinalGather::sample_direct(const PathAccount& path, const Vertex& vertex, S
     }
 }
 
-// Books the radiance due to a map's photons, and returns the radius of the estimate. Draws no number from the
-// sampler itself.
+// Books the radiance due to a map's photons, and returns the estimate's radius. Leaves the sampler as it is.
 float FinalGather::estimate(MapKind kind, const PathAccount& path, const Vertex& vertex,
                             const DensityEstimateSettings& how, const Sampler& sampler) const {
     const PhotonMap* map = maps_.find(kind);

@@ -45,8 +45,7 @@ class FinalGather final : public Estimator {
     class Visitor;
 
     // The following functions book light on a path that has arrived at a diffuse surface or is scattered in a
-    // medium. The path's `left` > 0 counts the bounces that it may still have, including the one at that
-    // place.
+    // medium. The path's `left` > 0 counts the bounces that it may still have, including the one there.
     void shade_eye(const EyePath& path, const Vertex& vertex, const Splits& splits, Sampler& sampler) const;
     template <typename Take>
     void some_of(float number, std::uint32_t branch, SplitMoments* pilot, const EyePath& path,
@@ -68,8 +67,7 @@ class FinalGather final : public Estimator {
     void in_scattered(const EyePath& path, const MediumVertex& vertex, const Rgb& sigma_s, Stage stage,
                       const Splits& splits, Sampler& sampler) const;
 
-    // Restricts an estimate to photons of paths that fit into `left` bounces, the last of which is at the
-    // estimate.
+    // Restricts an estimate to photons whose paths fit into `left` bounces, one of which is at the estimate.
     DensityEstimateSettings within(int left, DensityEstimateSettings how) const {
         if (settings_.max_depth > 0) how.most_bounces = left - 1;
         return how;

@@ -163,8 +163,7 @@ class IgiEstimator::Compensation : public EyeVisitor {
     Compensation(const IgiEstimator& of, const LightSet& set) : of_(of), set_(set) {}
 
     // Turns a path away from a place that the eye sees and VPLs have lit. `choice` is how the place sampled
-    // the lights. `by_vpls` is the share of the lobes that VPLs light in what the place scatters along the
-    // sample.
+    // the lights; `by_vpls` is the share of lobes lit by VPLs in what the place scatters along the sample.
     void leave(EyePath& path, const Vertex& at, const BsdfSample& sample, const LightChoice& choice,
                const Rgb& by_vpls) {
         path.turn(at, sample, EmissionRule::mis(sample.pdf_w, choice));

@@ -33,9 +33,8 @@ class Estimator {
 class Session {
   public:
     virtual ~Session() = default;
-    // Returns the estimator of pass `index`, which is a function of scene, settings, seed and index alone:
-    // every process makes the same one. Reports its phases to `monitor`. Returns null if the monitor stopped
-    // it.
+    // Returns the estimator of pass `index`, a function of scene, settings, seed and index alone: every
+    // process makes the same one. Reports phases to `monitor`. Returns null if the monitor stopped it.
     virtual std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
                                                   PassStatistics& statistics) const = 0;
 };
@@ -43,12 +42,10 @@ class Session {
 class Integrator {
   public:
     virtual ~Integrator() = default;
-    // Begins a render. Whatever the context refers to outlives the session. Returns null if the monitor
-    // stopped it.
+    // Begins a render. The context's references outlive the session. Returns null if the monitor stopped it.
     virtual std::unique_ptr<const Session> begin(const RenderContext& context,
                                                  OnceStatistics& statistics) const = 0;
-    // Returns one line for each structure that a session would build; empty for a method that only traces
-    // rays.
+    // Returns a line for each structure that a session would build; empty for a method that only traces rays.
     virtual std::vector<std::string> describe(const Scene& /*scene*/) const { return {}; }
     // Tells whether the estimators use EyePath::receiver.
     virtual bool takes_receivers() const { return false; }

@@ -102,8 +102,8 @@ class PathEstimator final : public Estimator {
 
 // Tells whether guided paths pay, from a pilot that looks at pixels all over the view. A guided path of value
 // x whose directions were drawn r times more densely also estimates what unguided paths would do: their
-// second moment is the mean of r x². Costs are constants, not the clock's, so that the same settings give the
-// same image.
+// second moment is the mean of r x². Costs are constants, not the clock's: the same settings give the same
+// image.
 bool guides_pay(const PathEstimator& guided, const PathSettings& settings, const RenderContext& context) {
     constexpr std::size_t kPixels = 512;
     constexpr int kSamples = 8;

@@ -13,10 +13,9 @@
 // or a gather ray, is split in the same way:
 //   straight from a light        lights sampled, or the Volume map
 //   all else                     the Volume map
-// Gloss, rough metal and rough glass store no photons: a ray that meets them samples the lights and
-// continues, as in path tracing. A surface that is both (paint under varnish) is shaded as both. A setting
-// (specular_below) says what counts as a mirror: perfect ones alone, or gloss up to some alpha, whose
-// caustics then come from the Caustic map.
+// Gloss, rough metal and glass store no photons: a ray that meets them samples the lights and continues, as
+// in path tracing. A surface that is both (paint under varnish) is shaded as both. `specular_below` says what
+// counts as a mirror: perfect ones alone, or gloss up to some alpha, with caustics from the Caustic map.
 #include "engine/integrators/photon_mapping.h"
 
 #include <fmt/format.h>
@@ -40,7 +39,6 @@ std::unique_ptr<FinalGather> make_estimator(const PhotonMapSettings& settings, c
 
 // -----------------------------------------------------------------------------------------------------
 // Two halves of the samples, each with its own maps
-//
 // Each half has half of the photons, and of those in an estimate, so that discs are equally wide. The mean of
 // both is as good as one set of maps of all photons, and their difference estimates its error.
 // -----------------------------------------------------------------------------------------------------
@@ -69,8 +67,8 @@ class HalvesEstimator final : public Estimator {
     Halves halves_;
 };
 
-// Runs a pass for both halves. `parts_of_half()` returns the pass's parts, except `sets`. Returns null if the
-// monitor stopped it.
+// Runs a pass for both halves. `parts_of_half()` returns the pass's parts, except `sets`. Null: it was
+// stopped.
 template <typename Parts>
 std::unique_ptr<const Estimator> halves_of_pass(const PhotonMapSettings& whole, const PassContext& context,
                                                 Parts&& parts_of_half) {

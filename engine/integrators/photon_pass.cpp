@@ -67,8 +67,7 @@ std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii, 
     return result;
 }
 
-// Returns the bounce limit of photons for irradiance points: the path also bounces at both ends of a gather
-// ray.
+// Returns the bounce limit of photons at irradiance points: gather rays have a bounce at both ends.
 int kept_where_rays_land(const PhotonMapSettings& settings) {
     return settings.max_depth > 0 ? settings.max_depth - 2 : kMaxBounces;  // >= 1: there is a map
 }

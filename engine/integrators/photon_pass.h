@@ -23,15 +23,13 @@ namespace lucerna {
 class RadiusRule {
   public:
     virtual ~RadiusRule() = default;
-    // Returns the radius at x. `n` is the unit normal on the visible side. A disc that is `whole` needs no
-    // probes.
+    // Returns the radius at x. `n` is the unit normal on the visible side. A `whole` disc needs no probes.
     virtual LocalRadius::At radius(MapKind map, const V3f& x, const V3f& n) const = 0;
     // Returns the radius in space, for the Volume map.
     virtual float volume_radius() const = 0;
 };
 
-// Holds what a pass is given beside its settings. It owns `radii`; the session owns what the pointers refer
-// to.
+// Holds what a pass is given beside its settings. It owns `radii`; the session owns the pointers' targets.
 struct PhotonMapPass {
     // If set, all photons within these radii count in place of the k nearest. If null, each estimate finds
     // its radius from its own photons.

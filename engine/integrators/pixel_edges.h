@@ -17,8 +17,7 @@ class PixelEdges {
     // function of the scene and the camera. Objects too thin to be met by any of these rays are missed.
     PixelEdges(const Scene& scene, const View& view, const Workers& workers);
 
-    // Tells whether the pixel at a position on the whole film, pixels, shows an edge; false outside of the
-    // view.
+    // Tells whether the pixel at a position on the whole film, pixels, shows an edge; false outside the view.
     bool at(const V2f& film) const {
         const auto x = static_cast<std::int64_t>(std::floor(film.x)) - x0_;
         const auto y = static_cast<std::int64_t>(std::floor(film.y)) - y0_;

@@ -42,8 +42,7 @@ enum class IndirectMethod : std::uint8_t { gather, map, none };
 
 struct PhotonMapSettings {
     std::int64_t photons = 1'000'000;  // light paths emitted, unless a target is set
-    // Light paths are emitted until the Caustic and the Global map hold these numbers of photons. 0: no
-    // target.
+    // Light paths are emitted until the Caustic and the Global map hold so many photons. 0: no target.
     std::int64_t caustic_photons = 0, indirect_photons = 0;
     DirectMethod direct = DirectMethod::mc;
     IndirectMethod indirect = IndirectMethod::gather;
@@ -76,8 +75,7 @@ struct ProgressiveSettings {
     float alpha = 2.0F / 3;                  // r²_{i+1} / r²_i = (i + alpha) / (i + 1)
     DirectMethod direct = DirectMethod::mc;  // mc or map
     // `k` photons of one pass lie within the first radius. `radius` is the first radius everywhere; 0 derives
-    // it from k and the local density. Probes reduce the bias at edges, where it falls slowest as the disc
-    // shrinks.
+    // it from k and the local density. Probes reduce the bias at edges, which falls slowest as discs shrink.
     DensityEstimateSettings estimate = {.k = 60, .radius = 0, .boundary = Boundary::probes};
     IndexKind index = IndexKind::tree;  // acceleration structure of photons; all give the same image
     std::int64_t pre_pass = 0;          // light paths of the importance pre-pass, in [0, 2^24]; 0: none
@@ -131,8 +129,7 @@ void set_parameter(IntegratorSettings& settings, std::string_view name, const Se
 // Returns names and values ("k", "100"; "kernel", "epanechnikov"; …) for headers and statistics.
 std::vector<std::pair<std::string, std::string>> describe(const IntegratorSettings& settings);
 
-// Parses a value written after --set or in a study: "1e6" as a number, "true" as a bool, all else as a
-// string.
+// Parses a value after --set or in a study: "1e6" as a number, "true" as a bool, all else as a string.
 SettingValue parse_setting(const std::string& text);
 
 }  // namespace lucerna

@@ -77,8 +77,7 @@ class Splitting {
     Splitting() = default;
     explicit Splitting(const SplitNumbers& everywhere) : plans_{everywhere_alike(everywhere)} {}
     // Runs the pilot. Calls sample(ray, sampler, pilot) for camera rays all over the view, which returns a
-    // ray's radiance from two samples of each kind at every place. The result is the same for any number of
-    // threads.
+    // ray's radiance from two samples of each kind at every place. The number of threads does not matter.
     template <typename Sample>
     Splitting(const View& view, std::uint64_t seed, std::uint32_t pass, const Workers& workers,
               Sample&& sample);

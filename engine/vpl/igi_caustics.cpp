@@ -8,8 +8,7 @@ namespace lucerna {
 namespace {
 
 // All light paths together have at most this many bounces per path asked for. Usually paths have one or two,
-// and some ten where lamps stand in frosted glass; in a room of mirrors that absorb nothing they have a
-// thousand.
+// and some ten where lamps stand in frosted glass; in a room of lossless mirrors they have a thousand.
 constexpr int kMostBounces = 16;
 
 // Tells whether a material may have a lobe without a peak, on which photons lie.

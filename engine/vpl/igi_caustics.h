@@ -36,8 +36,7 @@ class IgiCaustics {
     explicit IgiCaustics(const IgiSettings& settings);
     // Builds Caustic maps of settings.caustic_paths light paths, emitted by `learned` if it is not null, if
     // the settings want them and the scene has caustics: one map for all samples, or, where these form two
-    // halves (context), one of half the paths for each. If the monitor stopped it, the object must not be
-    // used.
+    // halves (context), one of half the paths for each. If the monitor stopped it, it must not be used.
     IgiCaustics(const IgiSettings& settings, const RenderContext& context, std::uint32_t pass,
                 const LearnedEmission* learned);
 

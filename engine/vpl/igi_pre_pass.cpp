@@ -20,8 +20,8 @@ namespace {
 // This is ε relative to the mean radiance. Darker pixels may be off by as much.
 constexpr double kDarkest = 0.05;
 
-// Each path is tried at kTries places, and there is one camera ray for kPathsPerRay paths, so that most
-// shadow rays serve paths.
+// Each path is tried at kTries places, with a camera ray for kPathsPerRay paths: most shadow rays serve
+// paths.
 constexpr std::size_t kTries = 4;
 constexpr std::int64_t kPathsPerRay = 16, kMostRays = 4096;
 
@@ -317,7 +317,7 @@ std::vector<double> chances(std::span<const float> importance, double defensive_
     std::vector<double> chance;
     for (const float w : importance)
         chance.push_back(mean > 0 ? defensive_weight * mean + (1 - defensive_weight) * double{w} : 1.0);
-    // Where the bound of 1 cuts off some probability, the others get it: a few rounds, each of which leaves
+    // Where the bound of 1 cuts off some probability, the others get it, in a few rounds that each leave
     // less.
     double scale = 0;
     for (int round = 0; round < 8; ++round) {

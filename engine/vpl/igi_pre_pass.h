@@ -60,8 +60,7 @@ struct ShadingPoints {
 ShadingPoints find_shading_points(const IgiSettings& settings, const RenderContext& context,
                                   std::int64_t rays);
 
-// Computes the luminance that a VPL brings to the camera ray of a place, as the image has it of a set of one
-// path.
+// Computes the luminance that a VPL of a set of one path brings to the camera ray of a place.
 class ShadingPointContribution {
   public:
     ShadingPointContribution(const Scene& scene, const IgiSettings& settings);

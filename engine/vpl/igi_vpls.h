@@ -137,8 +137,7 @@ void IgiVpls::choose(const Place& place, std::size_t set, float u, Sampler& samp
     std::array<Candidate, kMostCandidates> candidates;
     std::size_t size = 0;
     const auto add = [&](std::uint32_t at, float weight, float estimate) {
-        // Rounding may select one light more than the sum of the chances, but never more than there is room
-        // for.
+        // Rounding may select one light more than the sum of the chances, but there is always room for that.
         if (size < candidates.size())
             candidates[size++] = {at, weight, contribution_of(query, at, estimate) * weight};
     };

@@ -30,8 +30,7 @@ struct Vpl {
     }
 };
 
-// Says for which light VPLs replace gloss (lobes with a peak that are no deltas) by a Lambertian lobe of its
-// albedo.
+// Says for which light VPLs replace gloss (lobes with a peak, no deltas) by a Lambertian lobe of its albedo.
 enum class VplGloss : std::uint8_t {
     all,          // for all light
     of_indirect,  // for light that a surface or medium has scattered, not for light that comes from lamps

@@ -1,10 +1,9 @@
 // Chooses which lights of a set get a shadow ray, after an estimate of every light [Pharr 2004].
 //
 // One random number decides about all lights (systematic sampling): the chances are added up along the
-// lights, beginning at that number, and a light is selected wherever the sum passes an integer. Each light is
-// selected with exactly its chance, but the number of selected lights differs from the sum of the chances by
-// no more than one. As neighbours in the order are neighbours in space, the selected lights are spread over
-// the scene.
+// lights, beginning at that number, and a light is selected wherever the sum passes an integer. Each has
+// exactly its chance, but the number of selected lights differs from the sum of the chances by no more than
+// one. As neighbours in the order are neighbours in space, the selected lights are spread over the scene.
 #pragma once
 
 #include <algorithm>

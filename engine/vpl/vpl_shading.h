@@ -38,7 +38,7 @@ class ClampedGeometry {
     ClampedGeometry(float mindist, float glimit) : min2_(sqr(mindist)), glimit_(glimit) {}
 
     // Returns the share of a VPL's light from y to x that counts, in [0,1]. `cosines` is |cosθ_x| |cosθ_y|,
-    // in a medium 1 each. `error` is how far the two points may be off; at a smaller distance the factor is
+    // in a medium 1 each. `error` is how far the points may be off; nearer than that the factor is
     // meaningless.
     float clamped(float d2, float cosines, float error) const {
         if (!(d2 > sqr(error))) return 0;

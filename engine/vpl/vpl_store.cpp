@@ -11,8 +11,7 @@ namespace {
 using Lights = std::span<const Vpl>;
 using Places = std::vector<std::uint32_t>;
 
-// Weights normals in the kd-tree: opposite normals are as far apart as positions at this share of the set's
-// extent.
+// Weights normals in the kd-tree: opposite ones are as far apart as positions at this share of the extent.
 constexpr float kTurnOfNormal = 0.25F;
 
 std::uint32_t blocks_for(std::size_t lights) {

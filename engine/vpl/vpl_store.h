@@ -42,8 +42,7 @@ class VplStore {
     // Returns a light by its place: kBlock · its block + its lane.
     Vpl light(const VplRange& range, std::uint32_t place) const;
 
-    // Returns Vpl::bounces by place. It is kept apart from the blocks, because the choice of lights does not
-    // read it.
+    // Returns Vpl::bounces by place, apart from the blocks because the choice of lights does not read it.
     BounceCount bounces(std::uint32_t place) const { return bounces_[place]; }
 
     std::size_t lights() const { return lights_; }
