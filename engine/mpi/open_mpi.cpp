@@ -1,5 +1,6 @@
-// Communicator by MPI. Calls are nonblocking ones that are asked again and again, with sleeps between: an MPI
-// that waits keeps a processor busy, which ranks on one machine, and the threads of this one, need.
+// Implements Communicator by MPI. Every call starts a nonblocking operation and polls it with sleeps in
+// between: a blocking call of MPI keeps a processor busy, which other ranks of the machine and other threads
+// of this rank need.
 #include <fmt/format.h>
 #include <mpi.h>
 
@@ -13,11 +14,11 @@
 namespace lucerna {
 namespace {
 
-// A count is an int; more goes in several calls.
+// MPI counts in int; larger transfers are made in pieces of this size.
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
-// What is sent between two ranks: messages have their own tags, from 0 on.
-constexpr int kGatherTag = 1000;
+// The tags of what goes from one rank to another.
+constexpr int kMessageTag = 1, kGatherTag = 2;
 
 void check(int code, const char* what) {
     if (code == MPI_SUCCESS) return;
@@ -28,29 +29,22 @@ void check(int code, const char* what) {
         fmt::format("{}: {}", what, std::string(text, static_cast<std::size_t>(length))));
 }
 
-// Asks until done() says so: at once for a while, then less and less often.
-constexpr std::chrono::microseconds kAtOnce(1000);
-template <typename Done>
-void wait_until(Done&& done, std::chrono::microseconds at_once = kAtOnce) {
-    constexpr std::chrono::microseconds kLongest(300);
+// Polls without a pause for the first millisecond, then with pauses that grow to 0.3 ms.
+void wait_for(MPI_Request& request, const char* what) {
+    constexpr std::chrono::microseconds kWithoutPause(1000), kLongest(300);
     const auto begin = std::chrono::steady_clock::now();
     std::chrono::microseconds pause(20);
-    while (!done()) {
-        if (std::chrono::steady_clock::now() - begin < at_once) {
+    for (;;) {
+        int done = 0;
+        check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), what);
+        if (done != 0) return;
+        if (std::chrono::steady_clock::now() - begin < kWithoutPause) {
             std::this_thread::yield();
         } else {
             std::this_thread::sleep_for(pause);
             pause = std::min(2 * pause, kLongest);
         }
     }
-}
-
-void wait_for(MPI_Request& request, const char* what) {
-    wait_until([&] {
-        int done = 0;
-        check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), what);
-        return done != 0;
-    });
 }
 
 int count_of(std::size_t bytes) {
@@ -72,8 +66,11 @@ class OpenMpi final : public Communicator {
         MPI_Comm_set_errhandler(messages_, MPI_ERRORS_RETURN);
         MPI_Comm_rank(collectives_, &rank_);
         MPI_Comm_size(collectives_, &size_);
+        make_counters();
     }
     ~OpenMpi() override {
+        MPI_Win_unlock_all(window_);
+        MPI_Win_free(&window_);
         MPI_Comm_free(&messages_);
         MPI_Comm_free(&collectives_);
         MPI_Finalize();
@@ -131,24 +128,41 @@ class OpenMpi final : public Communicator {
         }
     }
 
-    void send(int to, int tag, std::span<const std::byte> bytes) override {
+    // MPI_Fetch_and_op gives no request to poll, MPI_Rget_accumulate does.
+    std::int64_t fetch_add(int counter, std::int64_t more) override {
+        std::int64_t before = 0;
         MPI_Request request{};
-        check(MPI_Isend(bytes.data(), count_of(bytes.size()), MPI_BYTE, to, tag, messages_, &request),
-              "MPI_Isend");
-        wait_for(request, "MPI_Isend");
+        check(MPI_Rget_accumulate(&more, 1, MPI_INT64_T, &before, 1, MPI_INT64_T, 0, counter, 1, MPI_INT64_T,
+                                  MPI_SUM, window_, &request),
+              "MPI_Rget_accumulate");
+        wait_for(request, "MPI_Rget_accumulate");
+        return before;
     }
-    std::vector<std::byte> receive(int from, int tag) override {
-        std::optional<Message> message;
-        // By a thread beside those that work.
-        wait_until([&] { return (message = try_receive_from(from, tag)).has_value(); },
-                   std::chrono::microseconds(0));
-        return std::move(message->bytes);
+
+    void send_to_rank_0(std::span<const std::byte> bytes) override {
+        MPI_Request request{};
+        check(MPI_Issend(bytes.data(), count_of(bytes.size()), MPI_BYTE, 0, kMessageTag, messages_, &request),
+              "MPI_Issend");
+        wait_for(request, "MPI_Issend");
     }
-    std::optional<Message> try_receive(int tag) override { return try_receive_from(MPI_ANY_SOURCE, tag); }
+    std::optional<Message> try_receive() override {
+        int there = 0;
+        MPI_Message message{};
+        MPI_Status status{};
+        check(MPI_Improbe(MPI_ANY_SOURCE, kMessageTag, messages_, &there, &message, &status), "MPI_Improbe");
+        if (there == 0) return std::nullopt;
+        int count = 0;
+        MPI_Get_count(&status, MPI_BYTE, &count);
+        Message received{status.MPI_SOURCE, std::vector<std::byte>(static_cast<std::size_t>(count))};
+        MPI_Request request{};
+        check(MPI_Imrecv(received.bytes.data(), count, MPI_BYTE, &message, &request), "MPI_Imrecv");
+        wait_for(request, "MPI_Imrecv");
+        return received;
+    }
 
     void abort(int exit_code) override {
         MPI_Abort(MPI_COMM_WORLD, exit_code);
-        std::abort();  // it does not return
+        std::abort();  // MPI_Abort does not return, but is not declared so.
     }
 
   private:
@@ -186,28 +200,27 @@ class OpenMpi final : public Communicator {
         }
     }
 
-    std::optional<Message> try_receive_from(int from, int tag) {
-        int there = 0;
-        MPI_Message message{};
-        MPI_Status status{};
-        check(MPI_Improbe(from, tag, messages_, &there, &message, &status), "MPI_Improbe");
-        if (there == 0) return std::nullopt;
-        int count = 0;
-        MPI_Get_count(&status, MPI_BYTE, &count);
-        Message received{status.MPI_SOURCE, std::vector<std::byte>(static_cast<std::size_t>(count))};
-        MPI_Request request{};
-        check(MPI_Imrecv(received.bytes.data(), count, MPI_BYTE, &message, &request), "MPI_Imrecv");
-        wait_for(request, "MPI_Imrecv");
-        return received;
+    // Makes the counters, in rank 0's memory, and opens the access of all ranks to them for the whole job.
+    void make_counters() {
+        const MPI_Aint bytes = rank_ == 0 ? kCounters * sizeof(std::int64_t) : 0;
+        std::int64_t* counters = nullptr;
+        check(MPI_Win_allocate(bytes, sizeof(std::int64_t), MPI_INFO_NULL, collectives_, &counters, &window_),
+              "MPI_Win_allocate");
+        MPI_Win_set_errhandler(window_, MPI_ERRORS_RETURN);
+        if (rank_ == 0) std::fill_n(counters, kCounters, 0);
+        check(MPI_Win_lock_all(MPI_MODE_NOCHECK, window_), "MPI_Win_lock_all");
+        MPI_Win_sync(window_);
+        MPI_Barrier(collectives_);
     }
 
     int rank_ = 0, size_ = 1;
     MPI_Comm collectives_ = MPI_COMM_NULL, messages_ = MPI_COMM_NULL;
+    MPI_Win window_ = MPI_WIN_NULL;  // the counters
 };
 
 }  // namespace
 }  // namespace lucerna
 
-extern "C" lucerna::Communicator* lucerna_mpi_1() {
+extern "C" lucerna::Communicator* lucerna_mpi_2() {
     return new lucerna::OpenMpi();
 }
