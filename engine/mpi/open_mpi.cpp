@@ -5,7 +5,11 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <chrono>
+#include <cstring>
+#include <mutex>
 #include <stdexcept>
 #include <thread>
 
@@ -18,7 +22,7 @@ namespace {
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
 // The tags of what goes from one rank to another.
-constexpr int kMessageTag = 1, kGatherTag = 2;
+constexpr int kMessageTag = 1, kGatherTag = 2, kFetchTag = 3, kFetchedTag = 4;
 
 void check(int code, const char* what) {
     if (code == MPI_SUCCESS) return;
@@ -66,11 +70,8 @@ class OpenMpi final : public Communicator {
         MPI_Comm_set_errhandler(messages_, MPI_ERRORS_RETURN);
         MPI_Comm_rank(collectives_, &rank_);
         MPI_Comm_size(collectives_, &size_);
-        make_counters();
     }
     ~OpenMpi() override {
-        MPI_Win_unlock_all(window_);
-        MPI_Win_free(&window_);
         MPI_Comm_free(&messages_);
         MPI_Comm_free(&collectives_);
         MPI_Finalize();
@@ -128,14 +129,18 @@ class OpenMpi final : public Communicator {
         }
     }
 
-    // MPI_Fetch_and_op gives no request to poll, MPI_Rget_accumulate does.
+    // Rank 0 serves the counters by messages: over TCP Open MPI 4.1 has no windows (MPI_Win_allocate), and a
+    // passive target would have to call MPI, too.
     std::int64_t fetch_add(int counter, std::int64_t more) override {
+        if (rank_ == 0) return counters_[static_cast<std::size_t>(counter)].fetch_add(more);
+        const std::lock_guard lock(fetching_);
+        const Fetch fetch{counter, more};
         std::int64_t before = 0;
-        MPI_Request request{};
-        check(MPI_Rget_accumulate(&more, 1, MPI_INT64_T, &before, 1, MPI_INT64_T, 0, counter, 1, MPI_INT64_T,
-                                  MPI_SUM, window_, &request),
-              "MPI_Rget_accumulate");
-        wait_for(request, "MPI_Rget_accumulate");
+        MPI_Request request{}, answer{};
+        check(MPI_Irecv(&before, sizeof before, MPI_BYTE, 0, kFetchedTag, messages_, &answer), "MPI_Irecv");
+        check(MPI_Isend(&fetch, sizeof fetch, MPI_BYTE, 0, kFetchTag, messages_, &request), "MPI_Isend");
+        wait_for(request, "MPI_Isend");
+        wait_for(answer, "MPI_Irecv");
         return before;
     }
 
@@ -146,18 +151,16 @@ class OpenMpi final : public Communicator {
         wait_for(request, "MPI_Issend");
     }
     std::optional<Message> try_receive() override {
-        int there = 0;
-        MPI_Message message{};
-        MPI_Status status{};
-        check(MPI_Improbe(MPI_ANY_SOURCE, kMessageTag, messages_, &there, &message, &status), "MPI_Improbe");
-        if (there == 0) return std::nullopt;
-        int count = 0;
-        MPI_Get_count(&status, MPI_BYTE, &count);
-        Message received{status.MPI_SOURCE, std::vector<std::byte>(static_cast<std::size_t>(count))};
-        MPI_Request request{};
-        check(MPI_Imrecv(received.bytes.data(), count, MPI_BYTE, &message, &request), "MPI_Imrecv");
-        wait_for(request, "MPI_Imrecv");
-        return received;
+        while (const auto request = try_receive(kFetchTag)) {
+            Fetch fetch{};
+            std::memcpy(&fetch, request->bytes.data(), sizeof fetch);
+            const std::int64_t before = fetch_add(static_cast<int>(fetch.counter), fetch.more);
+            MPI_Request answer{};
+            check(MPI_Isend(&before, sizeof before, MPI_BYTE, request->from, kFetchedTag, messages_, &answer),
+                  "MPI_Isend");
+            wait_for(answer, "MPI_Isend");
+        }
+        return try_receive(kMessageTag);
     }
 
     void abort(int exit_code) override {
@@ -200,22 +203,29 @@ class OpenMpi final : public Communicator {
         }
     }
 
-    // Makes the counters, in rank 0's memory, and opens the access of all ranks to them for the whole job.
-    void make_counters() {
-        const MPI_Aint bytes = rank_ == 0 ? kCounters * sizeof(std::int64_t) : 0;
-        std::int64_t* counters = nullptr;
-        check(MPI_Win_allocate(bytes, sizeof(std::int64_t), MPI_INFO_NULL, collectives_, &counters, &window_),
-              "MPI_Win_allocate");
-        MPI_Win_set_errhandler(window_, MPI_ERRORS_RETURN);
-        if (rank_ == 0) std::fill_n(counters, kCounters, 0);
-        check(MPI_Win_lock_all(MPI_MODE_NOCHECK, window_), "MPI_Win_lock_all");
-        MPI_Win_sync(window_);
-        MPI_Barrier(collectives_);
+    std::optional<Message> try_receive(int tag) {
+        int there = 0;
+        MPI_Message message{};
+        MPI_Status status{};
+        check(MPI_Improbe(MPI_ANY_SOURCE, tag, messages_, &there, &message, &status), "MPI_Improbe");
+        if (there == 0) return std::nullopt;
+        int count = 0;
+        MPI_Get_count(&status, MPI_BYTE, &count);
+        Message received{status.MPI_SOURCE, std::vector<std::byte>(static_cast<std::size_t>(count))};
+        MPI_Request request{};
+        check(MPI_Imrecv(received.bytes.data(), count, MPI_BYTE, &message, &request), "MPI_Imrecv");
+        wait_for(request, "MPI_Imrecv");
+        return received;
     }
+
+    struct Fetch {
+        std::int64_t counter, more;
+    };
 
     int rank_ = 0, size_ = 1;
     MPI_Comm collectives_ = MPI_COMM_NULL, messages_ = MPI_COMM_NULL;
-    MPI_Win window_ = MPI_WIN_NULL;  // the counters
+    std::array<std::atomic<std::int64_t>, kCounters> counters_{};  // at rank 0
+    std::mutex fetching_;                                          // one answer at a time
 };
 
 }  // namespace

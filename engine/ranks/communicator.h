@@ -43,8 +43,8 @@ class Communicator {
 
     // These calls may be made by any thread at any time.
 
-    // Adds to one of the counters that all ranks share, and returns the value before. Counters begin at 0.
-    // They are in rank 0's memory: between hosts the call waits until rank 0 calls the communicator.
+    // Adds to one of the counters that all ranks share, and returns the value before. Counters begin at 0 and
+    // are rank 0's: on another rank the call waits until rank 0 calls try_receive().
     static constexpr int kCounters = 4;
     virtual std::int64_t fetch_add(int counter, std::int64_t more) = 0;
     // Sends a message of less than a gigabyte to rank 0, and returns when rank 0 receives it.

@@ -203,7 +203,7 @@ class Ranks::Share {
 
 std::vector<std::int64_t> Ranks::work(const Workers& workers, const Loop& loop,
                                       const std::function<bool(std::int64_t)>& body) {
-    constexpr std::chrono::microseconds kLongest(2000);
+    constexpr std::chrono::microseconds kLongest(500);
     begin_loop();
     Share share(*this, loop, workers.threads);
     std::exception_ptr failure;
