@@ -5,7 +5,7 @@
 
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/scene/path_limits.h"
 #include "kdtree/box_tree.h"
 #include "photon/deposit.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "photon/evenness.h"
 #include "photon/irradiance.h"
 #include "photon/probes.h"

@@ -15,7 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "photon/light_path_group.h"
 
 namespace lucerna {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/scene/camera.h"
 
 namespace lucerna {

@@ -24,7 +24,7 @@
 
 #include "engine/base/parallel.h"
 #include "engine/base/sampler.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/scene/render_context.h"
 
 namespace lucerna {

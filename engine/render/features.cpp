@@ -9,7 +9,7 @@
 
 #include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/render/film.h"
 #include "engine/render/tiles.h"
 

@@ -9,7 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/colour/spectrum.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/system/memory.h"
 #include "engine/text/plain_text.h"
 #include "lights/measurement/exposure.h"

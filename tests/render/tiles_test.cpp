@@ -57,7 +57,7 @@ TEST(Tiles, FirstBadSampleOfARenderThatGoesOn_StaysTheFirst) {
                                       testing::camera({0, 0, 0}, {0, 0, 1}, 40, 16, 60), PathSettings{}, 2);
     Film film(40, 16);
     TileRenderer tiles(job, 7, film, 0);
-    tiles.take_up_bad({3, "pixel (39, 15) sample 0", {}});
+    tiles.resume_bad({3, "pixel (39, 15) sample 0", {}});
     for (int i = 0; i < tiles.tiles(); ++i) tiles.render(Faulty{}, i, 1, 2);
     EXPECT_EQ(tiles.bad_samples().first, "pixel (39, 15) sample 0");
     EXPECT_GT(tiles.bad_samples().count, 3U);
