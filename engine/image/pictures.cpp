@@ -14,9 +14,6 @@
 namespace lucerna {
 namespace {
 
-// What the known formats reach with runs of one value, packed twice.
-constexpr std::int64_t kBestCompression = 1 << 16;
-
 using Beginning = std::array<unsigned char, 10>;
 
 // Reads the header's colours that the library does not report. Throws InputError (without the file's name)
@@ -26,7 +23,7 @@ PngColours checked_header(const std::filesystem::path& file, const Beginning& he
     constexpr std::array<unsigned char, 3> kGif{'G', 'I', 'F'};
     constexpr std::array<unsigned char, 8> kPng{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     const auto begins = [&](const auto& with) { return std::equal(with.begin(), with.end(), head.begin()); };
-    if (begins(kExr)) check_exr_header(file, ExrKind::any);
+    if (begins(kExr)) check_exr_header(file);
     if (begins(kPng)) return check_png_chunks(file);
     if (begins(kGif)) {
         // The screen on which its pictures lie, 16 bits for each side.
@@ -66,7 +63,7 @@ bool is_credible(const std::filesystem::path& file, const PictureHeader& header)
     std::error_code unknown;
     const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
     const std::int64_t pixels = std::int64_t{header.width} * std::max(header.height, kLinesAtOnce);
-    return static_cast<std::uintmax_t>(pixels / kBestCompression) <= bytes;
+    return static_cast<std::uint64_t>(pixels) / kBestCompression <= bytes;
 }
 
 const Pictures& pictures(const std::filesystem::path& file,

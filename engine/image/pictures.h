@@ -59,8 +59,9 @@ struct PictureHeader {
     PngColours png = {};
 };
 
-// Whether a file may hold so many pixels: none of the formats packs them better than 65536 to a byte. A lying
-// header must not make us allocate what the machine does not have.
+// No format packs pixels better than this: runs of one value, packed twice.
+inline constexpr std::uint64_t kBestCompression = 1 << 16;
+// Whether the file may hold so many pixels. Otherwise nothing is allocated on the header's word.
 bool is_credible(const std::filesystem::path& file, const PictureHeader& header);
 
 struct ChannelRange {
@@ -155,17 +156,15 @@ OpenedPicture open_picture(const std::filesystem::path& file, PictureUse use);
 // A Radiance picture (.hdr). Throws InputError (without the file's name) for a header that is none.
 std::unique_ptr<PictureReader> open_radiance(const std::filesystem::path& file);
 
-// A look at an OpenEXR file's header before a library reads it: what the library allocates on the header's
-// word alone must be something that the file can hold.
-
-// What is accepted: any OpenEXR file (tiles, several parts, attributes of any type), or what light fields are
-// in, scan lines of a single part with attributes of the types that they have; of a lamp of several, one part
-// for each.
-enum class ExrKind : std::uint8_t { any, light_field, light_fields };
-
-// The number of parts. Throws InputError (without the file's name) for what is no OpenEXR file of that kind,
-// and for attributes, tiles or a data window larger than the file can hold. What passes may still be damaged.
-int check_exr_header(const std::filesystem::path& file, ExrKind kind);
+// What the header of an OpenEXR file says of its parts.
+struct ExrParts {
+    int count = 0;
+    bool scan_lines = true;  // in all of them; otherwise some have tiles or deep data
+};
+// Checks the headers of an OpenEXR file before its pixels are read. Throws InputError (without the file's
+// name) for a file of another format, a damaged header, and images larger than the file or memory can hold.
+// The pixels may still be damaged.
+ExrParts check_exr_header(const std::filesystem::path& file);
 
 // A look at a PNG's chunks before a library reads them: libpng would say what is wrong with them on standard
 // error, too, beside the error that names the file.

@@ -4,19 +4,19 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <ios>
+#include <memory>
 #include <stdexcept>
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
-#include "engine/system/gunzip.h"
 #include "engine/system/memory.h"
 #include "engine/text/plain_text.h"
 
@@ -80,49 +80,74 @@ std::ifstream open_to_read(const std::filesystem::path& file) {
 
 namespace {
 
-// Into a container of bytes or characters.
+// A gzip file that packs better than this and unpacks to more is made to fill the memory.
+constexpr std::size_t kMostTimes = 400, kAnyTimes = std::size_t{64} << 20;
+
+// The last four bytes of a gzip file: the size of its last piece before it was packed, modulo 2^32.
+std::size_t stated_size(const std::filesystem::path& file) {
+    std::uint32_t size = 0;
+    open_to_read(file).seekg(-4, std::ios::end).read(reinterpret_cast<char*>(&size), sizeof size);
+    return size;
+}
+
+// Reads into a container of bytes or characters. zlib unpacks files of gzip and passes on all others.
 template <typename Container>
-Container read_all(const std::filesystem::path& file) {
+Container unpacked(const std::filesystem::path& file) {
+    require_readable(file);
+    const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
+    if (!in) throw InputError({file.string()}, std::string("cannot be opened: ") + std::strerror(errno));
+    const bool plain = gzdirect(in.get()) != 0;
+    const std::size_t packed = std::filesystem::file_size(file), stated = plain ? packed : stated_size(file);
+    const std::size_t most = plain ? packed : std::max(kAnyTimes, kMostTimes * packed);
+    Container out;
+    std::size_t made = 0;
+    for (int got = 1; got > 0; made += static_cast<std::size_t>(std::max(got, 0))) {
+        if (made > most && !plain) {
+            input_error({file.string()},
+                        "expands to more than {} times its size; such files may be at most {} MiB",
+                        kMostTimes, kAnyTimes >> 20);
+        }
+        if (made == out.size()) {
+            // One more byte than stated, so that the end is found without growing.
+            const std::size_t room = std::max(stated <= most ? stated : 0, 2 * made) + 1;
+            require_memory(room, file.string() + (plain ? "" : ", unpacked"), "use a smaller file");
+            out.resize(room);
+        }
+        constexpr std::size_t kStep = std::size_t{1} << 26;  // zlib counts in 32 bits
+        got = gzread(in.get(), out.data() + made, static_cast<unsigned>(std::min(kStep, out.size() - made)));
+    }
+    int state = Z_OK;
+    gzerror(in.get(), &state);
+    if (state == Z_ERRNO) throw InputError({file.string()}, "reading failed before the end of the file");
+    if (state == Z_BUF_ERROR) throw InputError({file.string()}, "its compressed data end too early");
+    if (state != Z_OK && state != Z_STREAM_END)
+        throw InputError({file.string()}, "its compressed data are damaged");
+    out.resize(made);
+    return out;
+}
+
+}  // namespace
+
+std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
     std::ifstream in = open_to_read(file);
     in.seekg(0, std::ios::end);
     const std::streamoff size = in.tellg();
     if (size < 0) throw InputError({file.string()}, "its size cannot be determined");
-    // A file of holes has any size that it likes.
+    // A file of holes may state any size.
     require_memory(static_cast<std::uint64_t>(size), file.string(), "use a smaller file");
-    Container bytes(static_cast<std::size_t>(size), typename Container::value_type{});
+    std::vector<std::byte> bytes(static_cast<std::size_t>(size));
     in.seekg(0);
     in.read(reinterpret_cast<char*>(bytes.data()), size);
     if (!in) throw InputError({file.string()}, "reading failed before the end of the file");
     return bytes;
 }
 
-bool begins_as_gzip(const std::filesystem::path& file) {
-    std::array<char, 2> first{};
-    open_to_read(file).read(first.data(), first.size());
-    return first[0] == '\x1f' && first[1] == '\x8b';
-}
-
-}  // namespace
-
-std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
-    return read_all<std::vector<std::byte>>(file);
-}
-
-namespace {
-
-constexpr std::size_t kMostUnpacked = std::size_t{1} << 36;  // what unpacks to more is a trap
-
-}  // namespace
-
 std::vector<std::byte> read_unpacked(const std::filesystem::path& file) {
-    std::vector<std::byte> bytes = read_bytes(file);
-    if (is_gzip(bytes)) return gunzip(bytes, file, kMostUnpacked);
-    return bytes;
+    return unpacked<std::vector<std::byte>>(file);
 }
 
 std::string read_text(const std::filesystem::path& file) {
-    if (!begins_as_gzip(file)) return read_all<std::string>(file);  // no second copy of a large text
-    return gunzip_text(read_bytes(file), file, kMostUnpacked);
+    return unpacked<std::string>(file);
 }
 
 namespace {
