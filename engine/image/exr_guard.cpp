@@ -12,6 +12,7 @@
 #include "engine/image/pictures.h"
 #include "engine/system/content.h"
 #include "engine/system/memory.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {
@@ -44,7 +45,7 @@ Context open_header(const std::filesystem::path& file) {
     const exr_result_t result = exr_start_read(&opened, file.c_str(), &how);
     Context context(opened);
     if (result != EXR_ERR_SUCCESS && complaint.empty()) complaint = exr_get_default_error_message(result);
-    if (!complaint.empty()) throw InputError(fmt::format("damaged OpenEXR file: {}", complaint));
+    if (!complaint.empty()) throw InputError("damaged OpenEXR file: " + one_line(complaint));
     return context;
 }
 

@@ -83,6 +83,10 @@ namespace {
 // A gzip file that packs better than this and unpacks to more is made to fill the memory.
 constexpr std::size_t kMostTimes = 400, kAnyTimes = std::size_t{64} << 20;
 
+bool is_trap(std::size_t made, std::size_t packed) {
+    return made > kAnyTimes && made / kMostTimes > packed;
+}
+
 // The last four bytes of a gzip file: the size of its last piece before it was packed, modulo 2^32.
 std::size_t stated_size(const std::filesystem::path& file) {
     std::uint32_t size = 0;
@@ -97,19 +101,19 @@ Container unpacked(const std::filesystem::path& file) {
     const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
     if (!in) throw InputError({file.string()}, std::string("cannot be opened: ") + std::strerror(errno));
     const bool plain = gzdirect(in.get()) != 0;
-    const std::size_t packed = std::filesystem::file_size(file), stated = plain ? packed : stated_size(file);
-    const std::size_t most = plain ? packed : std::max(kAnyTimes, kMostTimes * packed);
+    const std::size_t size = std::filesystem::file_size(file), stated = plain ? size : stated_size(file);
+    const std::size_t expected = is_trap(stated, size) ? 0 : stated;
     Container out;
     std::size_t made = 0;
     for (int got = 1; got > 0; made += static_cast<std::size_t>(std::max(got, 0))) {
-        if (made > most && !plain) {
+        if (!plain && is_trap(made, static_cast<std::size_t>(gzoffset(in.get())))) {
             input_error({file.string()},
                         "expands to more than {} times its size; such files may be at most {} MiB",
                         kMostTimes, kAnyTimes >> 20);
         }
         if (made == out.size()) {
-            // One more byte than stated, so that the end is found without growing.
-            const std::size_t room = std::max(stated <= most ? stated : 0, 2 * made) + 1;
+            // One more byte than expected, so that the end is found without growing.
+            const std::size_t room = std::max(expected, 2 * made) + 1;
             require_memory(room, file.string() + (plain ? "" : ", unpacked"), "use a smaller file");
             out.resize(room);
         }
