@@ -1,4 +1,4 @@
-// The project's images in OpenEXR. The measured light field has a file of its own kind
+// Reads and writes the project's images in OpenEXR. Measured light fields have their own reader and writer
 // (lights/light_field_io.cpp).
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -32,7 +32,7 @@
 namespace lucerna {
 namespace {
 
-// The place of a channel among those that come first, or behind them.
+// Returns the rank of a channel: its place in `first`, or one behind all of these.
 std::size_t channel_rank(const std::string& name, std::string_view first) {
     return name.size() == 1 ? std::min(first.find(name), first.size()) : first.size();
 }
@@ -49,7 +49,7 @@ bool in_colour(const Image& image) {
     return has_all(image.channels, {"R", "G", "B"});
 }
 
-// Channels of colours; others may hold numbers of things.
+// Channels of colours may not hold integers. Others may, for example identifiers.
 void refuse_integers(const Imf::ChannelList& channels) {
     for (const char* name : {"R", "G", "B", "X", "Y", "Z"}) {
         const Imf::Channel* channel = channels.findChannel(name);
@@ -64,7 +64,7 @@ Imf::Chromaticities chromaticities_of(const ColourSpace* space) {
     return {{c[0], c[1]}, {c[2], c[3]}, {c[4], c[5]}, {c[6], c[7]}};
 }
 
-// What the header says of R, G and B; Rec. 709's, as OpenEXR means it, where it says nothing.
+// Returns the colour space that the header states for R, G and B. OpenEXR's default is Rec. 709.
 ColourSpace space_of(const Imf::Header& header) {
     if (!Imf::hasChromaticities(header)) return colour_spaces().front();
     const Imf::Chromaticities& c = Imf::chromaticities(header);
@@ -78,7 +78,7 @@ ColourSpace space_of(const Imf::Header& header) {
     return *space;
 }
 
-// Of another space than linear sRGB.
+// Converts an image from another space to linear sRGB, and notes that in an attribute.
 Image brought_from(const ColourSpace& space, Image image) {
     image.attributes["lucerna.broughtfrom"] =
         space.name.empty() ? "a space of its own" : std::string(space.name);
@@ -99,7 +99,7 @@ Imf::FrameBuffer frame_buffer(Image& image, const Imath::V2i& origin) {
     return buffer;
 }
 
-// The file's data window in its display window, if they differ.
+// Reads where the data window lies in the display window, if the two differ.
 void read_windows(const Imf::Header& header, Image& image) {
     const Imath::Box2i data = header.dataWindow(), display = header.displayWindow();
     // Differences of corners further out would overflow, so the place in such a picture is ignored.
@@ -113,7 +113,7 @@ void read_windows(const Imf::Header& header, Image& image) {
     image.picture = display.max - display.min + V2i(1);
 }
 
-// A file's image and the space of its R, G and B; none where it has none of these.
+// Holds a file's image and the space of its R, G and B, or no space if it lacks these channels.
 struct Stated {
     Image image;
     std::optional<ColourSpace> space;
@@ -182,7 +182,7 @@ Image read_exr_as_stated(const std::filesystem::path& file) {
 
 namespace {
 
-// OpenEXR refuses some names of channels and attributes.
+// Throws an exception of OpenEXR for names of channels or attributes that it does not accept.
 void write_into(Imf::OStream& stream, const Image& image) {
     const V2i last = image.corner + V2i(image.width - 1, image.height - 1);
     const Imath::Box2i data({image.corner.x, image.corner.y}, {last.x, last.y});
@@ -202,13 +202,13 @@ void write_into(Imf::OStream& stream, const Image& image) {
 
 void write_exr(const std::filesystem::path& file, const Image& image) {
     replace_file(file, [&](const std::filesystem::path& temporary) {
-        // A stream of our own: OpenEXR writes the last part where it cannot say that it failed.
+        // OpenEXR writes the last bytes in a destructor, which cannot report a failure. This stream can.
         std::ofstream stream(temporary, std::ios::binary);
         {
             Imf::StdOFStream named(stream, temporary.c_str());
             write_into(named, image);
         }
-        stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if it has failed already
+        stream.exceptions(std::ios::badbit | std::ios::failbit);  // this throws if a write has failed
         stream.close();
     });
 }

@@ -16,8 +16,8 @@ namespace {
 
 using Beginning = std::array<unsigned char, 10>;
 
-// Reads the header's colours that the library does not report. Throws InputError (without the file's name)
-// for more than the file can hold.
+// Checks the header and returns the colours that the library does not report. Throws InputError (without the
+// file's name) for a header that claims more than the file can hold.
 PngColours checked_header(const std::filesystem::path& file, const Beginning& head) {
     constexpr std::array<unsigned char, 4> kExr{0x76, 0x2F, 0x31, 0x01};
     constexpr std::array<unsigned char, 3> kGif{'G', 'I', 'F'};
@@ -26,7 +26,7 @@ PngColours checked_header(const std::filesystem::path& file, const Beginning& he
     if (begins(kExr)) check_exr_header(file);
     if (begins(kPng)) return check_png_chunks(file);
     if (begins(kGif)) {
-        // The screen on which its pictures lie, 16 bits for each side.
+        // The decoder allocates the whole logical screen, whose sides are 16-bit numbers.
         PictureHeader screen;
         screen.width = head[6] | head[7] << 8;
         screen.height = head[8] | head[9] << 8;
@@ -58,7 +58,7 @@ OpenedPicture open_picture(const std::filesystem::path& file, PictureUse use) {
 
 bool is_credible(const std::filesystem::path& file, const PictureHeader& header) {
     constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
-    constexpr int kLinesAtOnce = 64;  // for which decoders make room, however few there are
+    constexpr int kLinesAtOnce = 64;  // decoders allocate so many, even for lower pictures
     if (header.width <= 0 || header.height <= 0 || header.width > kMaxPixels / header.height) return false;
     std::error_code unknown;
     const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);

@@ -35,7 +35,7 @@ struct Chunk {
                                  chunk.type, chunk.at, what));
 }
 
-// The chunk that begins at `at`; IEND without its content.
+// Returns the chunk that begins at `at`, and IEND without its content.
 Chunk chunk_at(std::string_view png, std::size_t at) {
     Chunk chunk{{}, {}, at};
     if (png.size() < at + kHead) refuse(chunk, "is cut off");

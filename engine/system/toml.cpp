@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-// toml++ takes for granted what a text may break ("[#": a table's name that does not begin as one), and lets
-// the compiler rely on it. Here its assertions stay on, as errors of the input.
+// toml++ asserts conditions that a text may violate (in "[#" the table's name begins with an invalid
+// character) and lets the compiler assume them. Here its assertions stay on and throw.
 #undef NDEBUG
 namespace {
 struct TomlFault {};
@@ -18,8 +18,8 @@ struct TomlFault {};
 #define TOML_ASSERT(expression) (static_cast<bool>(expression) ? void() : toml_fault())
 #define TOML_MAX_NESTED_VALUES 32
 #include <toml++/impl/preprocessor.h>
-// It also calls unreachable what some letters reach ("µ" where a blank may be): no class of letters, so
-// false.
+// Some letters reach code that it marks as unreachable ("µ" where a blank may be). They belong to no class of
+// letters, so the answer is false.
 #pragma push_macro("TOML_UNREACHABLE")
 #undef TOML_UNREACHABLE
 #define TOML_UNREACHABLE return false
@@ -39,8 +39,8 @@ namespace {
 constexpr int kMostNested = TOML_MAX_NESTED_VALUES;
 constexpr std::size_t kLongest = std::size_t{64} << 20;
 
-// The place behind the string that begins at `at`: three quotes end it, or one; \" does not end a string in
-// double quotes. toml++ refuses what is no string, and reads no further.
+// Returns the place behind the string that begins at `at`. Three quotes end it, or one; \" does not end a
+// string in double quotes. At a string that is not valid toml++ stops, so what follows it may be misjudged.
 std::size_t end_of_string(std::string_view text, std::size_t at) {
     const std::string three(3, text[at]);
     const std::string_view end = text.substr(at).starts_with(three) ? three : text.substr(at, 1);
