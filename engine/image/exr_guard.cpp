@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -11,6 +13,7 @@
 #include "engine/base/float_traps.h"
 #include "engine/image/pictures.h"
 #include "engine/system/content.h"
+#include "engine/system/files.h"
 #include "engine/system/memory.h"
 #include "engine/text/plain_text.h"
 
@@ -49,6 +52,39 @@ Context open_header(const std::filesystem::path& file) {
     return context;
 }
 
+// Returns whether the value's own contents end where its size says. OpenEXRCore does not check this, and the
+// C++ interface would then read on elsewhere.
+bool ends_by_its_size(const std::string& type, const std::string& value) {
+    std::size_t at = 0;
+    if (type == "chlist") {  // names, each with its NUL and 16 bytes more, and an empty name
+        while (at < value.size() && value[at] != '\0') at = std::min(value.find('\0', at), value.size()) + 17;
+        return at + 1 == value.size();
+    }
+    for (std::uint32_t length = 0; at + sizeof length <= value.size(); at += sizeof length + length)
+        std::memcpy(&length, &value[at], sizeof length);  // of the text that follows
+    return at == value.size();
+}
+
+// Walks over the attributes of all parts, whose sizes OpenEXRCore has checked.
+void check_lists(std::ifstream in, int parts) {
+    in.seekg(8);
+    std::string name, type, value;
+    for (; parts > 0; --parts) {
+        while (std::getline(in, name, '\0') && !name.empty()) {
+            std::int32_t size = 0;
+            std::getline(in, type, '\0');
+            in.read(reinterpret_cast<char*>(&size), sizeof size);
+            const bool list = type == "chlist" || type == "stringvector";
+            value.resize(list ? static_cast<std::size_t>(size) : 0);
+            in.read(value.data(), static_cast<std::streamsize>(value.size()));
+            if (!list) in.seekg(size, std::ios::cur);
+            if ((list && !ends_by_its_size(type, value)) || (type == "deepImageState" && size != 1))
+                throw InputError(
+                    fmt::format("damaged OpenEXR file: an attribute of type {} and {} bytes", type, size));
+        }
+    }
+}
+
 void check_part(exr_const_context_t context, int part, std::uint64_t file_bytes) {
     exr_attr_box2i_t window{};
     const exr_attr_chlist_t* channels = nullptr;
@@ -85,6 +121,7 @@ ExrParts check_exr_header(const std::filesystem::path& file) {
     const Context context = open_header(file);
     ExrParts parts;
     exr_get_count(context.get(), &parts.count);
+    check_lists(open_to_read(file), parts.count);
     for (int part = 0; part < parts.count; ++part) {
         exr_storage_t storage = EXR_STORAGE_SCANLINE;
         exr_get_storage(context.get(), part, &storage);
