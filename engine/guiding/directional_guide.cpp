@@ -15,8 +15,8 @@
 namespace lucerna {
 namespace {
 
-// Histograms overlap: each counts k photons, but every (k / kStationOverlap)-th photon is a cache record.
-constexpr int kStationOverlap = 8;
+// Histograms overlap: each counts k photons, but every (k / kRecordOverlap)-th photon is a cache record.
+constexpr int kRecordOverlap = 8;
 // The normals of a point and of the cache record that it uses have at least this cosine.
 constexpr float kFacingAlike = 0.9F;
 // A uniform density of this many photons is added to the photons found.
@@ -197,7 +197,7 @@ DirectionGuideMap::DirectionGuideMap(const PhotonMap& map, const DirectionGuidin
     : radius_(settings.radius), photons_(map.size()) {
     assert(settings.k >= 1 && settings.k <= DirectionGuiding::kMostPhotons);
     const std::size_t stride =
-        std::max<std::size_t>(static_cast<std::size_t>(settings.k) / kStationOverlap, 1);
+        std::max<std::size_t>(static_cast<std::size_t>(settings.k) / kRecordOverlap, 1);
     for (std::size_t i = 0; i < map.size(); i += stride) {
         places_.push_back(map.positions()[i]);
         normals_.push_back(map.normals()[i]);

@@ -95,7 +95,7 @@ class DirectionGuideMap {
     DirectionGuide at(const V3f& x, const Bsdf& bsdf, const V3f& wo) const;
 
     // Returns the number of cache records at which guiding pays.
-    std::size_t stations() const { return histograms_.size(); }
+    std::size_t records() const { return histograms_.size(); }
     std::size_t photons() const { return photons_; }  // of which the cache records are made
 
   private:

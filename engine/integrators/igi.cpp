@@ -379,7 +379,7 @@ class IgiSession final : public Session {
     std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
                                           PassStatistics& statistics) const override {
         const Scene& scene = context_.scene;
-        const RenderContext context = context_.told_to(monitor);
+        const RenderContext context = context_.with_monitor(monitor);
         VplParameters parameters;
         parameters.sets = sets_of(settings_);
         parameters.paths = paths_of(settings_);

@@ -200,12 +200,12 @@ class PathIntegrator final : public Integrator {
         std::optional<DirectionGuideMap> guides(
             build_direction_guides(context.scene, parameters, context.workers, context.monitor));
         if (context.monitor.stopped()) return std::nullopt;
-        const bool any = guides->stations() > 0;
+        const bool any = guides->records() > 0;
         if (!any || (context.view && !guides_pay({context.scene, nullptr, &*guides}, settings_, context))) {
             guides.reset();
         }
         statistics.seconds.add("guide", building.seconds());
-        statistics.guides = {guides ? guides->photons() : 0, guides ? guides->stations() : 0};
+        statistics.guides = {guides ? guides->photons() : 0, guides ? guides->records() : 0};
         return guides;
     }
 

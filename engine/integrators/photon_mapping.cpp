@@ -78,7 +78,7 @@ std::unique_ptr<const Estimator> halves_of_pass(const PhotonMapSettings& whole, 
         PhotonMapPass parts = parts_of_half();
         parts.sets = half == 0 ? 2 : 1;
         PassStatistics statistics;
-        const PassContext own{context.prepared_by(context.prepared.shared_by(parts.sets)),
+        const PassContext own{context.with_deadline(context.prepared.shared_by(parts.sets)),
                               2 * context.pass + half, statistics};
         halves[half] = make_estimator(settings, own, std::move(parts));
         if (!halves[half]) return nullptr;
@@ -191,7 +191,7 @@ class PhotonMapSession final : public Session {
             own.files = files_;
             return own;
         };
-        const PassContext context{context_.told_to(monitor), index, statistics};
+        const PassContext context{context_.with_monitor(monitor), index, statistics};
         if (!context.two_halves) return photon_map_pass(settings_, context, parts());
         // A file holds one set of maps, which both halves must share.
         if (!files_.any()) return halves_of_pass(settings_, context, parts);

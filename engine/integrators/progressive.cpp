@@ -148,7 +148,7 @@ class ProgressiveSession final : public Session {
         : settings_(map_settings(settings)),
           samples_(settings.samples),
           schedule_(static_cast<double>(settings.alpha)),
-          context_(context.prepared_by({})),  // no deadline: all passes must be alike
+          context_(context.with_deadline({})),  // no deadline: all passes must be alike
           pre_pass_(std::move(pre_pass)),
           radii_(std::move(radii)) {
         if (context.view && samples_ > 1) edges_ = PixelEdges(context.scene, *context.view, context.workers);
@@ -163,7 +163,8 @@ class ProgressiveSession final : public Session {
         parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
         parts.samples = samples_;
         parts.edges = &edges_;
-        return photon_map_pass(settings_, {context_.told_to(monitor), index, statistics}, std::move(parts));
+        return photon_map_pass(settings_, {context_.with_monitor(monitor), index, statistics},
+                               std::move(parts));
     }
 
   private:

@@ -29,7 +29,7 @@ void visit_once(Report& once, Visitor& visitor) {
     });
     visitor.group(once.guides, [&](auto& guides) {
         visitor.value("guide.photons", guides.photons);
-        visitor.value("guide.stations", guides.distributions);
+        visitor.value("guide.records", guides.distributions);
     });
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         visitor.group(once.first_radius[kind], [&](auto& radius) {

@@ -61,13 +61,13 @@ struct FilmSettings {
 // film is head y width + x of all; so many in a row are of one point.
 struct Receivers {
     std::vector<Receiver> points;
-    int heads = 1;  // of each point, >= 1
+    int sensors = 1;  // of each point, >= 1
 
     bool empty() const { return points.empty(); }
     // Pixels beyond the last point's measure that one once more.
     const Receiver& of(std::int64_t pixel) const {
         const auto last = static_cast<std::int64_t>(points.size()) - 1;
-        return points[static_cast<std::size_t>(std::min(pixel / heads, last))];
+        return points[static_cast<std::size_t>(std::min(pixel / sensors, last))];
     }
 };
 
@@ -101,7 +101,7 @@ struct Job {
     SceneText world = {}, view = {};
     // That the scene asks of a method that works in passes, by which `spp` was set; 0: it does not say.
     int passes = 0;
-    // The medium of the borders around `camera`, where that is not the scene's own camera; only the path
+    // The medium around `camera`, where that is not the scene's own camera; only the path
     // tracer looks at it.
     std::optional<std::int32_t> camera_medium = {};
 };

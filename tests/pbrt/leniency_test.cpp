@@ -35,7 +35,7 @@ struct Expected {
     int frames = 1;
 };
 
-Expected head_of(const std::filesystem::path& file) {
+Expected sensor_of(const std::filesystem::path& file) {
     Expected expected;
     std::istringstream text(read_text(file));
     for (std::string line; std::getline(text, line) && line.starts_with("#");) {
@@ -76,7 +76,7 @@ std::string name_of(const ::testing::TestParamInfo<std::filesystem::path>& info)
 class LenientScene : public ::testing::TestWithParam<std::filesystem::path> {};
 
 TEST_P(LenientScene, IsRenderedWithOneWarningForEachDeparture) {
-    const Expected expected = head_of(GetParam());
+    const Expected expected = sensor_of(GetParam());
     ASSERT_GT(expected.least, 0) << "every one of them says what it shows";
     RecordingMonitor monitor;
     SceneOverrides overrides;
@@ -101,7 +101,7 @@ TEST_P(LenientScene, IsRenderedWithOneWarningForEachDeparture) {
 }
 
 TEST_P(LenientScene, IsRefusedByAStrictReaderForTheSameReason) {
-    const Expected expected = head_of(GetParam());
+    const Expected expected = sensor_of(GetParam());
     RecordingMonitor monitor;
     SceneOverrides overrides;
     overrides.strict = true;

@@ -121,11 +121,11 @@ TEST(MediumInterface, OnAShape_IsABorderOnlyWhereTheSidesDiffer) {
         "Shape \"sphere\" MediumInterface \"in\" Shape \"sphere\" AttributeBegin MediumInterface \"\" \"in\" "
         "Shape \"sphere\" AttributeEnd");
     const auto& q = read.draft.quadrics;
-    EXPECT_TRUE(q[0].traits.media.border);
+    EXPECT_TRUE(q[0].traits.media.is_interface);
     EXPECT_EQ(q[0].traits.media.inside, 0);
     EXPECT_EQ(q[0].traits.media.outside, kNoMedium);
-    EXPECT_FALSE(q[1].traits.media.border);
-    EXPECT_TRUE(q[2].traits.media.border);
+    EXPECT_FALSE(q[1].traits.media.is_interface);
+    EXPECT_TRUE(q[2].traits.media.is_interface);
     EXPECT_EQ(q[2].traits.media.outside, 0);
     EXPECT_TRUE(read.draft.uses_media);
     EXPECT_EQ(read.draft.camera_medium, kNoMedium);
@@ -154,11 +154,11 @@ TEST(MediumInterface, InTheScene_ChangesTheMediumAtAnInterface) {
                         "scene.pbrt", {}, {1}, monitor);
     const Ray ray{V3f(V3d(0, 0, 0) - job.scene.origin()), {0, 0, 1}};
     EXPECT_FALSE(job.scene.intersect(ray));
-    ASSERT_TRUE(job.scene.intersect_border(ray));
-    const auto border = job.scene.intersect_with_borders(ray);
+    ASSERT_TRUE(job.scene.intersect_medium_interface(ray));
+    const auto border = job.scene.intersect_with_medium_interfaces(ray);
     ASSERT_TRUE(border);
     EXPECT_NEAR(border->t, 4, 1e-5);
-    EXPECT_TRUE(job.scene.is_border(*border));
+    EXPECT_TRUE(job.scene.is_medium_interface(*border));
     EXPECT_EQ(medium_towards(border->media, border->at.n, ray.d, kNoMedium), 0);
     EXPECT_TRUE(job.scene.unoccluded({ray.o}, ray.d, 100));
 }

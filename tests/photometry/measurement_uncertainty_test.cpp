@@ -103,7 +103,7 @@ TEST(MeasurementUncertainty, ChiSquareQuantile_IsBoosts) {
 IlluminanceReport report(double first, double second, double half_width) {
     IlluminanceReport made;
     made.unit = "lx";
-    made.heads = kHeads;
+    made.sensors = kHeads;
     SurfaceIlluminance surface;
     surface.surface.name = "desk, left";
     surface.surface.points = {2, 1};
