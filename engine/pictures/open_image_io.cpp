@@ -1,5 +1,5 @@
 // Reads and writes picture files by OpenImageIO. This is part of a shared library that
-// engine/image/pictures.cpp loads. Of the other modules it uses only the header pictures.h, and it does not
+// engine/image/pictures.cpp loads. It uses no other module but the header pictures.h, and does not
 // interpret the numbers.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagecache.h>

@@ -31,7 +31,7 @@ struct Sweep {
     bool may_end = true;  // before all tiles have theirs
 };
 
-// What ends a sweep early. Rank 0, or the only process, asks from any thread.
+// Conditions that end a sweep early. Rank 0, or the only process, asks from any thread.
 struct SweepEnds {
     double seconds;                // from the sweep's beginning
     std::function<bool()> ends;    // at once
@@ -64,7 +64,7 @@ class ImageInProgress {
     void prepare_next(int done, int rounds);
     bool is_adaptive() const { return allocation_.has_value(); }
 
-    // Copies all sums to rank 0, and counts. What follows is about rank 0's sums.
+    // Copies all sums to rank 0, and counts. The functions below refer to rank 0's sums.
     void gather();
     // Adds up what all ranks have counted so far; at rank 0, and as of the last call.
     void count();

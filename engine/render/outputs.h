@@ -1,4 +1,4 @@
-// What a render hands out: its result, and on the way images and checkpoints.
+// The outputs of a render: its result, and on the way images and checkpoints.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace lucerna {
 
-// Develops the image under way; at rank 0, after ImageInProgress::gather(). Of a film of two halves the
+// Develops the image under way, at rank 0 after ImageInProgress::gather(). With a film of two halves the
 // result is denoised on demand.
 RenderResult develop(const Job& job, const ImageInProgress& image, const RenderReport& report, bool denoised,
                      const Workers& workers);

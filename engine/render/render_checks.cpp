@@ -46,7 +46,7 @@ void require_image_memory(const Job& job, const RenderOptions& options) {
 
 namespace {
 
-// What a method leaves out of a light that only particles carry; empty: nothing.
+// Names the light of a lamp known only by its particles that a method leaves out; empty: none.
 struct LeftOut {
     std::string_view operator()(const PathSettings&) const { return "light is"; }
     std::string_view operator()(const DirectSettings&) const { return "light is"; }

@@ -76,8 +76,8 @@ struct Mount {
     bool version2;
 };
 
-// Reads /proc/self/mountinfo: "29 23 0:26 /GROUP /FOLDER rw,… shared:4 - cgroup2 cgroup rw,…". Of version 1
-// it takes the tree that limits memory.
+// Reads /proc/self/mountinfo: "29 23 0:26 /GROUP /FOLDER rw,… shared:4 - cgroup2 cgroup rw,…". For
+// version 1 it takes the tree that limits memory.
 std::vector<Mount> group_mounts(const std::filesystem::path& root) {
     std::vector<Mount> mounts;
     std::ifstream in(root / "proc/self/mountinfo");

@@ -67,11 +67,11 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
 // Makes the VPLs of a light path's hit, if it scatters light that a shadow ray could bring [Pharr 2004].
 // Calls visit(Vpl) for each side of the surface that shines.
 //
-// A VPL stands for what the lobes of a surface that are no deltas make of one arriving particle. Of power Φ
-// from direction i, a Lambertian part of albedo ρ sends Φ ρ/π cosθ per solid angle, which is exact; for other
-// lobes ρ is the albedo for i, and the shape is lost. A surface that transmits light shines on both sides,
-// each with its own albedo. Delta lobes make no VPL: their light continues along the path, and makes a VPL at
-// the next surface.
+// A VPL stands for the light that the lobes of a surface, except for deltas, scatter from one arriving
+// particle. Given power Φ from direction i, a Lambertian part of albedo ρ sends Φ ρ/π cosθ per solid angle,
+// which is exact; for other lobes ρ is the albedo for i, and the shape is lost. A surface that transmits
+// light shines on both sides, each with its own albedo. Delta lobes make no VPL: their light continues along
+// the path, and makes a VPL at the next surface.
 template <typename Visit>
 void make_vpls(const LightPathHit& at, VplGloss gloss, Visit&& visit) {
     // Mirrors and smooth glass scatter no light that a shadow ray could bring.
