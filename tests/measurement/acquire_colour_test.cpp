@@ -90,7 +90,8 @@ TEST(AcquireColour, FieldInTheBasis_ComesBackInEveryChannel) {
                 EXPECT_LT(off(coefficients_of(images, c), known.e[static_cast<std::size_t>(c)]), 1e-5) << c;
             // The comparison must detect swapped channels.
             EXPECT_GT(off(coefficients_of(images, 0), known.e[2]), 0.1);
-            if (least < 0) continue;
+            if (least < 0) continue;  // a camera cannot record negative light
+            CameraModel camera;       // of the sensor or of the screen, in floats
             camera.bits = 32;
             camera.format = "exr";
             camera.darks = 1;

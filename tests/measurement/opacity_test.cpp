@@ -64,7 +64,7 @@ TEST(FilterAxis, DualAgainstBells_IsBiorthogonal) {
         std::vector<FilterNode> whole, parts;
         axis.add_range(0.1 - 2 * spacing, 0.1 + 2 * spacing, whole);
         for (const double cut :
-             {-1.7, -1.66, -0.5, 0.1, 0.9, 2.0}) {  // the last part ends at the filter's edge
+             {-1.7, -1.66, -0.5, 0.1, 0.9, 2.0}) {  // the last interval ends at the filter's edge
             static double from = -2;
             if (cut == -1.7) from = -2;
             axis.add_range(0.1 + from * spacing, 0.1 + cut * spacing, parts);
