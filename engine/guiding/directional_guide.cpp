@@ -109,11 +109,11 @@ float SquareHistogram::density(const V2f& at) const {
     return step_of(rows_, row).size * step_of(cells_[row], cell_of(at.x)).size * kScale;
 }
 
-DirectionGuide::DirectionGuide(const SquareHistogram& histogram, const Frame& station, const V3f& ns)
-    : histogram_(&histogram), frame_(station) {
+DirectionGuide::DirectionGuide(const SquareHistogram& histogram, const Frame& record, const V3f& ns)
+    : histogram_(&histogram), frame_(record) {
     // The cache record's tangent is projected into the plane across ns, so that frames turn smoothly with ns.
     frame_.n = ns;
-    frame_.s = (station.s - ns.dot(station.s) * ns).normalized();
+    frame_.s = (record.s - ns.dot(record.s) * ns).normalized();
     frame_.t = ns.cross(frame_.s);
 }
 

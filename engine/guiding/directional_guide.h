@@ -59,7 +59,7 @@ class DirectionGuide {
   public:
     DirectionGuide() = default;
     // `ns` is the unit shading normal on the side of wo, to which the cache record's frame is turned.
-    DirectionGuide(const SquareHistogram& histogram, const Frame& station, const V3f& ns);
+    DirectionGuide(const SquareHistogram& histogram, const Frame& record, const V3f& ns);
 
     // Tells whether there is no guide. The other functions must not be called then.
     bool empty() const { return !histogram_; }

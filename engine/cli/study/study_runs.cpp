@@ -244,7 +244,7 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
 
     std::mutex mutex;
     std::vector<std::optional<StudyRun>> runs(ranks.leads() ? all.size() : 0);
-    const auto come_in = [&](std::int64_t item, int rank, const Made& made) {
+    const auto receive_result = [&](std::int64_t item, int rank, const Made& made) {
         const std::lock_guard lock(mutex);
         for (const std::string& line : made.warnings) monitor.warn(line);
         const auto i = static_cast<std::size_t>(item);
@@ -261,11 +261,11 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
         packer(last);
         return packer.take();
     };
-    loop.arrived = [&come_in](std::int64_t item, int rank, std::span<const std::byte> bytes) {
+    loop.arrived = [&receive_result](std::int64_t item, int rank, std::span<const std::byte> bytes) {
         Made made;
         Unpacker unpacker(bytes);
         unpacker(made);
-        come_in(item, rank, made);
+        receive_result(item, rank, made);
     };
     // Each rank makes one render at a time, with all its threads.
     ranks.work({1}, loop, [&](std::int64_t item) {
@@ -273,7 +273,7 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
         if (!made) return false;
         made->warnings = distant.take_warnings();
         last = std::move(*made);
-        if (ranks.leads()) come_in(item, 0, last);
+        if (ranks.leads()) receive_result(item, 0, last);
         return true;
     });
     return runs;
