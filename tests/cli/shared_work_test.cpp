@@ -1,5 +1,5 @@
-// What the ranks of a job share beside renders: lamps on the measuring bench and the renders of a study, the
-// bits of one process; and what is kept of work that was stopped.
+// Work that the ranks of a job share besides renders: the acquisition of lamps and the renders of a study.
+// The results have the bits of one process, and finished work of a stopped job is kept.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ Rig bench(bool travels) {
     return rig;
 }
 
-// What items made elsewhere is at rank 0, once, before it goes on.
+// Each result made on another rank reaches rank 0 once, before the loop ends there.
 TEST(SharedWork, WhatItemsMade_ArrivesOnceBeforeTheLoopEnds) {
     for (const bool one_by_one : {false, true}) {
         constexpr std::int64_t kItems = 200;
@@ -101,7 +101,7 @@ TEST(SharedWork, WhatCannotArrive_StopsAllAndIsThrownByRank0) {
         std::atomic<int> done{0};
         try {
             ranks.work({1}, std::move(loop), [&](std::int64_t) {
-                // Until another rank has had its turn.
+                // Waits until another rank has had its turn.
                 if (ranks.leads())
                     while (!ranks.asked_to_stop()) std::this_thread::yield();
                 ++done;
@@ -117,7 +117,7 @@ TEST(SharedWork, WhatCannotArrive_StopsAllAndIsThrownByRank0) {
     on_ranks(2, {1}, broken);
 }
 
-// What the loop refers to is gone then.
+// After a failure the objects that the loop refers to are destroyed, so no callback may run.
 TEST(SharedWork, WhereRank0Fails_NothingArrivesAnyMore) {
     std::atomic<int> begun{0}, late{0};
     std::atomic<bool> has_failed{false};
@@ -139,7 +139,7 @@ TEST(SharedWork, WhereRank0Fails_NothingArrivesAnyMore) {
             });
         } catch (const InputError&) {
             has_failed = true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));  // while it comes
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));  // while a result is under way
             throw;
         }
     };
@@ -222,7 +222,7 @@ TEST(SharedWork, FormulaStoppedOnRanks_GoesOnFromAllColumnsThatWereDone) {
     EXPECT_EQ(AcquirePart(file, 7).columns(), 25U);
 }
 
-// Of two colours, so that sums are of three channels; blocks of few paths.
+// A luminaire of two colours, so that the sums have three channels, in blocks of few paths.
 class SharedLuminaire : public SharedWorkOf {
   protected:
     void SetUp() override {
@@ -241,7 +241,7 @@ class SharedLuminaire : public SharedWorkOf {
         Monitor silent;
         return acquire_scene(emitter_, bench(GetParam()), part, {2}, silent);
     }
-    // At rank 0.
+    // Calls `look` at rank 0.
     void on_job(const Job& job, const std::filesystem::path& part, Monitor& user,
                 const std::function<void(const SceneAcquisition&)>& look) const {
         on_ranks(job.ranks, job.threads, [&](Ranks& ranks) {
@@ -367,7 +367,7 @@ TEST_F(SharedStudy, OnRanks_RendersWhatOneProcessDoes) {
             EXPECT_GT(runs[i]->seconds, 0);
         }
         EXPECT_THAT(seeds, ::testing::ElementsAre(std::pair(0U, 3), std::pair(1U, 3), std::pair(2U, 3)));
-        // The next time they are there.
+        // The next job finds the results.
         for (const auto& again : on_job(2, folder, silent, [](const StudyWork&, const StudyRun&run, int) {
                  EXPECT_TRUE(run.found);
              })) {
