@@ -1,5 +1,5 @@
-// One render by the ranks of a parallel job: the image of one process, bit for bit, however many ranks and
-// threads there are, wherever it is stopped, and on however many it goes on.
+// One render by the ranks of a parallel job gives the image of one process, bit for bit, for any number of
+// ranks and threads, wherever it is stopped, and on however many ranks it resumes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ std::vector<Case> cases() {
             {"progressive in fog with layers", progressive, true, true, true}};
 }
 
-// A room with glass and a mirror; `fog` fills it.
+// Returns a room with glass and a mirror; `fog` fills it.
 Scene room(bool fog) {
     SceneMaker make;
     make.room({1, 1, 1}, make.diffuse({0.7F, 0.6F, 0.5F}));
@@ -89,7 +89,7 @@ RenderResult alone(const Case& which, int spp) {
     return render(job, {5, Workers{2}}, silent);
 }
 
-// Each rank has a scene of its own, as on machines of their own. `options` of rank 0.
+// Each rank has its own scene, as on separate machines. `options` are those of rank 0.
 RenderResult by_ranks(const Case& which, int spp, int size, const std::vector<int>& threads,
                       const std::function<void(RenderOptions&)>& change = {}, Monitor* user = nullptr) {
     RenderResult result;
@@ -124,11 +124,11 @@ TEST_P(RanksOfEveryMethod, MakeTheImageOfOneProcess_BitForBit) {
     const RenderResult expected = alone(GetParam(), 12);
     for (const int size : {1, 2, 3, 8}) {
         for (const std::vector<int>& threads : {std::vector{1}, std::vector{2}}) {
-            if (size == 8 && threads.front() == 2) continue;  // 16 threads; by mpirun in tests/process
+            if (size == 8 && threads.front() == 2) continue;  // 16 threads; tests/process covers it by mpirun
             SCOPED_TRACE(size * 10 + threads.front());
             const RenderResult result = by_ranks(GetParam(), 12, size, threads);
             expect_same(expected, result);
-            // Counts and energies are those of all ranks together.
+            // Counts and energies are sums over all ranks.
             for (const auto& [name, number] : expected.report.numbers()) {
                 if (name.starts_with("photons.") || name.starts_with("paths.") ||
                     name.starts_with("ledger.") || name.starts_with("rays.invalid")) {
@@ -141,7 +141,7 @@ TEST_P(RanksOfEveryMethod, MakeTheImageOfOneProcess_BitForBit) {
 
 INSTANTIATE_TEST_SUITE_P(, RanksOfEveryMethod, ::testing::ValuesIn(cases()));
 
-// Of a method that makes nothing that all ranks have to make.
+// The method has no preparation that all ranks repeat.
 TEST(Ranks, RaysOfAll_AreThoseOfOne) {
     const Case direct{"direct", DirectSettings{}, false};
     const RenderResult expected = alone(direct, 6);
@@ -149,7 +149,7 @@ TEST(Ranks, RaysOfAll_AreThoseOfOne) {
     EXPECT_EQ(result.report.rays_total, expected.report.rays_total);
 }
 
-// The user's wish, at the n-th time that somebody asks.
+// Simulates the user's stop request at the n-th query.
 class StopAt final : public Monitor {
   public:
     explicit StopAt(int asked) : left_(asked) {}
@@ -179,7 +179,7 @@ TEST(Ranks, StoppedAnywhere_GoOnOnAnyNumberOfRanks) {
             EXPECT_LT(first.report.samples_done, kSamples);
             EXPECT_FALSE(first.report.complete);
             const auto go_on = [&kept](RenderOptions& options) { options.resume = &kept; };
-            // On fewer, on more, and on one that knows nothing of ranks.
+            // Resumes on fewer ranks, on more, and without ranks.
             const int size = 1 + goes++ % 4;
             expect_same(expected, by_ranks(which, kSamples, size, {2, 1}, go_on));
             const Job job = job_of(which, kSamples);
@@ -225,7 +225,7 @@ TEST(Ranks, InATime_EndInItWithAWholePicture) {
         for (int y = 0; y < result.image.height; ++y) {
             for (int x = 0; x < result.image.width; ++x) EXPECT_GT(luminance(result.image.rgb_at(x, y)), 0);
         }
-        EXPECT_LT(clock.seconds(), 6);  // it is not held up; how punctual it is tests/process measures
+        EXPECT_LT(clock.seconds(), 6);  // bounds the delay only; tests/process measures how punctual it is
     }
 }
 
