@@ -28,7 +28,7 @@ Picture walls(double light = 1, double noise = 0.5, std::array<int, 2> samples =
     Picture picture;
     Image features(kWide, kHigh, feature_channels());
     std::mt19937 random(seed);
-    // relative to a sample: mean 1, deviation 1
+    // The factor of a sample has mean 1 and deviation 1.
     std::exponential_distribution<double> sample(1);
     for (Image& half : picture.layers.halves) half = Image(kWide, kHigh, half_channels());
     for (int y = 0; y < kHigh; ++y) {

@@ -1,4 +1,5 @@
-// Work that ranks share out: every item once, wherever; what they agree on; states that move.
+// Work shared among ranks: every item is done exactly once, on any rank; collective decisions; states that
+// move between ranks.
 #include "engine/ranks/ranks.h"
 
 #include <gmock/gmock.h>
@@ -89,12 +90,12 @@ TEST(Ranks, ASlowRank_GetsLessAndHoldsNobodyUp) {
         ranks.agree_to_stop();
     });
     EXPECT_EQ(done[0] + done[1] + done[2], 120);
-    // A third each would have taken it 1.6 s, in which the others do 800 items.
+    // With an equal share this rank would take 1.6 s, in which the others do 800 items.
     EXPECT_LT(done[1], 12);
     EXPECT_GT(done[1], 0);
 }
 
-// Every item counts up, from wherever it was counted before.
+// Every item continues counting from its state on the rank that had it before.
 TEST(Ranks, StatesOfItems_AreWhereTheItemsAreDone) {
     constexpr std::int64_t kItems = 40;
     constexpr int kRounds = 6;
@@ -121,7 +122,7 @@ TEST(Ranks, StatesOfItems_AreWhereTheItemsAreDone) {
                 unpacker(states[static_cast<std::size_t>(item)]);
             };
             ranks.work({ranks.threads(ranks.rank()), &ranks}, loop, [&](std::int64_t item) {
-                // Which rank is slow changes: items must move.
+                // The slow rank changes, so items must move.
                 std::this_thread::sleep_for(std::chrono::milliseconds(ranks.rank() == round % 3 ? 5 : 1));
                 states[static_cast<std::size_t>(item)].push_back(round);
                 return true;
@@ -159,7 +160,7 @@ TEST(Ranks, AskedToStop_AllKnowAndLeaveTheRest) {
         EXPECT_FALSE(whole);
         EXPECT_TRUE(ranks.stopped());
     });
-    EXPECT_LT(done, 2'000);  // what six threads do in some tenths of a second
+    EXPECT_LT(done, 2'000);  // six threads do this number in some tenths of a second
 }
 
 TEST(Ranks, WhenTimeIsUp_WhatWasHandedOutIsNotBegun) {

@@ -50,7 +50,7 @@ Job job_of(Scene scene, IntegratorSettings method, int spp, bool parts = true) {
     return job;
 }
 
-// the number of light paths suffices to test that layers sum to the image
+// This number of light paths suffices to test that layers sum to the image.
 constexpr std::int64_t kFew = 2000;
 
 PhotonMapSettings maps(bool groups = true) {

@@ -97,8 +97,8 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
         const Image image = render(job, {1, workers}, silent).image;
         const SmallLamps lamps(job);
         Trial trial(job, lamps, settings, 7, workers, silent);
-        // A variance of only two or three passes is no divisor, so the trial runs until 32 passes, however
-        // slow the machine.
+        // A variance estimated from two or three passes is too uncertain to divide by, so the trial runs
+        // 32 passes, however slow the machine.
         do {
             ASSERT_TRUE(trial.run(0.1));
         } while (trial.in_passes() && trial.passes() < 32);
