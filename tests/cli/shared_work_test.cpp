@@ -214,7 +214,7 @@ TEST(SharedWork, FormulaStoppedOnRanks_GoesOnFromAllColumnsThatWereDone) {
     EXPECT_EQ(AcquirePart(file, 7).columns(), 25U);
 }
 
-// Of two colours, so that sums are of three channels; blocks of few paths.
+// A luminaire of two colours, so that the sums have three channels, in blocks of few paths.
 class SharedLuminaire : public SharedWorkOf {
   protected:
     void SetUp() override {
@@ -233,7 +233,7 @@ class SharedLuminaire : public SharedWorkOf {
         Monitor silent;
         return acquire_scene(emitter_, bench(GetParam()), part, {2}, silent);
     }
-    // At rank 0.
+    // Calls `look` at rank 0.
     void on_job(const Job& job, const std::filesystem::path& part, Monitor& user,
                 const std::function<void(const SceneAcquisition&)>& look) const {
         on_ranks(job.ranks, job.threads, [&](Ranks& ranks) {
@@ -359,7 +359,7 @@ TEST_F(SharedStudy, OnRanks_RendersWhatOneProcessDoes) {
             EXPECT_GT(runs[i]->seconds, 0);
         }
         EXPECT_THAT(seeds, ::testing::ElementsAre(std::pair(0U, 3), std::pair(1U, 3), std::pair(2U, 3)));
-        // The next time they are there.
+        // The next job finds the results.
         for (const auto& again : on_job(2, folder, silent, [](const StudyWork&, const StudyRun&run, int) {
                  EXPECT_TRUE(run.found);
              })) {

@@ -1,4 +1,4 @@
-// Participating media in scene files: what is made of them, and what is refused.
+// Participating media in scene files: how they are built and what is refused.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ TEST(NamedMedium, Homogeneous_ScalesBothCoefficientsAndEmitsWhatItAbsorbs) {
     EXPECT_EQ(fog.g, -0.25F);
     EXPECT_EQ(fog.emission, Rgb(1.5F, 0, 9));
     EXPECT_FALSE(fog.box);
-    EXPECT_FALSE(read.draft.uses_media);  // nobody is in it
+    EXPECT_FALSE(read.draft.uses_media);  // no shape contains it
 }
 
 TEST(NamedMedium, Unsaid_IsWholeMilkAndGridsOfVersion4AreOnes) {
@@ -55,7 +55,7 @@ TEST(NamedMedium, Preset_IsTheMeasuredOneAndAnotherIsRefusedWithItsNeighbour) {
         AllOf(HasSubstr("scene.pbrt:2:"), HasSubstr("did you mean \"Skin1\""), HasSubstr("Wholemilk")));
 }
 
-// Measured by dilution; names of several words, as pbrt writes them.
+// The presets that are measured by dilution have names of several words, in pbrt's spelling.
 TEST(NamedMedium, PresetsOfBothPapers_AreFoundByPbrtsNames) {
     const Read read = read_world(
         "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Lowfat Milk\" "
@@ -67,7 +67,7 @@ TEST(NamedMedium, PresetsOfBothPapers_AreFoundByPbrtsNames) {
     EXPECT_EQ(medium_of(read.draft, 1).sigma_s, Rgb(0.023805F, 0.028804F, 0.034306F));
     EXPECT_EQ(medium_of(read.draft, 1).sigma_a, Rgb(0.084621F, 0.15688F, 0.20365F));
     EXPECT_EQ(medium_of(read.draft, 2).sigma_s, Rgb(2.1129e-05F, 0, 0));
-    // All of them are offered where a name is none.
+    // A misspelt name is answered with the list of all presets.
     const std::string refusal = refusal_of_world(
         "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Regular Soymilk\"");
     EXPECT_THAT(refusal, AllOf(HasSubstr("did you mean \"Regular Soy Milk\""), HasSubstr("Apple, Chicken1"),
@@ -84,7 +84,7 @@ TEST(NamedMedium, Grid_StandsInItsBoxUnderTheTransformation) {
     EXPECT_EQ(read.draft.media[0].world_from_medium[3][1], 2);
     EXPECT_DOUBLE_EQ(density_at(medium.density, {0.5, 0.5, 0.5}), 1);
     EXPECT_DOUBLE_EQ(density_at(medium.density, {1.5, 0.5, 1.5}), 4);
-    EXPECT_DOUBLE_EQ(density_at(medium.density, {1.5, 1, 1.5}), 2);  // falls to nothing over the border
+    EXPECT_DOUBLE_EQ(density_at(medium.density, {1.5, 1, 1.5}), 2);  // falls to 0 across the boundary
 }
 
 TEST(NamedMedium, WhatIsNone_IsRefusedInOneLine) {
@@ -179,10 +179,10 @@ TEST(Volume, EveryKind_IsARegionUnderTheTransformation) {
     const Medium& box = medium_of(draft, 0);
     EXPECT_EQ(box.sigma_a, Rgb(1, 2, 3));
     EXPECT_EQ(box.sigma_s, Rgb(0));
-    EXPECT_EQ(box.emission, Rgb(2));  // as it stands
+    EXPECT_EQ(box.emission, Rgb(2));  // emission as given
     EXPECT_EQ(box.box->min, V3d(-1));
     EXPECT_EQ(draft.media[0].world_from_medium[3][0], 5);
-    EXPECT_DOUBLE_EQ(density_at(medium_of(draft, 1).density, {1, 0.5, 0.5}), 3);  // held at the face
+    EXPECT_DOUBLE_EQ(density_at(medium_of(draft, 1).density, {1, 0.5, 0.5}), 3);  // clamped at the face
     EXPECT_DOUBLE_EQ(density_at(medium_of(draft, 2).density, {0, 0, 0.5}), 2 * std::exp(-1.5));
 }
 

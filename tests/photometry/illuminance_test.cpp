@@ -133,8 +133,7 @@ TEST(Illuminance, InABlackRoom_HasNoIndirectLight) {
     for (const PointParts& point : report.surfaces[0].points) EXPECT_EQ(point.indirect.value, 0);
 }
 
-// Under a uniform sky of radiance L every sensor reads E = pi L, except that hemispherical sensors read half
-// of it.
+// Under a uniform sky of radiance L planar, cylindrical and spherical sensors all read E = pi L.
 TEST(Illuminance, UnderAnEvenSky_IsPiL) {
     const auto sky = "LightSource \"infinite\" \"rgb L\" [3 3 3]\n";
     for (const ReceiverKind kind :

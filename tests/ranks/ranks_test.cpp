@@ -89,7 +89,7 @@ TEST(Ranks, ASlowRank_GetsLessAndHoldsNobodyUp) {
         ranks.agree_to_stop();
     });
     EXPECT_EQ(done[0] + done[1] + done[2], 120);
-    // A third each would have taken it 1.6 s, in which the others do 800 items.
+    // With an equal share this rank would take 1.6 s, in which the others do 800 items.
     EXPECT_LT(done[1], 12);
     EXPECT_GT(done[1], 0);
 }
@@ -207,7 +207,7 @@ TEST(Ranks, AskedToStop_AllKnowAndLeaveTheRest) {
         EXPECT_FALSE(whole);
         EXPECT_TRUE(ranks.stopped());
     });
-    EXPECT_LT(done, 2'000);  // what six threads do in some tenths of a second
+    EXPECT_LT(done, 2'000);  // six threads do this number in some tenths of a second
 }
 
 TEST(Ranks, WhenTimeIsUp_NothingIsBegun) {

@@ -59,7 +59,7 @@ std::vector<Case> cases() {
             {"progressive in fog with layers", progressive, true, true, true}};
 }
 
-// A room with glass and a mirror; `fog` fills it.
+// Returns a room with glass and a mirror; `fog` fills it.
 Scene room(bool fog) {
     SceneMaker make;
     make.room({1, 1, 1}, make.diffuse({0.7F, 0.6F, 0.5F}));
@@ -124,7 +124,7 @@ TEST_P(RanksOfEveryMethod, MakeTheImageOfOneProcess_BitForBit) {
     const RenderResult expected = alone(GetParam(), 12);
     for (const int size : {1, 2, 3, 8}) {
         for (const std::vector<int>& threads : {std::vector{1}, std::vector{2}}) {
-            if (size == 8 && threads.front() == 2) continue;  // 16 threads; by mpirun in tests/process
+            if (size == 8 && threads.front() == 2) continue;  // 16 threads; tests/process covers it by mpirun
             SCOPED_TRACE(size * 10 + threads.front());
             const RenderResult result = by_ranks(GetParam(), 12, size, threads);
             expect_same(expected, result);
@@ -232,7 +232,7 @@ TEST(Ranks, InATime_EndInItWithAWholePicture) {
         for (int y = 0; y < result.image.height; ++y) {
             for (int x = 0; x < result.image.width; ++x) EXPECT_GT(luminance(result.image.rgb_at(x, y)), 0);
         }
-        EXPECT_LT(clock.seconds(), 6);  // it is not held up; how punctual it is tests/process measures
+        EXPECT_LT(clock.seconds(), 6);  // bounds the delay only; tests/process measures how punctual it is
     }
 }
 

@@ -1,5 +1,5 @@
-// Files: what is read comes back, what cannot be read says why in one line, what cannot be written leaves the
-// old.
+// Files: reading returns what is written, unreadable files give a reason in one line, and a failed write
+// keeps the old file.
 #include "engine/system/files.h"
 
 #include <fcntl.h>
@@ -45,7 +45,7 @@ TEST(Files, Bytes_OfAnyValue_ComeBack) {
     EXPECT_EQ(read_bytes(folder / "a")[200], std::byte{200});
 }
 
-// Root without root's rights, for as long as it lives; nothing for anybody else.
+// Drops root's permissions for its lifetime; has no effect for other users.
 class AsNobody {
   public:
     AsNobody() {
@@ -73,12 +73,13 @@ TEST(Files, Unreadable_IsOneLineWithTheCause) {
     chmod((folder / "locked").c_str(), 0);
     chmod(folder.path().c_str(), 0755);
     {
-        const AsNobody not_root;  // root may read anything
+        const AsNobody not_root;  // root may read any file
         EXPECT_NE(cause(folder / "locked").find("cannot be opened"), std::string::npos);
     }
 }
 
-// gzip's stored form, which needs no compressor: header, one block as it is, CRC-32, length (RFC 1951, 1952).
+// Returns gzip's stored form, which needs no compressor: header, one stored block, CRC-32, length (RFC 1951,
+// 1952).
 std::string gzip(std::string_view text) {
     std::uint32_t crc = ~0U;
     for (const char c : text) {
@@ -134,7 +135,7 @@ TEST(Gunzip, DamagedOrCutOff_SaysSo) {
     write(folder / "cut.gz", whole.substr(0, whole.size() - 10));
     EXPECT_NE(error_of([&] { read_text(folder / "cut.gz"); }).find("end too early"), std::string::npos);
     std::string wrong = whole;
-    wrong[20] = static_cast<char>(wrong[20] ^ 1);  // the checksum no longer fits
+    wrong[20] = static_cast<char>(wrong[20] ^ 1);  // the checksum does not match
     write(folder / "wrong.gz", wrong);
     EXPECT_NE(error_of([&] { read_text(folder / "wrong.gz"); }).find("damaged"), std::string::npos);
 }
@@ -172,7 +173,7 @@ TEST(Files, Replace_NoSuchFolderOrAFolder_IsAnInputError) {
     EXPECT_EQ(entries(folder.path()), 1U);
 }
 
-// --- what may stand where a file is wanted or written
+// --- special files in the place of a regular one
 
 TEST(Files, NoRegularFile_IsRefusedWithoutWaiting) {
     const testing::TemporaryFolder folder;
@@ -244,7 +245,7 @@ TEST(Files, Replace_AnyMode_IsKept) {
     umask(mask);
 }
 
-// Files, and links to a precious one, wait under the names that the temporary might get.
+// Files, and links to a precious one, exist under the names that the temporary file might get.
 TEST(Files, Replace_PlantedTemporaries_StayUntouched) {
     const testing::TemporaryFolder folder;
     write(folder / "precious", "kept");
@@ -280,7 +281,7 @@ TEST(Files, Replace_APipe_ReachesWhoReadsItAndNeverWaits) {
               std::string::npos);
     const int reader = open((folder / "pipe").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     ASSERT_GE(reader, 0);
-    // Writers may go back in their file, as those of images do.
+    // Writers may seek backwards, as those of images do.
     replace_file(folder / "pipe", [](const std::filesystem::path& temporary) {
         std::ofstream out(temporary, std::ios::binary);
         out << "??? words";

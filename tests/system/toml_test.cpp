@@ -70,7 +70,7 @@ TEST(Toml, Mistakes_OfEveryKind_NamePlaceValueAndWhatIsAccepted) {
                 AllOf(StartsWith("rig.toml:1:"), HasSubstr("did you mean \"views\"")));
 }
 
-// The library asserts here, and a release build would rely on what it asserts.
+// The library asserts on such names, and a release build would rely on the assertion.
 TEST(Toml, TableNameThatIsNone_IsRefused) {
     for (const char* text : {"[# re", "[]", "[=]", "[[#", "set\xc2\xb5mup = 1"}) {
         EXPECT_THAT(error_of([&] { table_of(text); }), StartsWith("rig.toml")) << text;
@@ -94,12 +94,12 @@ TEST(Toml, NestedAsDeepAsAccepted_IsRead) {
     EXPECT_NO_THROW(table_of(many("a.", 30) + "a = 1.5\n"));
     EXPECT_NO_THROW(table_of("[" + many("a . ", 30) + "a]\n"));
     EXPECT_NO_THROW(table_of("a = " + many("[", 31) + "1.5" + many("]", 31) + "\n"));
-    EXPECT_NO_THROW(table_of("a = [" + many("'.', 1.5, ", 1000) + "]\n"));  // dots of no key
+    EXPECT_NO_THROW(table_of("a = [" + many("'.', 1.5, ", 1000) + "]\n"));  // dots outside keys
     EXPECT_NO_THROW(table_of("a = '''\n" + many(".[{'\"", 1000) + "'''\nb = \"\"\"\\\"\"\"" +
                              many(".{[", 1000) + "\"\"\"\n# " + many(".[", 1000)));
 }
 
-// By dots, by brackets and by both; strings are parts of keys, and their dots are none.
+// Nests by dots, by brackets and by both; strings are parts of keys, and their dots do not nest.
 TEST(Toml, NestedTooDeep_IsRefusedWithItsPlace) {
     const auto refusal = [](const std::string& text) { return error_of([&] { table_of(text); }); };
     EXPECT_THAT(refusal("x = 1\n" + many("a.", 40) + "a = 1\n"), StartsWith("rig.toml:2:66: tables nested"));
