@@ -23,8 +23,8 @@ using namespace lucerna::testing;
 double under_disc(double d, double h, double r) {
     return testing::under_disc(kL, d, h, r);
 }
-// Returns the form factor of a parallel rectangle a x b above its corner, with the sign of its sides'
-// product.
+// Returns the illuminance at depth h below the corner of a parallel rectangle a x b of radiance kL, with the
+// sign of a b.
 double under_corner(double a, double b, double h) {
     const double x = a / h, y = b / h;
     const double p = std::sqrt(1 + x * x), q = std::sqrt(1 + y * y);
