@@ -242,7 +242,7 @@ TEST_F(RayFiles, OtherFiles_AreNamedForWhatTheyAre) {
         {bytes({1, 2, 3, 4}), "of no format that is known"}};
     for (const auto& [content, name] : files) {
         for (const char* file : {"rays.dat", "rays.ray", "rays.tm25ray", "rays.bin"}) {
-            const std::string message = testing::error_of([&] { read(content, file); });
+            const std::string message = testing::error_of([&, &text = content] { read(text, file); });
             EXPECT_THAT(message, AllOf(HasSubstr(std::string(file) + ": not a ray file: "), HasSubstr(name),
                                        HasSubstr("expected"), Not(HasSubstr("\n"))));
         }

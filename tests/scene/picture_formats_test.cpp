@@ -442,7 +442,7 @@ TEST_F(PictureFormats, IccProfile_OfCurvesAndPrimaries_IsFollowed) {
     expect(rgb_profile(standard, kLinearCurve), shares());
     expect(rgb_profile(standard, gamma_curve(1)), shares());
     expect(rgb_profile(standard, gamma_curve(1.8)),
-           decoded([](double x) { return std::pow(x, std::lround(1.8 * 256) / 256.0); }));
+           decoded([](double x) { return std::pow(x, static_cast<double>(std::lround(1.8 * 256)) / 256); }));
     const auto square = [](double x) { return x * x; };
     expect(rgb_profile(standard, table_curve(square, 2049)), decoded(square));
     expect(rgb_profile(p3, kSrgbCurve), from("dci-p3", decoded(srgb)), 1e-3);
