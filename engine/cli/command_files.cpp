@@ -27,7 +27,7 @@ void require_writable(const std::filesystem::path& file, std::string_view suffix
         input_error(at, "cannot be written: {} is not a folder", folder.string());
     }
     require_replaceable(file);
-    if (suffix_of(file) == ".png") pictures(file);  // what writes it must be there, too
+    if (suffix_of(file) == ".png") pictures(file);  // the library that writes it must be available
 }
 
 void CommandFiles::reads(const std::filesystem::path& file) {

@@ -1,5 +1,5 @@
-// All files of one command. What it reads and what it will write are told here as soon as they are known, and
-// before any work: no output may be a file that is read, or another output, by whatever name or link.
+// All files of one command. Inputs and outputs are declared as soon as they are known and before any work,
+// and no output may be an input or another output, under any name or link.
 #pragma once
 
 #include <filesystem>
@@ -15,20 +15,21 @@
 namespace lucerna {
 
 // Throws InputError, naming the file and the cause, unless `file` ends in `suffix` (in any case; empty: any),
-// its folder exists and takes new files, `file` can be replaced, and what writes pictures can be loaded if it
-// is one. Leaves nothing behind.
+// its folder exists and accepts new files, `file` can be replaced and, for a picture, the picture library can
+// be loaded. Leaves nothing behind.
 void require_writable(const std::filesystem::path& file, std::string_view suffix);
 
-// Each throws InputError: which output, asked for by what, would destroy which file.
+// Each function throws InputError that names the output, the option that asks for it and the file that it
+// would destroy.
 class CommandFiles {
   public:
     void reads(const std::filesystem::path& file);
     void reads(std::span<const std::filesystem::path> files);
-    // `by`: the option that asks for it. Throws as require_writable does, too.
+    // `by` is the option that asks for the file. Throws like require_writable(), too.
     void writes(const std::filesystem::path& file, std::string_view suffix, std::string_view by);
-    // The same of a file that follows from another output and that the command can do without.
+    // Declares an optional file that follows from another output.
     void writes_beside(const std::filesystem::path& file, std::string_view by);
-    // Files that the command names itself, in a folder that need not be there: all whose name `owns`.
+    // Declares all files whose name `owns` accepts, in a folder that need not exist yet.
     void writes_into(const std::filesystem::path& folder, std::string_view by,
                      std::function<bool(const std::string& name)> owns);
 
@@ -51,12 +52,12 @@ class CommandFiles {
     std::vector<Folder> folders_;
 };
 
-// The image and its picture, if one is asked for, as outputs.
+// Declares the image and its picture, if requested, as outputs.
 void declare(const ImageOutput& output, CommandFiles& files);
 
-// Text files that a command writes.
+// Functions that write text files.
 
-// Writes text by replace_file: the old file or the new one, never half of one.
+// Writes text by replace_file, which leaves either the old file or the complete new one.
 void write_text(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace lucerna

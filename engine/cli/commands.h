@@ -1,4 +1,4 @@
-// The subcommands: each adds its options, help and action to the command line. One file each.
+// The subcommands: each adds its options, help and action to the command line, from a file of its own.
 #pragma once
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@
 
 namespace lucerna {
 
-// Where a command speaks. Outlives the parsing, in which the actions run.
+// The streams and process of a command. It outlives the parsing, in which the actions run.
 struct CommandContext {
     std::ostream& out;
     std::ostream& err;
@@ -44,9 +44,9 @@ void add_lux_command(CLI::App& program, const CommandContext& context);
 void add_glare_command(CLI::App& program, const CommandContext& context);
 void add_info_command(CLI::App& program, const CommandContext& context);
 
-// Options that are read by units.h, so that every bad word gets the same kind of answer.
+// Options that are parsed by units.h, so that all errors have the same form.
 
-// Adds option `name`; `take` gets the word and throws InputError if it is none.
+// Adds option `name`; `take` gets the word and throws InputError if it is invalid.
 template <typename Take>
 CLI::Option* add_word(CLI::App& app, const std::string& name, const std::string& type,
                       const std::string& help, Take take) {
@@ -56,9 +56,9 @@ CLI::Option* add_word(CLI::App& app, const std::string& name, const std::string&
         ->type_name(type);
 }
 
-// How a command's pictures look, as its options say.
+// The look of a command's pictures according to its options.
 struct PictureOptions {
-    std::optional<double> stops;  // none: by auto_exposure() of the image
+    std::optional<double> stops;  // none: auto_exposure() of the image
     ToneCurve tone = ToneCurve::neutral;
     std::optional<double> white;  // kelvins
 
@@ -66,31 +66,30 @@ struct PictureOptions {
         return {stops ? static_cast<float>(std::exp2(*stops)) : auto_exposure(image), tone, white};
     }
 };
-// --exposure STOPS, --tone CURVE, --white-balance KELVIN
+// Adds --exposure STOPS, --tone CURVE and --white-balance KELVIN.
 void add_picture_options(CLI::App& app, PictureOptions& options);
-// What a command makes of an image.
+// The output of a command that makes an image.
 struct ImageOutput {
     std::string file;
     bool png = false, quiet = false;
     PictureOptions picture;
 
-    // Writes the image, and what people are to look at if they want a picture, exposed as `exposed_by` is;
-    // says so: `what` of the image beside its size.
+    // Writes the image and, if requested, its picture, which is `shown` at the exposure of `exposed_by`.
+    // Prints a line with the image's size and the description `what`.
     void write(const Image& image, const std::string& what, const Image& shown, const Image& exposed_by,
                const CommandContext& context) const;
 };
-// -o FILE.exr, of which `help` tells; --png, the options of pictures, and --quiet.
+// Adds -o FILE.exr with this `help`, --png, the picture options and --quiet.
 void add_image_output(CLI::App& app, ImageOutput& output, const std::string& help);
 
-// Where an image's picture goes.
+// Returns the file of an image's picture.
 inline std::filesystem::path png_beside(std::filesystem::path image) {
     return image.replace_extension(".png");
 }
-// What is said of a picture that was written of an image: its exposure, and what it shows as white in the
-// image's unit.
+// Returns a line on a picture of an image: its exposure and its white in the image's unit.
 std::string picture_text(const std::filesystem::path& file, const PictureLook& look, const Image& of);
 
-// --threads N
+// Adds --threads N.
 inline void add_threads(CLI::App& app, Workers& workers) {
     add_word(app, "--threads", "N", "number of threads (default: one per processor)",
              [&workers](const std::string& word) {
@@ -98,7 +97,7 @@ inline void add_threads(CLI::App& app, Workers& workers) {
              });
 }
 
-// --unit NAME: what a scene's light counts in, in the place of the scene's own Option "unit".
+// Adds --unit NAME, the unit of a scene's light, which overrides the scene's Option "unit".
 inline void add_unit_option(CLI::App& app, std::optional<FluxUnit>& unit) {
     add_word(app, "--unit", "NAME",
              "unit of all light in the scene: photometric (lm, cd/m²) or radiometric (W, W/(m² sr)); "
@@ -113,10 +112,10 @@ inline void add_unit_option(CLI::App& app, std::optional<FluxUnit>& unit) {
              });
 }
 
-// When a command is to be asked to stop, instead of being ended.
+// The class below decides when a signal asks a command to stop instead of ending it.
 
-// While one lives, a signal asks the command to stop, and it keeps what there is. Reading is not under one:
-// what was read is worth nothing yet, and reading asks nobody.
+// While an object lives, a signal asks the command to stop and keep its results. It does not cover reading,
+// which has no results to keep and does not poll for a stop.
 class Listening {
   public:
     explicit Listening(const Surroundings& around) : listening_(around.listening) {

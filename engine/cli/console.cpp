@@ -12,10 +12,10 @@
 namespace lucerna {
 namespace {
 
-constexpr double kRedraw = 0.1;                  // seconds between two drawings of the bar
-constexpr double kLongPhase = 5;                 // a plain log says tenths of phases that last longer
+constexpr double kRedraw = 0.1;                  // seconds between two redraws of the bar
+constexpr double kLongPhase = 5;                 // seconds; a plain log reports tenths of longer phases
 constexpr int kBarWidth = 30;                    // characters
-constexpr std::size_t kDistinctWarnings = 1000;  // remembered, so that a flood of different ones stays small
+constexpr std::size_t kDistinctWarnings = 1000;  // remembered, which bounds the memory for distinct warnings
 
 double steady_seconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -60,7 +60,7 @@ void ConsoleMonitor::advance(std::uint64_t units) {
     if (settings_.quiet) return;
     const double now = settings_.seconds();
     if (now < next_report_.load(std::memory_order_relaxed)) return;
-    // Whoever finds the console busy goes back to work: the next one will say it.
+    // A thread that finds the console busy returns to work, as a later one will report.
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock || phases_.empty() || now < next_report_.load(std::memory_order_relaxed)) return;
     next_report_ = now + kRedraw;
@@ -74,7 +74,7 @@ void ConsoleMonitor::report_progress(double now, std::uint64_t done) {
     if (now - phase.start < kLongPhase || tenths <= phase.tenths_said || tenths >= 10) return;
     phase.tenths_said = tenths;
     const double left =
-        (now - phase.start) * (1 / share(done, phase.total) - 1);  // tenths > 0, so the share is
+        (now - phase.start) * (1 / share(done, phase.total) - 1);  // tenths > 0, so the share is > 0
     fmt::print(out_, "{}: {} %, about {} left\n", phase.name, tenths * 10, duration_text(left));
     out_.flush();
 }
@@ -89,7 +89,7 @@ void ConsoleMonitor::draw_bar(const PhaseState& phase, double now, std::uint64_t
         const auto full = static_cast<std::size_t>(part * kBarWidth);
         line += fmt::format(" [{}{}] {:3.0f} %", std::string(full, '#'), std::string(kBarWidth - full, '.'),
                             part * 100);
-        // Too early to tell from next to nothing.
+        // An estimate from a smaller part would be unreliable.
         if (part > 0.005)
             line += fmt::format("  {} left", duration_text((now - phase.start) * (1 / part - 1)));
     }

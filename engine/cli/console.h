@@ -1,7 +1,7 @@
-// The monitor that people see.
+// The monitor that reports to the user.
 //
-// On a terminal every phase is one line that is redrawn in place, with the time left. Elsewhere (a file, a
-// pipe, a build log) phases are plain lines on `out`, so that `err` carries nothing but warnings and errors.
+// On a terminal every phase is one line, redrawn in place with the time left. Elsewhere (a file, a pipe, a
+// build log) phases are plain lines on `out`, so that `err` has only warnings and errors.
 #pragma once
 
 #include <atomic>
@@ -24,15 +24,15 @@ namespace lucerna {
 struct ConsoleSettings {
     bool terminal = false;                   // `err` is a terminal
     bool quiet = false;                      // warnings only
-    const std::atomic<int>* stop = nullptr;  // not 0 once the user asked to stop; may be null
-    std::function<double()> seconds;         // a clock; empty: the steady clock
+    const std::atomic<int>* stop = nullptr;  // nonzero once the user asked to stop; may be null
+    std::function<double()> seconds;         // clock; empty: the steady clock
 };
 
-// advance() and stopped() may be called from any thread; the others from one at a time.
+// advance() and stopped() may be called from any thread; the other functions by one thread at a time.
 class ConsoleMonitor : public Monitor {
   public:
     ConsoleMonitor(std::ostream& out, std::ostream& err, ConsoleSettings settings);
-    // Says how often warnings came again.
+    // Reports how often warnings were repeated.
     ~ConsoleMonitor() override;
     ConsoleMonitor(const ConsoleMonitor&) = delete;
     ConsoleMonitor& operator=(const ConsoleMonitor&) = delete;
@@ -49,8 +49,8 @@ class ConsoleMonitor : public Monitor {
   private:
     struct PhaseState {
         std::string name;
-        std::uint64_t total = 0;  // 0: not known
-        std::uint64_t done = 0;   // while an inner phase runs
+        std::uint64_t total = 0;  // 0: unknown
+        std::uint64_t done = 0;   // saved while an inner phase runs
         double start = 0;
         int tenths_said = 0;
     };
@@ -65,13 +65,13 @@ class ConsoleMonitor : public Monitor {
     std::mutex mutex_;
     std::vector<PhaseState> phases_;  // innermost last
     std::atomic<std::uint64_t> done_{0};
-    std::atomic<double> next_report_{0};  // no look at the phases before this time
+    std::atomic<double> next_report_{0};  // phases are not examined before this time
     bool bar_shown_ = false;
     std::map<std::string, std::uint64_t, std::less<>> said_;
     std::uint64_t warnings_ = 0;
 };
 
-// The one way from the commands to standard output: whatever they print is plain text there.
+// The only way from the commands to standard output, which makes all output plain text.
 class PlainBuffer : public std::streambuf {
   public:
     explicit PlainBuffer(std::ostream& to) : to_(to) {}
@@ -79,7 +79,7 @@ class PlainBuffer : public std::streambuf {
         if (held_.empty()) return;
         try {
             to_ << plain_text(held_);
-        } catch (const std::exception&) {  // half a character, on a stream that failed: nothing is lost
+        } catch (const std::exception&) {  // incomplete character on a failed stream: nothing is lost
         }
     }
     PlainBuffer(const PlainBuffer&) = delete;
@@ -93,7 +93,7 @@ class PlainBuffer : public std::streambuf {
     }
     std::streamsize xsputn(const char* text, std::streamsize count) override {
         held_.append(text, static_cast<std::size_t>(count));
-        // A character may come in pieces.
+        // A character may arrive in pieces.
         const std::size_t whole = held_.size() - unfinished_bytes(held_);
         to_ << plain_text(std::string_view(held_).substr(0, whole));
         held_.erase(0, whole);
@@ -105,7 +105,7 @@ class PlainBuffer : public std::streambuf {
     std::string held_;
 };
 
-// Writes to another stream, which outlives it, what plain_text() makes of what it is given.
+// Writes plain_text() of its input to another stream, which must outlive it.
 class PlainStream : public std::ostream {
   public:
     explicit PlainStream(std::ostream& to) : std::ostream(nullptr), buffer_(to) {

@@ -1,4 +1,4 @@
-// The integrators and their parameters, as `lucerna info --integrators` and the reference page list them.
+// Lists the integrators and their parameters for `lucerna info --integrators` and the reference page.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 namespace lucerna {
 
 std::string integrators_text();
-// The same in Markdown: a heading of that level ("###") and a table for each.
+// Returns the same list in Markdown: a heading of that level ("###") and a table for each.
 std::string integrators_markdown(std::string_view level);
 
 }  // namespace lucerna

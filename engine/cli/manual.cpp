@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace {
 
-// Text that man(7) prints as it is: every minus can be copied, and no line is a request.
+// Escapes text for man(7): every minus can be copied, and no line is a request.
 std::string roff(std::string_view text) {
     std::string escaped;
     if (text.starts_with('.') || text.starts_with('\'')) escaped = "\\&";
@@ -50,13 +50,13 @@ std::vector<const CLI::App*> commands_of(const CLI::App& app) {
     return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
-// "lucerna light import"
+// Returns a name like "lucerna light import".
 std::string full_name(const CLI::App& app) {
     const CLI::App* parent = app.get_parent();
     return parent ? full_name(*parent) + " " + app.get_name() : app.get_name();
 }
 
-// "LAMP [RIG] RAYS...", after a blank each.
+// Returns "LAMP [RIG] RAYS...", with a blank before each.
 std::string positionals_text(const CLI::App& app) {
     std::string text;
     for (const CLI::Option* option : app.get_options()) {
@@ -78,7 +78,7 @@ bool takes_value(const CLI::Option& option) {
     return option.get_items_expected_max() > 0;
 }
 
-// "-o, --output FILE.exr (required)", names in bold, the value in italics.
+// Returns "-o, --output FILE.exr (required)", with names in bold and the value in italics.
 std::string option_heading(const CLI::Option& option) {
     std::string heading;
     if (option.get_positional()) {
@@ -100,7 +100,7 @@ void append_option(const CLI::Option& option, std::string& page) {
     if (!others.empty()) page += roff(fmt::format("(not together with {})", others)) + "\n";
 }
 
-// A command's text below its options: what is indented stays line by line, all else is filled.
+// Appends a command's text below its options; indented lines stay separate, the others are filled.
 void append_text(const std::string& text, std::string& page) {
     std::istringstream lines(text);
     bool as_it_is = false;
@@ -171,13 +171,13 @@ std::string manual_page(const CLI::App& program) {
 
 namespace {
 
-// As a page's headings are linked to: "lucerna light import" is "#lucerna-light-import".
+// Returns the anchor of a heading: "lucerna light import" becomes "lucerna-light-import".
 std::string anchor(std::string name) {
     std::replace(name.begin(), name.end(), ' ', '-');
     return name;
 }
 
-// "`-o`, `--output` FILE.exr"
+// Returns "`-o`, `--output` FILE.exr".
 std::string option_cell(const CLI::Option& option) {
     std::string cell;
     if (option.get_positional()) {
@@ -201,7 +201,7 @@ void append_rows(const CLI::App& app, bool positional, std::string& page) {
     }
 }
 
-// A command's text below its options: what is indented stays line by line, as code; all else is filled.
+// Appends a command's text below its options; indented lines become code, the others are filled.
 void append_paragraphs(const std::string& text, std::string& page) {
     std::istringstream lines(text);
     bool code = false;
@@ -271,8 +271,8 @@ std::string reference_page(const CLI::App& program) {
 
 namespace {
 
-// What completes a value, as the script's functions name it: "files exr", "files", "folders", "words a b",
-// or nothing.
+// Returns the completer of a value, as named by the script's functions: "files exr", "files", "folders",
+// "words a b", or nothing.
 std::string completer_of(const CLI::Option& option) {
     const std::string type = option.get_type_name();
     constexpr std::string_view kOneOf = "one of ";
@@ -288,12 +288,12 @@ std::string completer_of(const CLI::Option& option) {
     return any_file ? "files" : "";
 }
 
-// Words of a list of bash's, quoted once around all.
+// Joins the words of a bash list, which is quoted as a whole.
 std::string joined(const std::vector<std::string>& words) {
     return fmt::format("{}", fmt::join(words, " "));
 }
 
-// What tells commands from each other in the script: "light import"; empty for the program.
+// Returns a command's key in the script: "light import"; empty for the program.
 std::string path_of(const CLI::App& app) {
     if (!app.get_parent()) return "";
     const std::string before = path_of(*app.get_parent());
@@ -301,9 +301,9 @@ std::string path_of(const CLI::App& app) {
 }
 
 struct CompletionTables {
-    std::string commands;  // patterns of a command after the one that holds it
+    std::string commands;  // patterns of a command after its parent command
     std::string words;     // of each command: its commands, options, positional
-    std::string values;    // of each option that takes one
+    std::string values;    // of each option that takes a value
 };
 
 void append_tables(const CLI::App& app, CompletionTables& tables) {

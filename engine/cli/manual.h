@@ -1,5 +1,4 @@
-// The manual page, the reference page and the shell's completion, made of the same tables of options as
-// --help.
+// Makes the manual page, the reference page and the shell completion from the option tables of --help.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,15 +6,15 @@
 
 namespace lucerna {
 
-// The page lucerna(1): the program, all its commands and all their options, in the macros of man(7).
+// Returns the page lucerna(1), the program with all commands and options, in the macros of man(7).
 std::string manual_page(const CLI::App& program);
 
-// The same as a page in Markdown: docs/reference/commands.md.
+// Returns the same as a Markdown page: docs/reference/commands.md.
 std::string reference_page(const CLI::App& program);
 
-// A script for bash that completes commands, options and what these take: by the option's type name, files of
-// that suffix (FILE.exr), any file (FILE), folders (DIR, FOLDER), or the words of a description that begins
-// with "one of". Other values are not completed.
+// Returns a bash script that completes commands, options and values. The option's type name selects files of
+// that suffix (FILE.exr), any file (FILE) or folders (DIR, FOLDER); a description that begins with "one of"
+// lists words. Other values are not completed.
 std::string bash_completion(const CLI::App& program);
 
 }  // namespace lucerna

@@ -44,7 +44,7 @@ std::string script_text(std::string_view text) {
 
 namespace {
 
-constexpr int kMostPixels = 2048;  // on a side, of an image in a page
+constexpr int kMostPixels = 2048;  // on a side of an image in a page
 
 // Builds the script's list of images and the scales of the maps beside it.
 class PagePictures {
@@ -91,7 +91,7 @@ class PagePictures {
     std::string entries_, scales_;
 };
 
-// Header texts of the images, side by side where they differ.
+// Returns a table of the images' header texts, side by side where they differ.
 std::string settings_table(const std::vector<NamedImage>& images, const NamedImage& reference) {
     std::set<std::string> names;
     std::vector<const NamedImage*> columns;
@@ -170,7 +170,7 @@ std::string comparison_page(const ComparisonReport& report, const std::vector<Na
     if (all.noise) pictures.map("noise of one image", *all.noise, error_range, false);
     if (report.hdr_flip) pictures.map("HDR-FLIP", report.hdr_flip->map, 1, false);
     if (report.flip) pictures.map("FLIP", report.flip->map, 1, false);
-    // The slider of exposures moves in quarters of a stop.
+    // The exposure slider moves in quarters of a stop.
     const double stops = std::round(4 * std::log2(report.exposure)) / 4;
     const std::string count = images.size() == 1 ? "" : fmt::format(" and {} more", images.size() - 1);
     return filled(

@@ -1,4 +1,4 @@
-// The parts that pages are made of, as they stand in engine/cli/pages, and the filling in of their blanks.
+// The templates of pages from engine/cli/pages, and their substitution.
 #pragma once
 
 #include <map>
@@ -21,18 +21,18 @@ extern const std::string_view kStudyScript;  // study_*.js: studyPage(study)
 extern const std::string_view kLuxPage;      // lux.html
 extern const std::string_view kD3;           // the package's own file, d3.min.js
 
-// The page with every {{name}} replaced by blanks.at(name); what is filled in is not looked at again. A blank
-// that the map lacks is a fault of ours.
+// Returns the page with every {{name}} replaced by blanks.at(name), without substituting in the inserted
+// text. The map must contain every blank of the page.
 std::string filled(std::string_view page, const std::map<std::string, std::string, std::less<>>& blanks);
 
-// A string literal for a script inside HTML: no quote, line end or tag ends it.
+// Returns a string literal for a script in HTML, safe from quotes, line ends and tags.
 std::string script_text(std::string_view text);
 
-// A comparison as one HTML file that carries all it needs: images with a slider, a flip, zoom and exposure,
-// maps of the errors, and the numbers.
+// Returns a comparison as one self-contained HTML file: images with a slider, a flip, zoom and exposure,
+// error maps, and the numbers.
 
-// `error_range`: the relative error that is shown in full colour. Images of more than 2048 pixels on a side
-// are shrunk by a whole factor, and the page says so.
+// `error_range` is the relative error shown in full colour. Images of more than 2048 pixels on a side are
+// shrunk by an integer factor, and the page says so.
 std::string comparison_page(const ComparisonReport& report, const std::vector<NamedImage>& images,
                             const NamedImage& reference, double error_range);
 

@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace {
 
-// By which two builds of one version are told apart.
+// Returns a hash that distinguishes two builds of one version.
 std::string hash_of_program() {
     WordHash hash;
     hash.add_bytes(read_bytes("/proc/self/exe"));
@@ -45,7 +45,7 @@ void ParallelJob::run(const std::function<void()>& act) const {
     if (!ranks_) return act();
     try {
         act();
-    } catch (const Stopped&) {  // by all of them
+    } catch (const Stopped&) {  // thrown on all ranks
         if (leads()) throw;
     } catch (...) {
         std::string who = "lucerna";
@@ -94,7 +94,7 @@ void require_same_facts(Ranks& ranks, std::string_view would, Facts facts) {
                             ranks.host(0), difference->of_second));
         }
     }
-    ranks.agree(true);  // not reached by rank 0 if they differ: it ends them all
+    ranks.agree(true);  // rank 0 does not reach this if they differ and ends all ranks
 }
 
 void share_settings(Ranks& ranks, IntegratorSettings& settings) {

@@ -1,5 +1,5 @@
-// A command on the ranks of a parallel job (engine/ranks/ranks.h): rank 0 reads, says and writes what one
-// process would; the others read the scene, too, and share the work.
+// A command on the ranks of a parallel job (engine/ranks/ranks.h). Rank 0 reads, prints and writes like a
+// single process; the others read the scene, too, and share the work.
 #pragma once
 
 #include <functional>
@@ -18,14 +18,14 @@ namespace lucerna {
 
 class ParallelJob {
   public:
-    // Joins the job, if the launcher started more than one rank. Throws InputError.
+    // Joins the job if the launcher started more than one rank. Throws InputError.
     ParallelJob(const CommandContext& context, const Workers& workers);
 
-    Ranks* ranks() const { return ranks_.get(); }  // null: this process is alone
+    Ranks* ranks() const { return ranks_.get(); }  // null for a single process
     bool leads() const { return !ranks_ || ranks_->leads(); }
 
-    // An error that any rank throws is told once, with the rank and its host where it is not rank 0, and ends
-    // them all.
+    // Runs `act`. An error on any rank is reported once, with rank and host unless it is rank 0, and ends all
+    // ranks.
     void run(const std::function<void()>& act) const;
 
   private:
@@ -33,21 +33,21 @@ class ParallelJob {
     std::unique_ptr<Ranks> ranks_;
 };
 
-// Before a command joins the job. Of one that shares no work among ranks (the words of its command line), and
-// of help, rank 0 does what a process alone would, and the others have nothing to do.
+// Tells whether this process has work to do, before a command joins the job. For help and for commands (the
+// words of the command line) that do not share work, rank 0 does everything.
 bool has_work_here(std::span<const char* const> words);
-// Rank 0 says on `err` that it does so.
+// Reports on `err`, at rank 0, that it works alone.
 void say_if_alone(std::span<const char* const> words, std::ostream& err);
-// Lets rank 0 tell what is wrong on all ranks: it then ends before this one.
+// Waits a few seconds, so that rank 0 reports an error of all ranks and ends them first.
 void leave_it_to_rank_0();
 
-// The ranks agree. Collective.
+// The functions below are collective and make the ranks agree.
 
-// Of the work, and of this program, on every rank: rank 0 throws InputError that names the first rank, and
-// its host, whose program, files or settings differ, and in what: it would e.g. "render another picture". The
-// others wait there to be ended.
+// Requires the same facts of the work and of the program on every rank. Otherwise rank 0 throws InputError
+// that names the first rank, and its host, whose program, files or settings differ, the difference, and what
+// the rank `would` do, e.g. "render another picture". The others wait to be ended.
 void require_same_facts(Ranks& ranks, std::string_view would, Facts facts);
-// Rank 0's.
+// Distributes the settings of rank 0.
 void share_settings(Ranks& ranks, IntegratorSettings& settings);
 
 }  // namespace lucerna

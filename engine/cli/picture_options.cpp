@@ -1,4 +1,4 @@
-// The options of commands that write pictures, and what is said of a picture.
+// Options of commands that write pictures, and messages about pictures.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 

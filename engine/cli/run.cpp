@@ -29,7 +29,7 @@ namespace {
 constexpr int kDone = 0;
 constexpr int kBadInput = 1;
 constexpr int kOurFault = 2;
-constexpr int kStopped = 128;  // and the signal's number, as shells count
+constexpr int kStopped = 128;  // plus the signal's number, as in shells
 
 constexpr const char* kRunFooter = R"(Examples:
   lucerna render scenes/room/room.pbrt -o room.exr --png
@@ -55,14 +55,15 @@ std::vector<std::string> command_names(const CLI::App& program) {
     return names;
 }
 
-// A first word that is no command; CLI11 would only call it unexpected.
+// Tells whether a first word is no command, which CLI11 would only call unexpected.
 bool is_unknown_command(const CLI::App& program, std::string_view word) {
     if (word.starts_with('-')) return false;
     const std::vector<std::string> names = command_names(program);
     return std::find(names.begin(), names.end(), word) == names.end();
 }
 
-// The first word that looks like an option and is none of the command's; empty if there is none.
+// Returns a message on the first word that looks like an option but is none of the command's; empty if there
+// is none.
 std::string unknown_option(const CLI::App& app) {
     const std::vector<std::string> rest = app.remaining();
     const auto found = std::ranges::find_if(rest, [](const std::string& w) { return w.starts_with("--"); });
@@ -76,7 +77,7 @@ std::string unknown_option(const CLI::App& app) {
     return fmt::format("unknown option {}; {}", name, did_you_mean(name, known));
 }
 
-// What CLI11 has to say in one line, with a hint at the command's help.
+// Reports CLI11's error in one line, with a hint at the command's help.
 int fail_parsing(std::ostream& err, const CLI::App& program, const CLI::ParseError& error) {
     std::string command = "lucerna";
     const CLI::App* app = &program;
@@ -84,19 +85,19 @@ int fail_parsing(std::ostream& err, const CLI::App& program, const CLI::ParseErr
         app = app->get_subcommands().front();
         command += " " + app->get_name();
     }
-    // By its code: the error's name is that of the command.
+    // Uses the exit code, because the error's name is that of the command.
     const bool extras = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
     std::string what = extras ? unknown_option(*app) : std::string();
     if (what.empty()) what = one_line(error.what()) + "; ";
     return fail(err, kBadInput, fmt::format("{}see {} --help", what, command));
 }
 
-// A full disk or a closed pipe must not look like success.
+// Reports a full disk or a closed pipe as failure.
 int written(std::ostream& out, std::ostream& err) {
     return out.flush() ? kDone : fail(err, kBadInput, "standard output: cannot be written");
 }
 
-// A flag that prints what `text` makes of the options of all commands, and ends the parsing.
+// Adds a flag that prints text(program) and ends the parsing.
 void add_text_flag(CLI::App& program, const std::string& name, const std::string& help,
                    std::string (*text)(const CLI::App&), std::ostream& out) {
     program

@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-// The sums of one pass over the pixels.
+// Sums over all pixels.
 struct Sums {
     double square = 0, relative = 0, absolute = 0;
     double reference_luminance = 0;
@@ -91,7 +91,7 @@ class Comparer {
         }
     }
 
-    // A pixel's luminance of the one (t) and the other (r).
+    // A pixel's luminance in the image (t) and the reference (r).
     struct Pair {
         double t = 0, r = 0;
     };
@@ -109,7 +109,7 @@ class Comparer {
         return {double{t[shared_[0].at]}, double{r[shared_[0].reference_at]}};
     }
 
-    // Relative to a mean that is known by now.
+    // Sums errors relative to the mean luminance, which is known after the first pass.
     void find_error() {
         if (result_.pixels == 0) return;
         const double pixels = static_cast<double>(result_.pixels), mean = sums_.reference_luminance / pixels;
@@ -120,7 +120,7 @@ class Comparer {
                 const float* r = &reference_.data[reference_.index(x, y)];
                 if (!pixel_state(t, r, shared_, mask_above_).compared()) continue;
                 const Pair pair = luminances(t, r);
-                // Infinite beside a black reference.
+                // The error is infinite where the reference is black everywhere.
                 if (pair.t != pair.r) sum += sqr(pair.t - pair.r) / error_scale2(pair.r, mean);
             }
         }
@@ -152,8 +152,8 @@ namespace {
 const std::string kVariance = "variance.";
 constexpr std::array<std::string_view, 3> kColours{"R", "G", "B"};
 
-// Beside R, G and B, what OpenEXR knows as depth, and layers (variances and halves of the samples, features,
-// the denoised light), are no colours.
+// Excludes alpha and variances, and where there are R, G and B also OpenEXR's depth and layers (halves,
+// features, the denoised image), which are no colours.
 bool is_compared(const Image& image, const std::string& channel) {
     const bool beside = std::ranges::all_of(
         kColours, [&](std::string_view c) { return find_channel(image, std::string(c)).has_value(); });

@@ -20,7 +20,7 @@ std::string unit_of(const Image& image) {
     return found == image.attributes.end() ? std::string() : one_line(found->second);
 }
 
-// Adds the map of one more image, of `count` in all.
+// Adds the FLIP map of one of `count` images.
 void add_map(std::optional<FlipNumbers>& numbers, const Image& map, const std::vector<bool>& compared,
              std::size_t count) {
     if (!numbers) numbers = FlipNumbers{0, 0, {}, Image(map.width, map.height, map.channels)};
@@ -91,7 +91,7 @@ class Comparing {
             settings_.exposure ? std::exp2(*settings_.exposure) : double{auto_exposure(pictures.reference)};
     }
 
-    // Pixels that are not compared in the first image stay dark.
+    // Returns the noise as a picture; pixels that are not compared in the first image stay black.
     Image noise_picture(const std::vector<bool>& compared) const {
         Image noise = noise_image(images_);
         for (std::size_t i = 0; i < compared.size(); ++i) {
@@ -108,7 +108,7 @@ class Comparing {
         return displayed(radiance, {static_cast<float>(report_.exposure)});
     }
 
-    // FLIP keeps some 150 bytes for every pixel while it works.
+    // Tells whether FLIP, which needs some 150 bytes per pixel, would need too much memory.
     bool too_large_for_flip() {
         constexpr std::int64_t kMostPixels = std::int64_t{1} << 25;
         const Image& shown = report_.pictures.reference;

@@ -1,5 +1,4 @@
-// All that `lucerna compare` finds out about one or several images and their reference, before it is written
-// anywhere.
+// The results of `lucerna compare` for one or several images and a reference, before any output.
 #pragma once
 
 #include <limits>
@@ -18,15 +17,14 @@ namespace lucerna {
 
 struct ComparisonSettings {
     double mask_above = std::numeric_limits<double>::infinity();  // compare.h
-    int z_cell = 1;  // pixels along the side of what the z-test takes for one value
+    int z_cell = 1;  // pixels along the side of a cell of the z-test
     bool flip = true;
     double pixels_per_degree = kUsualPixelsPerDegree;
-    std::optional<double>
-        exposure;  // stops, of what is shown and of FLIP's picture; none: from the reference
+    std::optional<double> exposure;  // stops, of pictures and of FLIP; none: from the reference
     Workers workers;
 };
 
-// Over the pixels that are compared, and over the images.
+// FLIP over the compared pixels and over the images.
 struct FlipNumbers {
     double mean = 0, largest = 0;
     std::vector<double> each;  // mean per image
@@ -38,22 +36,22 @@ struct ImageNumbers {
     double mse = 0, relative_mse = 0, mape = 0, error = 0;
 };
 
-// What there is to look at; pixels that are not compared are alike in all of them.
+// Images for display; pixels that are not compared are equal in all of them.
 struct ComparedPictures {
-    Image first, mean, reference;  // radiance, R G B; first is the first of the images
+    Image first, mean, reference;  // radiance in R G B; `first` is the first of the images
     Image error;                   // of the mean: relative_error() of error_pictures.h
-    std::optional<Image> noise;  // standard deviation between two images or more, relative_to() the reference
+    std::optional<Image> noise;    // standard deviation, relative_to() the reference; none for one image
 };
 
 struct ComparisonReport {
     std::string reference;
     std::vector<ImageNumbers> images;
     std::string unit,
-        reference_unit;  // "lucerna.unit" of the first image and of the reference; empty: not stated
-    // Of the image, or of the mean of the images, but for mse, relative_mse, mape and error: these are of one
-    // image, on the average over them.
+        reference_unit;  // of the first image and of the reference ("lucerna.unit"); empty if not stated
+    // Numbers of the image or of the mean image, except that mse, relative_mse, mape and error are averages
+    // over the images.
     Comparison numbers;
-    std::optional<BiasAndNoise> seeds;  // of two images or more
+    std::optional<BiasAndNoise> seeds;  // set for two images or more
     double pixels_per_degree = 0;
     double exposure = 1;              // factor
     std::optional<FlipNumbers> flip;  // of pictures at that exposure, as --png shows them
@@ -62,11 +60,11 @@ struct ComparisonReport {
     ComparedPictures pictures;
 };
 
-// Throws InputError, naming the file, where images do not compare. `images`: at least one.
+// Compares at least one image. Throws InputError, naming the file, if images cannot be compared.
 ComparisonReport compare_images(const std::vector<NamedImage>& images, const NamedImage& reference,
                                 const ComparisonSettings& settings, Monitor& monitor);
 
-// For people and for programs. `text` ends in a newline; so does the JSON.
+// Format the report as text and as JSON; both end in a newline.
 std::string comparison_text(const ComparisonReport& report);
 std::string comparison_json(const ComparisonReport& report);
 

@@ -1,4 +1,4 @@
-// What compare found out, as lines for people and as JSON for programs.
+// Formats a comparison as text and as JSON.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,12 +33,12 @@ std::string with_error(const Estimate& e) {
     return e.error ? fmt::format("{:.6g} +- {:.2g}", e.value, *e.error) : fmt::format("{:.6g}", e.value);
 }
 
-// The root, with its sign: an estimate of a square may come out below 0.
+// Returns the root with the sign of its argument, because an estimate of a square may be negative.
 double root_of(double square) {
     return std::copysign(std::sqrt(std::fabs(square)), square);
 }
 
-// Two standard errors tell a bias from none.
+// A bias is detected if it exceeds two standard errors.
 std::string bias_text(const Estimate& square) {
     if (!square.error || square.value > 2 * *square.error)
         return fmt::format("bias {:.4g}", root_of(square.value));

@@ -20,7 +20,7 @@ double mean_luminance(const Image& image) {
     return sum / (static_cast<double>(image.width) * static_cast<double>(image.height));
 }
 
-// of(x, y) over the reference's luminance and floor.
+// Divides of(x, y) by the reference's luminance plus a floor.
 template <typename Of>
 Image relative(const Image& reference, Of&& of) {
     const double floor = kErrorFloor * mean_luminance(reference);
@@ -29,7 +29,7 @@ Image relative(const Image& reference, Of&& of) {
         for (int x = 0; x < reference.width; ++x) {
             const double value = of(x, y);
             const double whole = std::fabs(double{luminance(reference.rgb_at(x, y))}) + floor;
-            // A reference that is black everywhere has no scale of its own: any error is without bounds.
+            // If the reference is black everywhere, any error is unbounded.
             constexpr double kMost = std::numeric_limits<float>::max();
             if (value != 0)
                 result.value(x, y, 0) = static_cast<float>(

@@ -12,13 +12,13 @@ namespace lucerna {
 namespace {
 
 constexpr double kColourExponent =
-    0.7;  // q_c: large distances of colours are told apart less than small ones
+    0.7;  // q_c: compresses large colour distances, which are harder to tell apart
 constexpr double kFeatureExponent = 0.5;  // q_f
-constexpr double kKneeIn = 0.4;           // p_c, a share of the largest distance of colours …
-constexpr double kKneeOut = 0.95;         // … and the error p_t that stands for it
+constexpr double kKneeIn = 0.4;           // p_c, a share of the largest colour distance …
+constexpr double kKneeOut = 0.95;         // … and p_t, the error at that distance
 constexpr std::int64_t kPixelsPerChunk = 4096;
 
-// An opponent space in which light adds up: L*a*b* without its cube roots [FLIP 4.1.1].
+// A linear opponent space: L*a*b* without its cube roots [FLIP 4.1.1].
 struct Opponent {
     std::array<FlipPlane, 3> planes;  // Y, Cx, Cz
 };
@@ -39,7 +39,8 @@ Opponent opponent_of(const std::vector<Rgb>& linear, int width, int height, cons
     return result;
 }
 
-// CIE L*a*b*, with a* and b* shrunk in the dark, where colours are told apart less [FLIP (9), after Hunt].
+// Returns CIE L*a*b* with a* and b* scaled down in the dark, where colours are harder to tell apart [FLIP
+// (9), after Hunt].
 V3d hunt_lab(const Rgb& linear, const V3d& white) {
     const auto root = [](double t) {
         constexpr double kDelta = 6.0 / 29;
@@ -51,26 +52,26 @@ V3d hunt_lab(const Rgb& linear, const V3d& white) {
     return {lightness, 0.01 * lightness * 500 * (x - y), 0.01 * lightness * 200 * (y - z)};
 }
 
-// HyAB [Abasi 2019].
+// Returns the HyAB distance [Abasi 2019].
 double colour_distance(const V3d& a, const V3d& b) {
     return std::fabs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
 
-// The largest distance in the gamut, to the power q_c: from green to blue.
+// Returns the largest distance in the gamut, from green to blue, to the power q_c.
 double largest_colour_error() {
     const V3d white = white_xyz();
     return std::pow(colour_distance(hunt_lab(Rgb(0, 1, 0), white), hunt_lab(Rgb(0, 0, 1), white)),
                     kColourExponent);
 }
 
-// [0, largest] to [0, 1], most of it for the small distances [FLIP (11)].
+// Maps [0, largest] to [0, 1], with most of the range for small distances [FLIP (11)].
 double redistributed(double error, double largest) {
     const double knee = kKneeIn * largest;
     if (error < knee) return error * kKneeOut / knee;
     return std::min(1.0, kKneeOut + (error - knee) / (largest - knee) * (1 - kKneeOut));
 }
 
-// Blurred as the eye does, clamped to what a screen can show, as L*a*b*.
+// Returns the colours after the eye's blur, clamped to a screen's gamut, in L*a*b*.
 std::vector<V3d> seen_colours(const Opponent& picture, const EyeBlurs& eye, const Workers& workers) {
     const FlipPlane y = blurred(picture.planes[0], eye.achromatic, workers);
     const FlipPlane cx = blurred(picture.planes[1], eye.red_green, workers);
@@ -87,7 +88,7 @@ std::vector<V3d> seen_colours(const Opponent& picture, const EyeBlurs& eye, cons
     return lab;
 }
 
-// How much of an edge and of a point the eye finds at each pixel.
+// Strength of edges and points that the eye detects at each pixel.
 struct Features {
     FlipPlane edge, point;
 };
@@ -110,7 +111,7 @@ Features features_of(const Opponent& picture, const FeatureKernels& kernels, con
                 along_columns(smooth, kernels.point, workers))};
 }
 
-// What has to be made only once for all pictures of one viewing distance.
+// Filters and constants shared by all pictures at one viewing distance.
 struct Viewer {
     EyeBlurs eye;
     FeatureKernels features;
@@ -120,7 +121,7 @@ struct Viewer {
         : eye(eye_blurs(pixels_per_degree)), features(feature_kernels(pixels_per_degree)) {}
 };
 
-// The map for linear colours in [0, 1].
+// Returns the map for linear colours in [0, 1].
 std::vector<float> flip_linear(const Viewer& viewer, const std::vector<Rgb>& picture,
                                const std::vector<Rgb>& reference, int width, int height,
                                const Workers& workers) {
@@ -136,7 +137,7 @@ std::vector<float> flip_linear(const Viewer& viewer, const std::vector<Rgb>& pic
             std::pow(colour_distance(colours_a[i], colours_b[i]), kColourExponent), viewer.largest);
         const double edge = std::fabs(double{found_a.edge.data[i]} - double{found_b.edge.data[i]});
         const double point = std::fabs(double{found_a.point.data[i]} - double{found_b.point.data[i]});
-        // Either is at most √2 [FLIP (13)]; rounding must not lead out of [0, 1].
+        // Both are at most √2 [FLIP (13)]; min() prevents rounding beyond 1.
         const double feature =
             std::min(1.0, std::pow(std::max(edge, point) / std::sqrt(2.0), kFeatureExponent));
         error[i] = static_cast<float>(std::pow(colour, 1 - feature));  // [FLIP (15)]
@@ -161,20 +162,20 @@ float decoded_in_range(float v) {
     return srgb_decoded(v > 0 ? std::min(v, 1.0F) : 0.0F);
 }
 
-// Narkowicz's fit of the ACES curve, (a x² + b x) / (c x² + d x + e) of x = 0.6 times the value, with which
-// [Andersson 2021] shows its exposures. It rises for all x >= 0, to a / c > 1.
+// Narkowicz's fit of the ACES curve, (a x² + b x) / (c x² + d x + e) of x = 0.6 times the value, the tone
+// mapping of [Andersson 2021]. It increases for all x >= 0 and tends to a / c > 1.
 constexpr double kCurveA = 0.36 * 2.51, kCurveB = 0.6 * 0.03;
 constexpr double kCurveC = 0.36 * 2.43, kCurveD = 0.6 * 0.59, kCurveE = 0.14;
 
 float film_curve(double x) {
     if (!(x > 0)) return 0;
-    if (x > 1e6) return 1;  // the curve is above 1 by then, and squares stay finite
+    if (x > 1e6) return 1;  // the curve exceeds 1 there, and squares stay finite
     return static_cast<float>(
         std::min(1.0, x * (kCurveA * x + kCurveB) / (x * (kCurveC * x + kCurveD) + kCurveE)));  // e > 0
 }
 
-// The value that the curve brings to `shown`, which is below a / c: the positive root of
-// (a - s c) x² + (b - s d) x - s e = 0.
+// Inverts the curve at `shown`, which is below a / c: returns the positive root of (a - s c) x² + (b - s d) x
+// - s e = 0.
 double film_curve_inverse(double shown) {
     const double a = kCurveA - shown * kCurveC, b = kCurveB - shown * kCurveD, c = -shown * kCurveE;
     return (-b + std::sqrt(b * b - 4 * a * c)) / (2 * a);
@@ -203,7 +204,7 @@ std::optional<ExposureRange> flip_exposures(const Image& reference) {
         }
     }
     if (lit.empty()) return std::nullopt;
-    // The upper median where there are two.
+    // Takes the upper median of an even number.
     const auto middle = lit.begin() + static_cast<std::ptrdiff_t>(lit.size() / 2);
     std::nth_element(lit.begin(), middle, lit.end());
     const double median = *middle;

@@ -1,8 +1,9 @@
-// FLIP: how different two pictures look to somebody who flips between them. A map of errors in [0, 1].
+// FLIP, the visible difference of two pictures to an observer who flips between them, as a map of errors in
+// [0, 1].
 //
 // Sources: [Andersson 2020]; [Andersson 2021] for images of high dynamic range. Colours are blurred as the
-// eye blurs them at the viewing distance and compared in a uniform space; where one picture has an edge or a
-// point that the other has not, the error grows.
+// eye blurs them at the viewing distance and compared in a uniform space; edges and points that only one
+// picture has increase the error.
 #pragma once
 
 #include <optional>
@@ -14,19 +15,19 @@
 
 namespace lucerna {
 
-// Pixels per degree of the eye's angle for a screen of `width` metres and `pixels` columns seen from
-// `distance` metres; all positive.
+// Returns the pixels per degree of visual angle for a screen of `width` metres and `pixels` columns seen from
+// `distance` metres; all are positive.
 double pixels_per_degree(double distance, double width, double pixels);
 
-// The papers' viewer: 0.7 m before a screen 0.7 m wide of 3840 columns.
+// The papers' observer: 0.7 m before a screen 0.7 m wide of 3840 columns.
 inline constexpr double kUsualPixelsPerDegree = 67.0206432765823;
 
-// A map with one channel, "flip". Both pictures: display-referred sRGB in [0, 1] in their first three
-// channels (what lies outside is clamped), of one size. `pixels_per_degree` > 0.
+// Returns a map with one channel, "flip". Both pictures have one size and display-referred sRGB in [0, 1] in
+// their first three channels (other values are clamped). `pixels_per_degree` > 0.
 Image flip(const Image& picture, const Image& reference, double pixels_per_degree,
            const Workers& workers = {});
 
-// Exposures, in stops (factors 2^stop), between which a viewer of a picture of high dynamic range would move.
+// Exposures, in stops (factors 2^stop), at which an observer would view a picture of high dynamic range.
 struct ExposureRange {
     double start = 0, stop = 0;
     int count = 2;  // at least two, at equal steps from start to stop
@@ -34,21 +35,21 @@ struct ExposureRange {
     double exposure(int i) const { return start + (stop - start) * i / (count - 1); }
 };
 
-// [Andersson 2021]'s range: from where the brightest luminance of the reference comes out at 0.85 of white to
-// where its median does. The median is of the pixels that are lit at all: a dark half must not send it to
-// infinity. None if no pixel is lit.
+// Returns the range of [Andersson 2021], from the exposure that maps the brightest luminance of the reference
+// to 0.85 of white to the one that does so with its median. The median excludes black pixels, as a dark half
+// would send the exposure to infinity. Returns nothing if all pixels are black.
 std::optional<ExposureRange> flip_exposures(const Image& reference);
 
 struct HdrFlip {
-    Image map;               // one channel, "flip": the largest over all exposures
-    std::vector<int> worst;  // the number of the exposure that it comes from, per pixel
+    Image map;               // one channel, "flip", the largest over all exposures
+    std::vector<int> worst;  // index of the exposure with the largest error, per pixel
 };
-// Both images: radiance in any one unit, finite (negative values count as 0), in their first three channels,
-// of one size.
+// Both images have one size and radiance in one unit in their first three channels, finite; negative values
+// count as 0.
 HdrFlip hdr_flip(const Image& image, const Image& reference, const ExposureRange& range,
                  double pixels_per_degree, const Workers& workers, Monitor& monitor);
 
-// The two families of filters that FLIP looks through, as products of filters along rows and columns.
+// The two families of FLIP's filters, separated into filters along rows and columns.
 
 // One number per pixel, row-major.
 struct FlipPlane {
@@ -66,12 +67,12 @@ struct FlipPlane {
 // Weights at -radius … radius.
 using Kernel = std::vector<float>;
 
-// The plane filtered along its rows, or its columns; beyond the border the border's pixel goes on.
+// Filter the plane along its rows or its columns. Pixels beyond the border repeat the border.
 FlipPlane along_rows(const FlipPlane& plane, const Kernel& kernel, const Workers& workers);
 FlipPlane along_columns(const FlipPlane& plane, const Kernel& kernel, const Workers& workers);
 
-// The eye's blur of one opponent channel: a sum of Gaussians, each the product of its kernel along rows and
-// columns.
+// The eye's blur of one opponent channel, a sum of Gaussians that are separable into equal kernels along rows
+// and columns.
 struct Blur {
     struct Part {
         float weight;   // the weights add up to 1
@@ -82,12 +83,12 @@ struct Blur {
 struct EyeBlurs {
     Blur achromatic, red_green, blue_yellow;
 };
-// [FLIP (6), table 1], as filters of pixels.
+// Returns the filters of [FLIP (6), table 1] in pixels.
 EyeBlurs eye_blurs(double pixels_per_degree);
 FlipPlane blurred(const FlipPlane& plane, const Blur& blur, const Workers& workers);
 
-// A Gaussian and its derivatives: positive weights of a derivative add up to 1, negative ones to -1
-// [FLIP 4.2].
+// A Gaussian and its derivatives, with positive weights of a derivative adding up to 1 and negative ones to
+// -1 [FLIP 4.2].
 struct FeatureKernels {
     Kernel smooth, edge, point;
 };

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::int64_t kRowsPerChunk = 16;
 
-// Σ amplitude exp(-π² x² / width), x in degrees [FLIP table 1]: the eye's sensitivity to contrast, brought
-// from frequencies to places.
+// The eye's contrast sensitivity, transformed from frequencies to positions: Σ amplitude exp(-π² x² / width),
+// x in degrees [FLIP table 1].
 struct Gaussian {
     double amplitude, width;
 };
@@ -21,7 +21,7 @@ constexpr Gaussian kRedGreen{1, 0.0053};
 constexpr Gaussian kBlueYellow[] = {{34.1, 0.04}, {13.5, 0.025}};
 constexpr double kWidest = 0.04;
 
-// Degrees over which the eye finds edges and points [FLIP 4.2].
+// Width in degrees of the eye's edge and point detection [FLIP 4.2].
 constexpr double kFeatureWidth = 0.082;
 
 int radius_of(double sigma_pixels) {
@@ -47,7 +47,8 @@ Kernel scaled(const std::vector<double>& values, double by) {
     return kernel;
 }
 
-// Positive weights add up to 1 and negative ones to -1; all 0 where the kernel is too narrow to have any.
+// Scales positive weights to a sum of 1 and negative ones to -1; leaves all 0 if the kernel is too narrow to
+// have any.
 Kernel balanced(const std::vector<double>& values) {
     double positive = 0, negative = 0;
     for (const double v : values) (v > 0 ? positive : negative) += std::fabs(v);
@@ -65,7 +66,7 @@ Blur blur_of(std::span<const Gaussian> gaussians, int radius, double pixels_per_
     for (const Gaussian& g : gaussians) {
         const auto values =
             weights(radius, [&](double x) { return std::exp(-sqr(kPiD * x / pixels_per_degree) / g.width); });
-        const double sum = sum_of(values);  // at least 1: the weight in the middle
+        const double sum = sum_of(values);  // at least 1, the central weight
         shares.push_back(g.amplitude * std::sqrt(kPiD / g.width) * sum * sum);
         blur.parts.push_back({0, scaled(values, 1 / sum)});
     }
@@ -117,7 +118,7 @@ FlipPlane along_columns(const FlipPlane& plane, const Kernel& kernel, const Work
 }
 
 EyeBlurs eye_blurs(double pixels_per_degree) {
-    // One radius for all channels, three deviations of the widest Gaussian.
+    // All channels have the same radius, three standard deviations of the widest Gaussian.
     const int radius = radius_of(std::sqrt(kWidest / (2 * kPiD * kPiD)) * pixels_per_degree);
     return {blur_of({&kAchromatic, 1}, radius, pixels_per_degree),
             blur_of({&kRedGreen, 1}, radius, pixels_per_degree),

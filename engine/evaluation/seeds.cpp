@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace {
 
-// G_ij, summed first and divided at the end.
+// Accumulates G_ij; means() divides the sums at the end.
 class Gram {
   public:
     explicit Gram(std::size_t images) : n_(images), sums_(images * images) {}
@@ -24,7 +24,7 @@ class Gram {
     }
     double at(std::size_t i, std::size_t j) const { return sums_[std::min(i, j) * n_ + std::max(i, j)]; }
 
-    // Means of the diagonal and of the rest, without image `without` (n: with all).
+    // Means of the diagonal and of the other elements, excluding image `without` (n: none excluded).
     struct Means {
         double own = 0, others = 0;
     };
@@ -51,7 +51,7 @@ class Gram {
     std::vector<double> sums_;
 };
 
-// Tukey's: of n values that each leave one image out; 0 < n.
+// Returns Tukey's jackknife variance from n > 0 values, each without one of the images.
 double jackknife_variance(const std::vector<double>& values) {
     RunningStats stats;
     for (const double v : values) stats.add(v);
@@ -67,13 +67,13 @@ struct PartSums {
 
     explicit PartSums(std::size_t images) : gram(images) {}
 
-    // `between`: s²/n of the images at this value.
+    // `between` is s²/n of the images at this value.
     void add(const std::vector<double>& differences, double weight, double mean, double between,
              double variance) {
         gram.add(differences, weight);
         reference_variance += weight * variance;
-        // With b the bias and ε of variance v the reference's noise, (b - ε)² varies by 4 b² v + 2 v²; and
-        // mean² - between has the expectation b² + v.
+        // For bias b and the reference's noise ε of variance v, Var (b - ε)² = 4 b² v + 2 v², and mean² -
+        // between has the expectation b² + v.
         reference_scatter += sqr(weight) * (4 * (sqr(mean) - between) * variance - 2 * sqr(variance));
     }
 
@@ -92,9 +92,9 @@ struct PartSums {
             noise.push_back((rest.own - rest.others) / values);
         }
         parts.mse.error = std::sqrt(jackknife_variance(mse));
-        if (images < 3) return parts;  // without one of two there is no pair left
-        // Channels may hang together fully: a sum of C terms varies by C times the sum of their variances at
-        // most.
+        if (images < 3) return parts;  // without one of two images no pair is left
+        // Channels may be fully correlated: the variance of a sum of C terms is at most C times the sum of
+        // their variances.
         const double scatter = std::max(0.0, channels * reference_scatter / sqr(values));
         parts.bias2.error = std::sqrt(jackknife_variance(bias) + scatter);
         parts.noise2.error = std::sqrt(jackknife_variance(noise));
@@ -222,7 +222,7 @@ class SeedStudy {
     BiasAndNoise result_;
 };
 
-// Calls use(c, values) for every channel of the first image and every pixel, with the images' values.
+// Calls use(c, values) with the images' values for every channel of the first image and every pixel.
 template <typename Use>
 void for_all_values(std::span<const NamedImage> images, Use&& use) {
     const Image& first = images[0].image;

@@ -1,4 +1,4 @@
-// A study: what is asked, how errors are measured, what was found.
+// A study: its description, the measurement of errors, and its results.
 #pragma once
 
 #include <filesystem>
@@ -16,8 +16,8 @@
 
 namespace lucerna {
 
-// What `lucerna study` is asked to measure: a file that names scenes, a reference and methods, with lists of
-// the settings that are to be tried.
+// The description of a study is a file that names scenes, a reference and methods, with lists of settings to
+// try.
 //
 //   title = "Direct light, four ways"
 //   seeds = 2
@@ -42,20 +42,21 @@ struct StudyScene {
     std::filesystem::path file;
     V2i resolution{0, 0};                                         // (0,0): the scene's own
     double mask_above = std::numeric_limits<double>::infinity();  // compare.h
-    // Whether pixels that see a lamp or the sky, straight or by way of mirrors and clear glass, are left out.
+    // Excludes pixels that see a lamp or the sky, directly or over mirrors and clear glass.
     bool mask_lamps = false;
     Location place = {};  // of `file` in the description
 };
-// In a reference of a scene with mask_lamps: the light of lamps that are seen (docs/reference/layers.md).
+// Channels with the light of visible lamps in the reference of a scene with mask_lamps
+// (docs/reference/layers.md).
 inline constexpr std::string_view kLampChannels[] = {"emission.R", "emission.G", "emission.B"};
 
 // One method with all its settings chosen.
 struct StudyPoint {
     std::string method;
-    std::string settings;  // those that were written down, as "k=50 spp=16"
+    std::string settings;  // those in the description, as "k=50 spp=16"
     SceneOverrides overrides;
-    double seconds = 0;    // the render ends by then, with reading; 0: by its samples
-    std::string end_name;  // "spp" or "time": what ends the render, and its value
+    double seconds = 0;    // limit of the render including reading; 0: limited by samples
+    std::string end_name;  // what ends the render, "spp" or "time", and its value
     std::string end_value;
 };
 
@@ -70,74 +71,73 @@ struct StudyDescription {
 // Throws InputError naming file, line and column.
 StudyDescription read_study(const std::filesystem::path& file);
 
-// What a study found: error against time of every point, the best of them, and a sentence for people.
+// The results of a study: error against time of every point, the best points, and advice in sentences.
 
-// One point of the description on one scene. Errors are squared and relative, of one image.
+// The result of one point of the description on one scene. Errors are squared and relative, of one image.
 struct StudyResult {
     std::string scene, method, settings;
-    std::vector<std::pair<std::string, std::string>> set;  // the settings one by one, spp or time the last
+    std::vector<std::pair<std::string, std::string>> set;  // each setting, with spp or time last
     std::filesystem::path image;                           // of the first seed
-    double seconds = 0;           // reading, preparation and one image; the mean over seeds
-    std::set<std::string> hosts;  // that measured them, of a parallel job
+    double seconds = 0;           // reading, preparation and one image; mean over seeds
+    std::set<std::string> hosts;  // of a parallel job
     double error2 = 0;
-    std::optional<double> error2_error;     // standard error; of two seeds or more
-    std::optional<Estimate> bias2, noise2;  // of two seeds or more
-    double reference_noise2 = 0;            // is in error2, not in bias2; 0: the reference does not say
-    double mean_ratio = 1;                  // mean luminance over the reference's
-    std::optional<double> flip;             // mean FLIP of the first seed's image, 0 to 1
-    bool best = false;                      // nothing measured was both faster and better
+    std::optional<double> error2_error;     // standard error, for two seeds or more
+    std::optional<Estimate> bias2, noise2;  // for two seeds or more
+    double reference_noise2 = 0;  // is in error2 but not in bias2; 0 if the reference does not state it
+    double mean_ratio = 1;        // mean luminance over the reference's
+    std::optional<double> flip;   // mean FLIP of the first seed's image, 0 to 1
+    bool best = false;            // no other point is both faster and better
 
-    double error() const;  // the root of error2, a share of 1
+    double error() const;  // root of error2, a fraction
 };
 
-// Where and when the renders were made, as they say themselves. Times of several machines, or of different
-// numbers of threads, do not compare.
+// Machines and dates that the renders state. Times of several machines, or of different numbers of threads,
+// cannot be compared.
 struct StudyOrigin {
     std::set<std::string> machines;
     std::set<int> threads;
-    std::set<std::string> dates;       // of UTC; in order
+    std::set<std::string> dates;       // in UTC, ascending
     std::set<std::string> hosts = {};  // of the ranks of a parallel job
 };
 
-// Marks, scene by scene, the points of the Pareto front.
+// Marks the points of the Pareto front of each scene.
 void mark_best(std::vector<StudyResult>& results);
 
-// "for 5 % error on cornell the fastest is guided, spp=16 (1.2 s)", for errors of 1, 2, 5, 10 … % that some
-// point reached; scene by scene.
+// Returns sentences like "for 5 % error on cornell the fastest is guided, spp=16 (1.2 s)" for each scene and
+// each error of 1, 2, 5, 10 … % that some point reached.
 std::vector<std::string> advice(const std::vector<StudyResult>& results);
 
-// One line for each scene whose reference is too noisy for what was measured against it: its own noise is
-// more than half of the least error.
+// Returns one line for each scene whose reference is too noisy, with noise above half of the smallest
+// measured error.
 std::vector<std::string> doubts(const std::vector<StudyResult>& results);
 
 std::string study_csv(const std::vector<StudyResult>& results);
 std::string study_json(const StudyDescription& description, const std::vector<StudyResult>& results,
                        const StudyOrigin& origin);
 
-// How far a point's images are from the reference, by one measure throughout the program: the root mean
-// square over the pixels of the difference of luminance over the reference's luminance, plus a tenth of its
-// mean (both squared). What `render --error` estimates of its noise is this, so "2 %" means the same wherever
-// it is said, and whatever the scene's unit of radiance.
+// The functions below measure errors by the one measure of the program: the root mean square difference of
+// luminance relative to the reference's luminance plus a tenth of its mean (both squared). `render --error`
+// estimates this error, so "2 %" has the same meaning everywhere and does not depend on the unit of radiance.
 
-// The reference's image from its file, with NaN where pixels are left out as the scene's mask_lamps asks.
+// Reads the reference's image, with NaN in the pixels that the scene's mask_lamps excludes.
 NamedImage read_reference(const std::filesystem::path& file, const StudyScene& scene);
 
 class StudyMeasure {
   public:
-    // Pixels of which a channel of the reference is above `mask_above` are left out, and so are those that
-    // are not finite. Throws InputError if the reference is black in all others: nothing is relative to that.
+    // Excludes pixels that are not finite or of which a channel of the reference is above `mask_above`.
+    // Throws InputError if the reference is black in all others, where no relative error is defined.
     StudyMeasure(const NamedImage& reference, double mask_above);
 
-    // Fills in errors and mean ratio, from one image per seed. Warns of pixels that are not finite. Throws
-    // InputError, naming the image, if it does not compare.
+    // Sets errors and mean ratio from one image per seed. Warns of pixels that are not finite. Throws
+    // InputError, naming the image, if it cannot be compared.
     void measure(const std::vector<NamedImage>& images, StudyResult& result, Monitor& monitor) const;
 
   private:
     NamedImage scaled(const NamedImage& image) const;
 
-    NamedImage reference_;  // luminance, scaled, and its variance; NaN where nothing is compared
+    NamedImage reference_;  // scaled luminance and its variance; NaN where excluded
     double scale_ = 1;
-    double noise2_ = 0;  // of the reference, as errors are
+    double noise2_ = 0;  // of the reference, on the scale of the errors
 };
 
 }  // namespace lucerna

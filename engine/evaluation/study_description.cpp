@@ -24,7 +24,7 @@ constexpr int kMostSpp = 1 << 24;
 
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
-// Names the key in errors of its value that do not.
+// Adds the key to errors that do not name it.
 template <typename Read>
 auto naming(std::string_view key, const Read& read) {
     try {
@@ -42,7 +42,7 @@ std::vector<std::string> split(const std::string& text, char at) {
     return parts;
 }
 
-// "a=1|2 b=3": every choice of alternatives, the last key's changing fastest.
+// Expands "a=1|2 b=3" to all combinations, in which the last key changes fastest.
 std::vector<Assignments> choices_of(const Location& at, const std::string& text) {
     std::vector<Assignments> all{{}};
     std::istringstream words(text);
@@ -64,11 +64,11 @@ std::vector<Assignments> choices_of(const Location& at, const std::string& text)
     return all;
 }
 
-// A render ends after so many samples per pixel, or after a time.
+// The end of a render: a number of samples per pixel or a time.
 struct RenderEnd {
     int spp = 0;
     double seconds = 0;
-    std::string value;  // as people write it
+    std::string value;  // as users write it
 };
 
 std::vector<RenderEnd> ends_of(const TomlTable& table) {
@@ -117,7 +117,7 @@ std::vector<StudyPoint> points_of(const TomlTable& table, const std::string& met
             points.push_back(std::move(point));
         }
     }
-    // A misspelt parameter should not come out after an hour.
+    // Checks parameters here, so that a misspelt one is not found after an hour.
     IntegratorSettings settings =
         naming("integrator", [&] { return make_settings(integrator, table.place_of("integrator")); });
     for (const StudyPoint& point : points) {
@@ -134,7 +134,7 @@ std::vector<StudyPoint> points_of(const TomlTable& table, const std::string& met
 StudyScene scene_of(const TomlTable& table) {
     StudyScene scene;
     scene.file = table.path("file");
-    // A scene that is not there should not come out after the renders of the ones before it.
+    // Checks files here, so that a missing one is not found after the renders of other scenes.
     std::error_code unknown;
     if (!std::filesystem::is_regular_file(scene.file, unknown)) {
         throw InputError(

@@ -61,7 +61,7 @@ std::vector<std::string> advice(const std::vector<StudyResult>& results) {
         const StudyResult* last = nullptr;
         for (const double error : kErrors) {
             const StudyResult* best = fastest(results, scene, error);
-            if (!best || best == last) continue;  // the same as for a smaller error
+            if (!best || best == last) continue;  // already the fastest for a smaller error
             last = best;
             lines.push_back(fmt::format("for {:g} % error on {} the fastest is {}, {} ({})", 100 * error,
                                         scene, best->method, best->settings, duration_text(best->seconds)));
@@ -138,7 +138,7 @@ std::string study_json(const StudyDescription& description, const std::vector<St
                                   {"best", r.best}});
         if (!r.hosts.empty()) json["points"].back()["hosts"] = r.hosts;
     }
-    // Names of files need not be UTF-8.
+    // File names need not be UTF-8.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -151,7 +151,7 @@ bool states_variances(const Image& image) {
                        [&](const char* name) { return find_channel(image, name).has_value(); });
 }
 
-// Luminance and, where the image states it, its variance. Channels are taken to vary together, as in Film.
+// Returns luminance and any variance that the image states. As in Film, channels are fully correlated.
 Image luminance_image(const Image& image) {
     const bool variances = states_variances(image);
     Image result(image.width, image.height,
@@ -171,7 +171,7 @@ Image luminance_image(const Image& image) {
     return result;
 }
 
-// Mean of variance / (r² + kRelativeMseFloor) where r is a number; 0 if the image states no variance.
+// Returns the mean of variance / (r² + kRelativeMseFloor) over finite pixels; 0 without a variance.
 double relative_variance(const Image& reference) {
     if (reference.channels.size() < 2) return 0;
     double sum = 0, pixels = 0;
@@ -223,7 +223,7 @@ StudyMeasure::StudyMeasure(const NamedImage& reference, double mask_above)
         }
     }
     const double mean = pixels > 0 ? sum / pixels : 0;
-    // compare() adds a number to r². Scaled, that number is the share of the mean, squared.
+    // compare() adds a constant to r². This scale makes the constant the squared share of the mean.
     scale_ = std::sqrt(kRelativeMseFloor) / (kErrorFloorShare * mean);
     if (!(mean > 0) || !std::isfinite(scale_)) {
         throw InputError(
@@ -236,7 +236,7 @@ StudyMeasure::StudyMeasure(const NamedImage& reference, double mask_above)
     noise2_ = relative_variance(seen);
 }
 
-// `image`: of luminance. In double: the scale of a very dim or bright scene is beyond float32.
+// Scales a luminance image in double, as the scale of a very dim or bright scene exceeds float32.
 NamedImage StudyMeasure::scaled(const NamedImage& image) const {
     NamedImage result = image;
     for (std::size_t i = 0; i < result.image.data.size(); ++i) {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::array<double, 3> kSigmas{2, 3, 4};
 
-// P(|z| > sigmas) of a normal variate.
+// Returns P(|z| > sigmas) of a normal variate.
 double two_tails(double sigmas) {
     return std::erfc(sigmas / std::sqrt(2.0));
 }
@@ -33,7 +33,8 @@ double sidak_p_value(double smallest_p, std::uint64_t tests) {
 double binomial_excess(std::uint64_t observed, std::uint64_t tests, double chance) {
     const double n = static_cast<double>(tests), k = static_cast<double>(observed);
     if (k <= n * chance) return 1;
-    // The first term by logarithms, the others by their ratios, which fall: k is above the mean.
+    // Computes the first term by logarithms and the others by their ratios, which decrease because k is above
+    // the mean.
     double term = std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) +
                            k * std::log(chance) + (n - k) * std::log1p(-chance));
     const double odds = chance / (1 - chance);
@@ -54,7 +55,7 @@ ZTester::ZTester(std::vector<std::string> channels, int width, int cell, double 
 
 void ZTester::add(int x, int y, std::size_t channel, double difference, double variance) {
     if (!(variance > 0) || !std::isfinite(variance)) {
-        // Two equal constants agree whatever their noise; different ones cannot be judged without it.
+        // Equal constants agree whatever their noise; different ones cannot be judged without a variance.
         test_.untestable += difference != 0;
         return;
     }
@@ -71,7 +72,7 @@ void ZTester::add(int x, int y, std::size_t channel, double difference, double v
 }
 
 void ZTester::test(int x, int y, Channel& channel, const Sum& sum) {
-    const double z = sum.difference / std::sqrt(sum.variance);  // > 0: add() takes no other
+    const double z = sum.difference / std::sqrt(sum.variance);  // > 0, ensured by add()
     const double p = std::erfc(std::fabs(z) / std::sqrt(2.0));
     ++channel.tests;
     channel.difference += sum.difference;
@@ -111,7 +112,7 @@ void ZTester::judge_beyond() {
 }
 
 void ZTester::judge_mean() {
-    std::uint64_t pixels = 0;  // of the channel with the most: what is independent
+    std::uint64_t pixels = 0;  // number of independent values, that of the largest channel
     for (const Channel& channel : channels_) {
         pixels = std::max(pixels, channel.tests);
         test_.mean_z += channel.z;
@@ -121,14 +122,14 @@ void ZTester::judge_mean() {
     }
     if (test_.tests == 0) return;
     test_.mean_z /= static_cast<double>(test_.tests);
-    // The mean over a pixel's channels varies by 1 at most, and by that if they are all one.
+    // The mean over a pixel's channels has a variance of at most 1, reached if they are fully correlated.
     test_.mean_z_error = 1 / std::sqrt(static_cast<double>(pixels));
 }
 
 ZTest ZTester::finish() {
     for (std::size_t c = 0; c < cells_.size(); ++c) {
         for (std::size_t i = 0; i < cells_[c].size(); ++i) {
-            if (cells_[c][i].variance == 0) continue;  // nothing fell into it
+            if (cells_[c][i].variance == 0) continue;  // empty cell
             const int at = static_cast<int>(i);
             test(at % across_ * cell_, at / across_ * cell_, channels_[c], cells_[c][i]);
         }

@@ -13,11 +13,11 @@ namespace {
 // Every sixteenth entry of the table of 256.
 using SparseTable = std::array<unsigned, 17>;
 
-// Straight lines between them are within 2.1 % of the whole table in each channel.
+// Linear interpolation is within 2.1 % of the whole table in each channel.
 constexpr SparseTable kViridis{0x440154, 0x48186a, 0x472d7b, 0x424086, 0x3b528b, 0x33638d,
                                0x2c728e, 0x26828e, 0x21918c, 0x1fa088, 0x28ae80, 0x3fbc73,
                                0x5ec962, 0x84d44b, 0xaddc30, 0xd8e219, 0xfde725};
-// Within 1.2 %.
+// Linear interpolation is within 1.2 % of the whole table.
 constexpr SparseTable kMagma{0x000004, 0x0a0822, 0x1d1147, 0x36106b, 0x51127c, 0x6a1c81,
                              0x832681, 0x9c2e7f, 0xb73779, 0xd0416f, 0xe75263, 0xf56b5c,
                              0xfc8961, 0xfea772, 0xfec488, 0xfde2a3, 0xfcfdbf};
@@ -35,7 +35,7 @@ Rgb interpolated(const SparseTable& table, double v) {
     return from_hex(table[below]) * (1 - share) + from_hex(table[below + 1]) * share;
 }
 
-// Linear sRGB of L*, chroma and hue (degrees) of CIE L*a*b*, pulled into the gamut.
+// Returns linear sRGB of L*, chroma and hue (degrees) of CIE L*a*b*, mapped into the gamut.
 Rgb lch_colour(double lightness, double chroma, double hue) {
     const auto cube = [](double t) {
         constexpr double kDelta = 6.0 / 29;

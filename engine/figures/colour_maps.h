@@ -1,5 +1,5 @@
-// Colour maps: a number from 0 to 1, or from -1 to 1, as a colour whose lightness tells the number. All
-// colours are display-referred sRGB.
+// Colour maps from numbers in [0, 1] or [-1, 1] to colours whose lightness encodes the number. All colours
+// are display-referred sRGB.
 #pragma once
 
 #include <cstdint>
@@ -11,26 +11,27 @@
 
 namespace lucerna {
 
-// 0 dark violet to 1 yellow over blue and green: matplotlib's viridis, perceptually uniform, also to those
-// who do not tell red from green [van der Walt and Smith 2015] (CC0).
+// Returns matplotlib's viridis, from dark violet at 0 over blue and green to yellow at 1. It is perceptually
+// uniform, also for viewers with red-green colour blindness [van der Walt and Smith 2015] (CC0).
 Rgb viridis_colour(double v);
-// 0 black to 1 pale yellow over violet and orange: matplotlib's magma [van der Walt and Smith 2015] (CC0), in
-// which FLIP's maps are shown.
+// Returns matplotlib's magma, from black at 0 over violet and orange to pale yellow at 1 [van der Walt and
+// Smith 2015] (CC0). FLIP's maps use it.
 Rgb magma_colour(double v);
-// -1 blue, 0 nearly white, 1 red, and as dark on either side; what lies beyond is shown as the end.
+// Returns blue at -1, nearly white at 0 and red at 1, equally dark on both sides; other values are clamped.
 Rgb diverging_colour(double v);
 
 enum class ColourMap : std::uint8_t { viridis, magma, diverging };
 
-// In the order of the enumeration.
+// Returns the names in the order of the enumeration.
 std::span<const std::string_view> colour_map_names();
-// None for another name.
+// Returns nothing for an unknown name.
 std::optional<ColourMap> colour_map_named(std::string_view name);
 
-// The colour at a share of the way from the map's first to its last, in [0, 1]; outside it is held.
+// Returns the colour at a share in [0, 1] of the way from the map's first colour to its last; other values
+// are clamped.
 Rgb colour_at(ColourMap map, double share);
 
-// What lies below a range, above it, or is no number: colours that the map itself does not have.
+// Colours for values below and above a range and for NaN, which the map itself does not contain.
 struct OutsideColours {
     Rgb below, above, missing;
 };

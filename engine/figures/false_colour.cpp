@@ -7,9 +7,9 @@
 namespace lucerna {
 namespace {
 
-constexpr int kLinearSteps = 10;    // of a linear scale, at most
-constexpr double kMostDecades = 4;  // of a logarithmic scale from the values
-constexpr double kRounding = 1e-9;  // of a quotient that is a whole number
+constexpr int kLinearSteps = 10;    // maximum for a linear scale
+constexpr double kMostDecades = 4;  // for a logarithmic scale derived from the values
+constexpr double kRounding = 1e-9;  // tolerance for a quotient that is a whole number
 
 RoundStep next(const RoundStep& step) {
     if (step.mantissa == 1) return {2, step.exponent};
@@ -23,7 +23,7 @@ RoundStep previous(const RoundStep& step) {
     return {5, step.exponent - 1};
 }
 
-// The largest multiple of the step that is no more than value, and the least that is no less.
+// Return the largest multiple of the step <= value, and the smallest one >= value.
 double floor_to(const RoundStep& step, double value) {
     const double count = std::floor(value / step.value() + kRounding);
     return step.multiple(step.multiple(count) > value ? count - 1 : count);
@@ -38,11 +38,11 @@ std::vector<double> multiples(const ScaleRange& range, int most) {
     const double last = std::floor(range.high / step.value() + kRounding);
     std::vector<double> numbers;
     for (double count = first; count <= last; ++count)
-        numbers.push_back(step.multiple(count) + 0.0);  // no -0
+        numbers.push_back(step.multiple(count) + 0.0);  // turns -0 into 0
     return numbers;
 }
 
-// The value below which the share of them lies; `values` not empty.
+// Returns the quantile of `values`, which are not empty.
 double quantile(std::vector<double> values, double share) {
     const auto at = static_cast<std::ptrdiff_t>(std::llround(share * static_cast<double>(values.size() - 1)));
     std::nth_element(values.begin(), values.begin() + at, values.end());
@@ -53,9 +53,9 @@ ScaleRange linear_range(const std::vector<double>& values, double inside) {
     const auto [least_at, most_at] = std::minmax_element(values.begin(), values.end());
     const double least = *least_at;
     double most = quantile(values, inside);
-    if (!(most > 0)) most = *most_at;  // what is not black is less than the rest
+    if (!(most > 0)) most = *most_at;  // fewer values than the rest are positive
     if (least == 0 && most == 0) return {0, 1};
-    // All below the share may be one value.
+    // All values below the quantile may be equal.
     const double from = least < 0 || (least > most / 2 && least < most) ? least : 0;
     const double extent = std::max(most, 0.0) - from;
     const RoundStep step = round_step_from(extent / kLinearSteps);

@@ -20,7 +20,7 @@ using Imath::V2d;
 
 constexpr const char* kFont = "DejaVu Sans";
 constexpr double kFontSize = 12, kSmallFont = 10, kLeastFont = 7;  // pixels
-constexpr double kDigitWidth = 0.64;                               // of DejaVu Sans, of the font's size
+constexpr double kDigitWidth = 0.64;  // for DejaVu Sans, relative to the font size
 constexpr double kMargin = 14, kTitleHeight = 26;
 constexpr double kLegendWidth = 110, kLegendGap = 18, kBarWidth = 16, kLeastLegend = 150;
 constexpr double kAxisLeft = 52, kAxisBelow = 42;
@@ -35,17 +35,17 @@ std::string hex(const Rgb& c) {
     return fmt::format("#{:02x}{:02x}{:02x}", byte(c.x), byte(c.y), byte(c.z));
 }
 
-// About a place, clockwise.
+// Returns a clockwise rotation about a point.
 std::string turned(const V2d& at, double degrees) {
     return fmt::format("transform=\"rotate({:.1f} {:.1f} {:.1f})\"", degrees, at.x, at.y);
 }
 
-// Black or white, whichever is read better on a display-referred colour.
+// Returns black or white, whichever is more legible on a display-referred colour.
 const char* ink_on(const Rgb& c) {
     return 0.299F * c.x + 0.587F * c.y + 0.114F * c.z > 0.5F ? "#000000" : "#ffffff";
 }
 
-// The elements of a drawing, in the order in which they cover each other.
+// The elements of a drawing; later ones cover earlier ones.
 class Drawing {
   public:
     template <typename... Args>
@@ -61,13 +61,13 @@ class Drawing {
         add(R"(<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" stroke="{}" stroke-width="{:g}"/>)", a.x,
             a.y, b.x, b.y, stroke, width);
     }
-    // `anchor`: start, middle or end; `more`: further attributes.
+    // `anchor` is start, middle or end; `more` contains further attributes.
     void text(const V2d& at, std::string_view text, const char* anchor, double size = kFontSize,
               std::string_view more = {}) {
         add(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="{}" font-size="{:g}"{}{}>{}</text>)", at.x, at.y,
             anchor, size, more.empty() ? "" : " ", more, svg_text(text));
     }
-    // With a light edge, to be read on any ground.
+    // Adds text with a light outline, legible on any background.
     void label(const V2d& at, std::string_view what, const char* anchor, double size, double degrees = 0) {
         const std::string turn = degrees == 0 ? "" : turned(at, degrees) + " ";
         text(
@@ -115,7 +115,7 @@ struct Shown {
     bool below = false, above = false, missing = false;
 };
 
-// The colour bar, its numbers, the unit, and what lies outside; `height` from the unit to the last mark.
+// Draws the colour bar, numbers, unit and outside colours, `height` from the unit to the last mark.
 void draw_legend(Drawing& drawing, const V2d& corner, double height, const Shown& shown) {
     constexpr double kRow = 18;
     const FalseColour& colour = shown.colour;
@@ -154,13 +154,13 @@ void draw_legend(Drawing& drawing, const V2d& corner, double height, const Shown
     }
 }
 
-// Where a line is labelled: its place and direction, over the length that the label takes.
+// The place and direction of a line's label.
 struct LabelPlace {
     V2d at;
     double degrees;
 };
 
-// An upright box: half its sides.
+// An axis-aligned box with half its side lengths.
 struct LabelBox {
     V2d at, half;
     bool meets(const LabelBox& other) const {
@@ -171,11 +171,11 @@ struct LabelBox {
 
 class LabelPlaces {
   public:
-    // `numbers`: what stands there, too, and had better not be covered.
+    // `numbers` are boxes of values that labels avoid.
     explicit LabelPlaces(const std::vector<LabelBox>& numbers) : numbers_(numbers) {}
 
-    // The first of a few places along the line where the label fits and no other is near, nor, unless they
-    // may be `covered`, a number.
+    // Returns the first of a few places along the line where the label fits without another label nearby and,
+    // unless `covered`, without covering a number.
     std::optional<LabelPlace> find(const std::vector<V2d>& line, double width, bool covered) {
         std::vector<double> along{0};
         for (std::size_t i = 1; i < line.size(); ++i)
@@ -193,7 +193,7 @@ class LabelPlaces {
             const double s = share * length;
             if (s < width / 2 || s > length - width / 2) continue;
             const V2d from = at(s - width / 2), to = at(s + width / 2), middle = at(s);
-            // Where the line bends away from the label, that would be beside it.
+            // Rejects places where the line curves away from the label.
             if ((to - from).length() < 0.85 * width) continue;
             const auto is_near = [&](const Taken& other) {
                 return (other.at - middle).length() < (other.width + width) / 2 + 6;
@@ -224,7 +224,7 @@ class LabelPlaces {
     std::vector<Taken> taken_;
 };
 
-// `place` brings points of the grid, in columns and rows, into the drawing; `numbers` are written there.
+// `place` maps grid points (column, row) to the drawing; `numbers` are the boxes of written values.
 template <typename Place>
 void draw_isolines(Drawing& drawing, const std::vector<Isoline>& lines, Place&& place,
                    const std::vector<LabelBox>& numbers = {}) {
@@ -245,7 +245,7 @@ void draw_isolines(Drawing& drawing, const std::vector<Isoline>& lines, Place&& 
         all.push_back(std::move(points));
     }
     LabelPlaces places(numbers);
-    // Long lines choose first.
+    // Long lines choose their labels first.
     std::vector<std::size_t> order(all.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(),
@@ -261,7 +261,7 @@ void draw_isolines(Drawing& drawing, const std::vector<Isoline>& lines, Place&& 
                       found->degrees);
     };
     for (const std::size_t i : order) label(i, false);
-    // A level without any label is worse than a number that is covered.
+    // Covering a number is better than leaving a level without a label.
     for (const std::size_t i : order) {
         if (!labelled.contains(lines[i].level)) label(i, true);
     }
@@ -285,7 +285,7 @@ class Plan {
             std::for_each(outline.points.begin(), outline.points.end(), include);
         for (const PlanLamp& lamp : figure.lamps) include(lamp.place);
         const V2d size = high_ - low_;
-        const double margin = 0.02 * std::max(size.x, size.y);  // so that walls are not on the frame
+        const double margin = 0.02 * std::max(size.x, size.y);  // keeps walls off the frame
         if (!figure.outlines.empty() || !figure.lamps.empty()) low_ -= V2d(margin), high_ += V2d(margin);
         corner_ = {kMargin + kAxisLeft, kMargin + (figure.title.empty() ? 0 : kTitleHeight)};
         const double room = figure.width - corner_.x - kLegendGap - kLegendWidth;
@@ -309,7 +309,7 @@ class Plan {
     }
 
   private:
-    // Metres of columns and rows; pixels of metres.
+    // Convert columns and rows to metres, and metres to pixels.
     V2d place_of(double column, double row) const {
         return {figure_.first.x + column * figure_.spacing.x, figure_.first.y - row * figure_.spacing.y};
     }
@@ -343,7 +343,7 @@ class Plan {
         drawing_.image(from, size, picture);
     }
 
-    // Those of the bilinear interpolation, which bend inside a cell: of as many points as can be told apart.
+    // Draws isolines on a grid refined to a few pixels, as bilinear isolines curve inside a cell.
     void draw_plan_isolines() {
         constexpr double kPiece = 6;  // pixels
         const double cell = std::max(figure_.spacing.x, figure_.spacing.y) * scale_;
@@ -354,7 +354,7 @@ class Plan {
             figure_.numbers ? number_boxes() : std::vector<LabelBox>());
     }
 
-    // Size of the font that all values fit into their cells with; 0: they do not.
+    // Returns the font size with which all values fit into their cells, or 0 if they do not.
     double number_size() const {
         const V2d cell = figure_.spacing * scale_;
         double widest = 1e-9;
@@ -403,7 +403,7 @@ class Plan {
                      outline.closed ? "polygon" : "polyline", points);
     }
 
-    // The usual sign of a luminaire: a crossed circle.
+    // Draws the usual symbol of a luminaire, a crossed circle.
     void draw(const PlanLamp& lamp) {
         constexpr double kRadius = 6;
         const V2d at = on_paper(lamp.place), d(kRadius * std::sqrt(0.5), kRadius * std::sqrt(0.5));
@@ -440,11 +440,11 @@ class Plan {
     Shown shown_;
     V2d low_, high_;  // m
     V2d corner_, extent_;
-    double scale_ = 1;  // pixels for a metre
+    double scale_ = 1;  // pixels per metre
     Drawing drawing_;
 };
 
-// Without rings that are no larger than what smoothing leaves of noise.
+// Removes closed lines no larger than the noise that smoothing leaves.
 std::vector<Isoline> without_specks(std::vector<Isoline> lines, double extent) {
     std::erase_if(lines, [&](const Isoline& line) {
         if (line.points.front() != line.points.back()) return false;

@@ -9,11 +9,11 @@
 namespace lucerna {
 namespace {
 
-constexpr int kMostLevels = 8;  // automatic ones, at most, plus one
+constexpr int kMostLevels = 8;  // limit of automatic levels, minus one
 
-// Of one level. Vertices are named by the grid's edge that they lie on: first all edges to the right of a
-// point, then all edges down from one. Every line's direction is told by the values on its two sides, so that
-// at most one segment ends and one begins at each edge.
+// Traces the lines of one level. A vertex is identified by the grid edge on which it lies: first all edges to
+// the right of a point, then all edges down from one. The values on both sides determine a line's direction,
+// so at most one segment ends and one begins at each edge.
 class Tracer {
   public:
     Tracer(const ValueGrid& grid, double level)
@@ -26,7 +26,7 @@ class Tracer {
         for (std::size_t edge = 0; edge < next_.size(); ++edge) {
             if (next_[edge] != kNone && !reached_[edge]) follow(edge, lines);
         }
-        for (std::size_t edge = 0; edge < next_.size(); ++edge) {  // what is left are rings
+        for (std::size_t edge = 0; edge < next_.size(); ++edge) {  // rings remain
             if (next_[edge] != kNone) follow(edge, lines);
         }
     }
@@ -46,7 +46,7 @@ class Tracer {
     }
 
     void add_square(int column, int row) {
-        // Clockwise from the top left, as seen with rows downwards.
+        // Clockwise from the top left, with rows downwards.
         const std::array<double, 4> v{grid_.at(column, row), grid_.at(column + 1, row),
                                       grid_.at(column + 1, row + 1), grid_.at(column, row + 1)};
         if (std::any_of(v.begin(), v.end(), [](double x) { return std::isnan(x); })) return;
@@ -55,22 +55,23 @@ class Tracer {
             point(column, row), grid_.values.size() + point(column + 1, row), point(column, row + 1),
             grid_.values.size() + point(column, row)};
         const auto above = [&](std::size_t i) { return v[i % 4] >= level_; };
-        const auto enters = [&](std::size_t i) { return !above(i) && above(i + 1); };  // going round
+        const auto enters = [&](std::size_t i) { return !above(i) && above(i + 1); };  // clockwise
         const auto leaves = [&](std::size_t i) { return above(i) && !above(i + 1); };
         const bool two = above(0) == above(2) && above(1) == above(3) && above(0) != above(1);
         const bool joined = two && joins_greater(v);
         for (std::size_t i = 0; i < 4; ++i) {
             if (!enters(i)) continue;
-            // With what is greater on the right: from where the way round enters it, to where it leaves it.
-            // Of two such ways, lines part the corners that are greater, or those that are less.
+            // Each segment has greater values on its right, from the side where the clockwise walk enters
+            // them to where it leaves them. With two such walks, the lines separate either the greater or the
+            // smaller corners.
             std::size_t j = i + 1;
             while (!leaves(j % 4)) ++j;
             add(side[joined ? (j + 2) % 4 : j % 4], side[i]);
         }
     }
 
-    // Whether the two corners that are greater are joined in the bilinear interpolation: its saddle's value
-    // is.
+    // Tells whether the bilinear interpolation connects the two greater corners, which its value at the
+    // saddle decides.
     bool joins_greater(const std::array<double, 4>& v) const {
         const double saddle = (v[0] * v[2] - v[1] * v[3]) / (v[0] + v[2] - v[1] - v[3]);  // not 0
         return saddle >= level_;
@@ -82,7 +83,7 @@ class Tracer {
         const std::size_t to = from + (down ? static_cast<std::size_t>(grid_.columns) : 1);
         const double a = grid_.values[from], b = grid_.values[to];
         const double share =
-            std::clamp((level_ - a) / (b - a), 0.0, 1.0);  // a != b: one is less than the level
+            std::clamp((level_ - a) / (b - a), 0.0, 1.0);  // a != b, as only one is less than the level
         const auto columns = static_cast<std::size_t>(grid_.columns);
         const Imath::V2d at(static_cast<double>(from % columns), static_cast<double>(from / columns));
         return at + (down ? Imath::V2d(0, share) : Imath::V2d(share, 0));
@@ -94,7 +95,7 @@ class Tracer {
             const std::size_t to = next_[edge];
             next_[edge] = kNone;
             edge = to;
-            // Points of exactly the level are met by several edges.
+            // Several edges share a point of exactly the level.
             if (const Imath::V2d at = place(edge); at != line.points.back()) line.points.push_back(at);
         }
         if (line.points.size() > 1) lines.push_back(std::move(line));
@@ -102,11 +103,11 @@ class Tracer {
 
     const ValueGrid& grid_;
     double level_;
-    std::vector<std::size_t> next_;  // of an edge: that to which the line goes on
+    std::vector<std::size_t> next_;  // the next edge of the line, by edge
     std::vector<bool> reached_;
 };
 
-// Weighted by a Gaussian along lines of `count` values `step` apart; `weights` beside the sums.
+// Applies a Gaussian along lines of `count` values that are `step` apart.
 void blur_lines(std::vector<double>& data, int lines, std::size_t line_step, int count, std::size_t step,
                 const std::vector<double>& kernel) {
     const int reach = static_cast<int>(kernel.size()) - 1;
@@ -136,7 +137,7 @@ double ValueGrid::between(double x, double y) const {
     const auto [row, t] = split(y, rows);
     const int right = std::min(column + 1, columns - 1), down = std::min(row + 1, rows - 1);
     const auto mixed = [](double a, double b, double part) {
-        if (part == 0) return a;  // whatever the other is
+        if (part == 0) return a;  // even if b is NaN
         return part == 1 ? b : (1 - part) * a + part * b;
     };
     return mixed(mixed(at(column, row), at(right, row), s), mixed(at(column, down), at(right, down), s), t);

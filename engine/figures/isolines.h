@@ -1,4 +1,4 @@
-// Isolines: where a grid of values crosses a level. Lines of equal illuminance are isolux lines.
+// Isolines, where a grid of values crosses a level. Lines of equal illuminance are isolux lines.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace lucerna {
 
-// Finite values at the points of a grid, row by row, the first row at the top. NaN: there is no point.
+// Values at the points of a grid, row by row from the top. They are finite, or NaN at missing points.
 struct ValueGrid {
     int columns = 0, rows = 0;
     std::vector<double> values;  // columns * rows
@@ -19,17 +19,16 @@ struct ValueGrid {
         return values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
                       static_cast<std::size_t>(column)];
     }
-    // Between points, bilinear; x in columns and y in rows, each held inside the grid. NaN where one of the
-    // four points around is missing.
+    // Interpolates bilinearly; x in columns and y in rows are clamped to the grid. Returns NaN if one of the
+    // four surrounding points is missing.
     double between(double x, double y) const;
 };
 
-// With `parts` - 1 points more between two neighbours, bilinear.
+// Refines the grid by bilinear interpolation, with `parts` - 1 points between two neighbours.
 ValueGrid refined(const ValueGrid& grid, int parts);
 
-// A line along which the values are `level`, as a polyline; x in columns to the right, y in rows downwards.
-// What is greater lies to the right of its direction, as it is seen with y pointing down. A closed line's
-// last point is its first.
+// A polyline along which the values are `level`; x in columns to the right, y in rows downwards. Greater
+// values are on its right, seen with y pointing down. A closed line ends at its first point.
 struct Isoline {
     double level = 0;
     std::vector<Imath::V2d> points;  // two or more
@@ -37,20 +36,20 @@ struct Isoline {
     bool closed() const { return points.size() > 2 && points.front() == points.back(); }
 };
 
-// The isolines of one level after the other, by marching squares: vertices lie on the grid's lines, where
-// linear interpolation between the two points meets the level, and so on the isoline of the bilinear
-// interpolation; between them lines are straight. A point of exactly the level counts as greater. Where lines
-// might join a square's sides in two ways, they do as those of the bilinear interpolation [Nielson and Hamann
-// 1991]. Lines end at the border of the grid and of squares with a missing point, and nowhere else.
+// Returns the isolines of each level in order, by marching squares. Vertices lie on the grid's lines, where
+// linear interpolation between two points meets the level and hence on the isoline of the bilinear
+// interpolation; they are joined by straight lines. A point of exactly the level counts as greater. Ambiguous
+// squares are joined like the bilinear interpolation [Nielson and Hamann 1991]. Lines end only at the border
+// of the grid and of squares with a missing point.
 std::vector<Isoline> isolines(const ValueGrid& grid, std::span<const double> levels);
 
-// Levels that suit a scale: round numbers (false_colour.h) inside the range, ends excluded.
+// Returns levels for a scale: round numbers (false_colour.h) inside the range, excluding its ends.
 std::vector<double> isoline_levels(const ScaleRange& range, Scaling scaling);
 
-// The grid for isolines of noisy values: a mean over neighbours, weighted by a Gaussian of this standard
-// deviation, in points; missing values have no say and stay missing. Values are first held in [lowest / 2,
-// 2 highest] of the levels, if those are positive, so that one that is far off, as of a lamp that is seen,
-// moves no line further than its neighbours' values allow. 0: unchanged.
+// Smooths noisy values for isolines by a Gaussian with this standard deviation in points; missing values are
+// ignored and stay missing. Values are first clamped to [lowest / 2, 2 highest] of the levels, if those are
+// positive, so that an outlier such as a visible lamp moves lines no further than its neighbours. A deviation
+// of 0 leaves the grid unchanged.
 ValueGrid smoothed_for(std::span<const double> levels, const ValueGrid& grid, double deviation);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// Text and pictures as parts of HTML, SVG and Markdown.
+// Embeds text and pictures in HTML, SVG and Markdown.
 #pragma once
 
 #include <string>
@@ -8,16 +8,16 @@
 
 namespace lucerna {
 
-// Text that shows as itself in HTML, also inside quotes.
+// Escapes text for HTML, also inside quotes.
 std::string html_text(std::string_view text);
-// The same for SVG in a file of its own, on one line: control characters, which XML does not allow, are
-// written out.
+// Escapes text for a separate SVG file, on one line. Control characters, which XML does not allow, are spelt
+// out.
 std::string svg_text(std::string_view text);
 
-// Text that Markdown prints as it is; in a table's cell, too.
+// Escapes text for Markdown, also in a table's cell.
 std::string markdown(std::string_view text);
 
-// "data:image/png;base64,…" of a plain picture.
+// Returns "data:image/png;base64,…" for a plain picture.
 std::string data_url(const Image& picture);
 
 }  // namespace lucerna

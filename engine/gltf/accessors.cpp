@@ -1,4 +1,4 @@
-// Numbers out of buffers: nothing is read that does not lie within them [glTF 2.0, 3.6].
+// Reads numbers from buffers and never beyond their ends [glTF 2.0, 3.6].
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -26,7 +26,7 @@ double component(const unsigned char* at, bool normalized) {
     T value;
     std::memcpy(&value, at, sizeof value);
     const auto number = static_cast<double>(value);
-    if constexpr (std::is_integral_v<T>) {  // glTF 2.0, 3.6.2.2: signed ones are clamped at -1
+    if constexpr (std::is_integral_v<T>) {  // glTF 2.0, 3.6.2.2: signed values are clamped at -1
         if (normalized) return std::max(-1.0, number / static_cast<double>(std::numeric_limits<T>::max()));
     }
     return number;
@@ -45,7 +45,7 @@ double component_at(const unsigned char* at, int type, bool normalized) {
         case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
             return component<std::uint32_t>(at, normalized);
         default:
-            return component<float>(at, normalized);  // the type was checked
+            return component<float>(at, normalized);  // the type is already checked
     }
 }
 
@@ -67,7 +67,7 @@ std::size_t component_size(int type) {
 
 }  // namespace
 
-// All numbers of an accessor, `components` for each element. `what` names it in errors.
+// Returns all numbers of an accessor, `components` per element. `what` names it in errors.
 std::vector<double> GltfReader::numbers(int index, int components, std::string_view what) const {
     const tinygltf::Accessor& accessor = pick(in_.accessors, index, fmt::format("accessor of {}", what));
     if (tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)) != components) {
@@ -77,8 +77,8 @@ std::vector<double> GltfReader::numbers(int index, int components, std::string_v
         fail("{}: accessor {} has component type {}; expected 5120 to 5126 without 5124", what, index,
              accessor.componentType);
     }
-    // Believed only as far as there are bytes, and zeros, which need none, as far as there is memory for
-    // them.
+    // Counts are limited by the bytes of the file, and those of implicit zeros, which need no bytes, by
+    // memory.
     if (accessor.count > kMostCount) fail("{}: accessor {} claims {} elements", what, index, accessor.count);
     require_memory(bytes_of(accessor.count, static_cast<std::uint64_t>(components) * sizeof(double)),
                    fmt::format("{}: {}, accessor {} of {} elements", file_.string(), one_line(what), index,
@@ -109,8 +109,8 @@ void GltfReader::read_elements(std::vector<double>& out, const tinygltf::Accesso
     const std::size_t stride = given == 0 ? element : given;
     if (stride < element) fail("{}: a stride of {} bytes for elements of {}", what, stride, element);
     if (accessor.count == 0) return;
-    // The last element must end within the view: offset + (count - 1) stride + element <= size, without
-    // overflow.
+    // The last element must end within the view: offset + (count - 1) stride + element <= size. This form
+    // does not overflow.
     const bool fits = accessor.byteOffset <= bytes.size() && element <= bytes.size() - accessor.byteOffset &&
                       accessor.count - 1 <= (bytes.size() - accessor.byteOffset - element) / stride;
     if (!fits) {
@@ -127,7 +127,7 @@ void GltfReader::read_elements(std::vector<double>& out, const tinygltf::Accesso
     }
 }
 
-// Some elements are given anew: their numbers, ascending, and their values.
+// Replaces some elements by those of a sparse accessor, with ascending indices.
 void GltfReader::apply_sparse(std::vector<double>& out, const tinygltf::Accessor& accessor,
                               int components) const {
     const auto& sparse = accessor.sparse;

@@ -1,5 +1,5 @@
-// Extensions: which are read, which are not and what is lost, and those that change what a node shows
-// [EXT_mesh_gpu_instancing, EXT_lights_ies].
+// Extensions: those that are supported, those that are not with what is lost, and those that change a node's
+// contents [EXT_mesh_gpu_instancing, EXT_lights_ies].
 #include <Imath/ImathQuat.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ bool is_read(std::string_view name) {
     return std::ranges::find(kRead, name) != std::end(kRead);
 }
 
-// A JSON number that counts or names something.
+// Reads a JSON number that is a count or an index.
 std::optional<int> index_in(const tinygltf::Value& object, const char* key) {
     if (!object.Has(key) || !object.Get(key).IsNumber()) return std::nullopt;
     const double number = object.Get(key).GetNumberAsDouble();
@@ -67,8 +67,8 @@ const tinygltf::Value* attributes_of(const tinygltf::Node& node) {
 
 }  // namespace
 
-// What a file calls required and is not read would be a wrong picture; of what it merely uses, each extension
-// that is not read is said once, with what is lost.
+// Rejects a model that requires an unsupported extension, as its image would be wrong. Warns once of each
+// unsupported extension that is merely used, with what is lost.
 void GltfReader::check_extensions() {
     for (const std::string& name : in_.extensionsRequired) {
         if (is_read(name)) continue;
@@ -108,7 +108,7 @@ std::size_t GltfReader::instance_count(const tinygltf::Node& node) const {
     return 1;
 }
 
-// Where a node's mesh stands in the node's own frame: once, or where its instances are.
+// Returns the transformations of a node's mesh in the node's frame: one, or those of its instances.
 std::vector<M44d> GltfReader::instances(const tinygltf::Node& node) const {
     std::vector<M44d> made(instance_count(node));
     const tinygltf::Value* attributes = attributes_of(node);
@@ -130,14 +130,14 @@ std::vector<M44d> GltfReader::instances(const tinygltf::Node& node) const {
         const Imath::Quatd turn(v[3], v[0], v[1], v[2]);
         if (!(turn.length() > 1e-6))
             fail("node \"{}\": the rotation of an instance is not a unit quaternion", node.name);
-        m = m * turn.normalized().toMatrix44();  // the length was looked at
+        m = m * turn.normalized().toMatrix44();  // the length is checked above
     });
     each("TRANSLATION", 3,
          [](M44d& m, const double* v) { m = m * M44d().setTranslation(V3d(v[0], v[1], v[2])); });
     return made;
 }
 
-// The IES files of EXT_lights_ies.
+// Reads the IES files of EXT_lights_ies.
 void GltfReader::read_profiles() {
     const tinygltf::Value* extension = object_in(in_.extensions, "EXT_lights_ies");
     if (!extension || !extension->Has("lights") || !extension->Get("lights").IsArray()) return;
@@ -157,7 +157,7 @@ void GltfReader::read_profiles() {
         if (data != std::string::npos) {
             std::vector<unsigned char> bytes;
             std::string type;
-            // tinygltf decodes by the names of types that it knows.
+            // tinygltf decodes only types that it knows.
             tinygltf::DecodeDataURI(&bytes, type, "data:application/octet-stream" + uri.substr(data), 0,
                                     false);
             keep(bytes);

@@ -52,7 +52,7 @@ std::optional<Pixels> GltfReader::pixels(const GltfTexture& texture) const {
     const GltfFile& image = out_.images[static_cast<std::size_t>(texture.image)];
     const std::vector<std::byte> bytes = image.file.empty() ? image.bytes : read_bytes(image.file);
     if (const auto size = picture_size(bytes)) {
-        constexpr std::uint64_t kDecoding = 4 * 4;  // bytes for a pixel: rows, planes, RGBA and its copy
+        constexpr std::uint64_t kDecoding = 4 * 4;  // bytes per pixel: rows, planes, RGBA and its copy
         const auto [width, height] = *size;
         require_memory(
             std::uint64_t{width} * height * kDecoding,
@@ -116,7 +116,7 @@ GltfTexture GltfReader::texture(int index, int tex_coord, const tinygltf::Extens
     if (number_in(extensions, "KHR_texture_transform", "rotation").value_or(0) != 0) {
         warn("material \"{}\": rotated textures are not supported; the rotation is ignored", material);
     }
-    // glTF's v runs down from the top, ours up from below: 1 - (s (1 - v) + o) = s v + (1 - s - o).
+    // glTF's v runs down from the top, pbrt's up from below: 1 - (s (1 - v) + o) = s v + (1 - s - o).
     made.offset = V2d(offset.x, 1 - made.scale.y - offset.y);
     return made;
 }
@@ -145,7 +145,7 @@ void GltfReader::read_alpha(GltfMaterial& made, const tinygltf::Material& from) 
     const std::optional<double> cutoff =
         from.alphaMode == "MASK" ? std::optional(from.alphaCutoff) : std::nullopt;
     if (const std::optional<Pixels> image = pixels(made.base_texture)) {
-        // Of each material, also where several share an image.
+        // Each material has its own cutout, even where several share an image.
         require_memory(image->rgba.size() / 4 * sizeof(float),
                        fmt::format("{}: the cutout of material \"{}\"", file_.string(), one_line(from.name)),
                        "use fewer pixels");
@@ -157,7 +157,8 @@ void GltfReader::read_alpha(GltfMaterial& made, const tinygltf::Material& from) 
     }
 }
 
-// [KHR_materials_transmission, KHR_materials_volume]: without a thickness the surface is a thin pane.
+// Reads transmission [KHR_materials_transmission, KHR_materials_volume]. Without a thickness the surface is a
+// thin pane.
 void GltfReader::read_transmission(GltfMaterial& made, const tinygltf::Material& from) const {
     constexpr const char* kExtension = "KHR_materials_transmission";
     made.transmission = in_unit(number_in(from.extensions, kExtension, "transmissionFactor").value_or(0));

@@ -1,4 +1,4 @@
-// Meshes: one of ours for every primitive of theirs [glTF 2.0, 3.7].
+// Converts each primitive of a glTF mesh to a mesh [glTF 2.0, 3.7].
 #include <algorithm>
 #include <cmath>
 
@@ -68,7 +68,7 @@ GltfMesh GltfReader::primitive(const tinygltf::Primitive& from, const std::strin
         made.p.emplace_back(as_float(p[i]), as_float(p[i + 1]), as_float(p[i + 2]));
     for (std::size_t i = 0; i < n.size(); i += 3)
         made.n.emplace_back(as_float(n[i]), as_float(n[i + 1]), as_float(n[i + 2]));
-    // Their v runs down from an image's top.
+    // glTF's v runs down from an image's top.
     for (std::size_t i = 0; i < uv.size(); i += 2)
         made.uv.emplace_back(as_float(uv[i]), as_float(1 - uv[i + 1]));
     made.triangles =
@@ -77,10 +77,10 @@ GltfMesh GltfReader::primitive(const tinygltf::Primitive& from, const std::strin
     return made;
 }
 
-// Before anything is read: an accessor of zeros needs no bytes in the file, and many primitives may take one
-// accessor's. What is no accessor, or has a count that lies, is refused where it is read.
+// Checks memory before anything is read, because an accessor of zeros needs no bytes in the file and many
+// primitives may share an accessor. Invalid accessors and counts are rejected when they are read.
 void GltfReader::require_room_for_meshes() const {
-    double values = 0;  // more than there can be stays more
+    double values = 0;  // a double, which saturates instead of overflowing
     const auto count = [&](int accessor, int components) {
         if (accessor < 0 || static_cast<std::size_t>(accessor) >= in_.accessors.size()) return;
         values += components * static_cast<double>(in_.accessors[static_cast<std::size_t>(accessor)].count);
@@ -93,7 +93,7 @@ void GltfReader::require_room_for_meshes() const {
                 if (name == "POSITION" || name == "NORMAL") count(accessor, 3);
                 if (name == "TEXCOORD_0") count(accessor, 2);
             }
-            // Triangles of three corners; a strip has nearly as many as corners.
+            // A triangle has three corners; a strip has nearly as many triangles as corners.
             const bool strip = primitive.mode > TINYGLTF_MODE_TRIANGLES;
             count(primitive.indices >= 0 ? primitive.indices : position->second, strip ? 3 : 1);
         }

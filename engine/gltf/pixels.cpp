@@ -26,7 +26,7 @@ Rgb mean_linear(const Pixels& pixels) {
 }
 
 Rgb mean_srgb(const Pixels& pixels) {
-    // IEC 61966-2-1
+    // sRGB decoding of IEC 61966-2-1.
     return mean_of(pixels,
                    [](double v) { return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); });
 }
@@ -44,7 +44,7 @@ std::optional<GltfCutout> cutout_of(const Pixels& pixels, double factor, std::op
     return made;
 }
 
-// PNG: the first chunk holds both sides. JPEG: markers with their lengths, up to a frame's (SOF).
+// Finds the size in a PNG's first chunk, or skips a JPEG's markers by their lengths up to a frame's (SOF).
 std::optional<std::pair<std::uint32_t, std::uint32_t>> picture_size(std::span<const std::byte> bytes) {
     const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
     const auto pair_at = [&](std::size_t i) { return at(i) << 8 | at(i + 1); };
@@ -54,7 +54,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> picture_size(std::span<co
     if (bytes.size() < 4 || at(0) != 0xFF || at(1) != 0xD8) return std::nullopt;
     for (std::size_t i = 2; i + 9 <= bytes.size();) {
         if (at(i) != 0xFF) {
-            ++i;  // as decoders do, that look for the next marker
+            ++i;  // skips to the next marker, as decoders do
             continue;
         }
         const std::uint32_t marker = at(i + 1);

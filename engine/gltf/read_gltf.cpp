@@ -1,4 +1,4 @@
-// The file, its nodes, cameras and lights [glTF 2.0, KHR_lights_punctual].
+// Reads the file, its nodes, cameras and lights [glTF 2.0, KHR_lights_punctual].
 #include <Imath/ImathQuat.h>
 
 #include <algorithm>
@@ -13,12 +13,12 @@ namespace lucerna {
 namespace {
 
 std::uint32_t word_at(const std::vector<std::byte>& bytes, std::size_t at) {
-    std::uint32_t word = 0;  // little-endian, as this machine
+    std::uint32_t word = 0;  // little-endian, like this machine
     std::memcpy(&word, bytes.data() + at, 4);
     return word;
 }
 
-// Where a .glb's JSON and buffer lie, before tinygltf believes it. Throws InputError.
+// Checks the places of a .glb's JSON and buffer before tinygltf uses them. Throws InputError.
 void check_glb(const std::string& file, const std::vector<std::byte>& bytes) {
     if (bytes.size() < 20) input_error({file}, "is truncated: {} bytes; a .glb has 20 or more", bytes.size());
     if (word_at(bytes, 4) != 2) {
@@ -33,12 +33,12 @@ void check_glb(const std::string& file, const std::vector<std::byte>& bytes) {
     }
 }
 
-constexpr int kMostNested = 128;  // arrays and objects within each other
-// What the JSON library and tinygltf make of a value, be it a single digit.
+constexpr int kMostNested = 128;  // depth of nested arrays and objects
+// Memory of the JSON library and tinygltf per value, even for a single digit.
 constexpr std::uint64_t kBytesOfValue = 250;
 
-// A look at the JSON before it is parsed: tinygltf takes it down by recursion, and keeps what nobody asks
-// for. Strings apart, brackets and commas tell all.
+// Checks the JSON before tinygltf parses it recursively and keeps even unused values. Outside strings,
+// brackets and commas give the depth and the number of values.
 void check_json(const std::string& file, std::span<const std::byte> text) {
     std::uint64_t values = 1;
     int depth = 0;
@@ -63,7 +63,7 @@ void check_json(const std::string& file, std::span<const std::byte> text) {
     require_memory(values * kBytesOfValue, file, "use a model with fewer parts");
 }
 
-// Images are kept as they are. Those in a buffer are taken from it later, with its length known.
+// Keeps images undecoded. Those in a buffer are taken from it later, when its length is known.
 bool keep_image(tinygltf::Image* image, const int, std::string*, std::string*, int, int,
                 const unsigned char* bytes, int size, void*) {
     image->as_is = true;
@@ -71,8 +71,8 @@ bool keep_image(tinygltf::Image* image, const int, std::string*, std::string*, i
     return true;
 }
 
-// tinygltf asks for files by name; ours neither expands names nor throws.
-// The names of those that are read go to `files`.
+// Gives tinygltf access to files without expanding names or throwing. Adds the names of read files to
+// `files`.
 tinygltf::FsCallbacks file_access(std::vector<std::filesystem::path>& files) {
     tinygltf::FsCallbacks access{};
     access.FileExists = [](const std::string& name, void*) {
@@ -124,7 +124,7 @@ void GltfReader::parse() {
                                                    reinterpret_cast<const char*>(bytes.data()), size, folder);
     } catch (const std::bad_alloc&) {
         throw;
-    } catch (const std::exception& cause) {  // of the JSON library, on types it did not expect
+    } catch (const std::exception& cause) {  // thrown by the JSON library on unexpected types
         error += cause.what();
     }
     if (!good) fail("is not a glTF 2.0 model: {}", error.empty() ? "it cannot be parsed" : error);
@@ -146,7 +146,7 @@ M44d GltfReader::local_matrix(const tinygltf::Node& node) const {
     };
     M44d matrix;
     if (count(node.matrix, 16, "matrix")) {
-        // Columns one after the other are the rows of its transpose, which is what row vectors want.
+        // The columns in order are the rows of the transpose, which suits row vectors.
         for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
         return matrix;
     }
@@ -154,7 +154,7 @@ M44d GltfReader::local_matrix(const tinygltf::Node& node) const {
     if (count(node.rotation, 4, "rotation")) {
         const Imath::Quatd turn(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
         if (!(turn.length() > 1e-6)) fail("node \"{}\": its rotation is not a unit quaternion", node.name);
-        matrix = matrix * turn.normalized().toMatrix44();  // the length was looked at
+        matrix = matrix * turn.normalized().toMatrix44();  // the length is checked above
     }
     if (count(node.translation, 3, "translation")) {
         matrix = matrix *
@@ -216,7 +216,7 @@ GltfLight GltfReader::light(const tinygltf::Light& from, const M44d& world) cons
     return made;
 }
 
-// What hangs on a node, put where the node is.
+// Adds a node's camera, mesh and lights at the node's place.
 void GltfReader::attach(const tinygltf::Node& node, const M44d& world, bool visible) {
     if (node.camera >= 0) out_.cameras.push_back(camera(pick(in_.cameras, node.camera, "camera"), world));
     if (!visible) {
@@ -239,14 +239,14 @@ void GltfReader::attach(const tinygltf::Node& node, const M44d& world, bool visi
 
 void GltfReader::visit(int index, const M44d& parent, bool visible, int depth) {
     const tinygltf::Node& node = pick(in_.nodes, index, "node");
-    // A tree, says glTF: a second visit is a loop or a node of two parents. The depth is bounded for the
-    // stack's sake.
+    // glTF requires trees: a second visit means a loop or a node with two parents. The depth is bounded to
+    // protect the stack.
     if (visited_[static_cast<std::size_t>(index)])
         fail("node {} is reached twice; nodes must form trees", index);
     if (depth > 1000) fail("nodes are nested more than 1000 deep");
     visited_[static_cast<std::size_t>(index)] = true;
     const M44d world = local_matrix(node) * parent;
-    // [KHR_node_visibility]: what is hidden hides all below it, but for cameras.
+    // [KHR_node_visibility]: a hidden node hides its whole subtree, except cameras.
     const tinygltf::Value* visibility = object_in(node.extensions, "KHR_node_visibility");
     if (visibility && visibility->Has("visible") && visibility->Get("visible").IsBool())
         visible = visible && visibility->Get("visible").Get<bool>();
@@ -254,9 +254,9 @@ void GltfReader::visit(int index, const M44d& parent, bool visible, int depth) {
     for (const int child : node.children) visit(child, world, visible, depth + 1);
 }
 
-// Many nodes may show one mesh of many parts.
+// Checks memory, because many nodes may show one mesh of many primitives.
 void GltfReader::require_room_for_placements() const {
-    constexpr std::uint64_t kText = 512;  // of the scene, for each
+    constexpr std::uint64_t kText = 512;  // of the scene, for each placement
     std::uint64_t placements = 0;
     for (const tinygltf::Node& node : in_.nodes) {
         if (node.mesh >= 0) placements += pick(primitives_, node.mesh, "mesh").size() * instance_count(node);
@@ -273,7 +273,7 @@ void GltfReader::visit_nodes() {
         for (const int root : pick(in_.scenes, scene, "scene").nodes) visit(root, M44d(), true, 0);
         return;
     }
-    // No scene: every node that is no child is a root.
+    // Without a scene, every node that is no child is a root.
     std::vector<bool> child(in_.nodes.size(), false);
     for (const tinygltf::Node& node : in_.nodes) {
         for (const int index : node.children) {

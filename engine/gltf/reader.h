@@ -1,5 +1,5 @@
-// The reader at work, and the only file that names tinygltf: which parses, and hands over what the file
-// claims. Every index, offset and count is checked here before it is used.
+// The reader, which wraps tinygltf. tinygltf parses the file and returns unchecked claims; every index,
+// offset and count is checked here before use.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,18 +22,18 @@ namespace lucerna {
 
 inline constexpr std::size_t kMostCount = std::numeric_limits<std::int32_t>::max();
 
-// A number of an extension's object.
+// Returns a number in an extension's object.
 std::optional<double> number_in(const tinygltf::ExtensionMap& extensions, const char* extension,
                                 const char* key);
-// An extension's object; null if there is none.
+// Returns an extension's object; null if there is none.
 const tinygltf::Value* object_in(const tinygltf::ExtensionMap& extensions, const char* extension);
-// The file name of a URI, "%20" and its like decoded.
+// Returns the file name of a URI, with "%20" and the like decoded.
 std::string decoded_uri(const std::string& uri);
-// Three numbers times a factor; what is missing, negative or not finite is 0.
+// Returns three numbers times a factor; missing, negative or non-finite ones are 0.
 Rgb color_of(const std::vector<double>& numbers, double factor = 1);
 
-// One use: read() once. Its parts stand in read_gltf.cpp (the file, the nodes), extensions.cpp,
-// accessors.cpp, materials.cpp and meshes.cpp.
+// Call read() once. The parts are in read_gltf.cpp (the file, the nodes), extensions.cpp, accessors.cpp,
+// materials.cpp and meshes.cpp.
 class GltfReader {
   public:
     GltfReader(const std::filesystem::path& file, Monitor& monitor) : file_(file), monitor_(monitor) {}
@@ -98,7 +98,7 @@ class GltfReader {
     Monitor& monitor_;
     tinygltf::Model in_;
     GltfModel out_;
-    std::vector<std::vector<std::size_t>> primitives_;  // of each glTF mesh, in out_.meshes
+    std::vector<std::vector<std::size_t>> primitives_;  // indices in out_.meshes, by glTF mesh
     std::vector<bool> visited_;
 };
 

@@ -1,5 +1,5 @@
-// How glTF's terms become pbrt's. Roughness: glTF's GGX alpha is the square of its roughness, pbrt takes an
-// alpha as it stands with "remaproughness" false.
+// Converts glTF's terms to pbrt's. glTF's GGX alpha is the square of its roughness; pbrt takes alpha itself
+// with "remaproughness" false.
 #include "engine/gltf/write_pbrt.h"
 
 #include <fmt/format.h>
@@ -11,7 +11,7 @@ namespace lucerna {
 namespace {
 
 constexpr double kDegrees = 180 / M_PI;
-constexpr int kLongSide = 800;  // of the image, pixels
+constexpr int kLongSide = 800;  // pixels of the image's longer side
 
 std::string color_text(const Rgb& color) {
     return fmt::format("[ {:.6g} {:.6g} {:.6g} ]", color.x, color.y, color.z);
@@ -30,7 +30,7 @@ std::string film_text(double aspect, const std::string& image_name) {
         width, height, image_name);
 }
 
-// pbrt's cameras are left-handed: the picture of a right-handed world is turned over first.
+// Mirrors the image of a right-handed world first, as pbrt's cameras are left-handed.
 std::string look_at_text(const V3d& eye, const V3d& look, const V3d& up) {
     return fmt::format("Scale -1 1 1\nLookAt {}  {}  {}\n", point_text(eye), point_text(look),
                        point_text(up));
@@ -84,8 +84,8 @@ Extent extent_of(const GltfModel& model) {
 std::string camera_text(const GltfCamera& camera, const std::string& image_name) {
     const M44d& m = camera.world_from_camera;
     const V3d eye(m[3][0], m[3][1], m[3][2]), back(m[2][0], m[2][1], m[2][2]), up(m[1][0], m[1][1], m[1][2]);
-    // A camera is not scaled; where its node is, only directions are taken. A zero axis falls back to glTF's
-    // own.
+    // Uses only the directions of the node's axes, as a camera is not scaled. A zero axis falls back to
+    // glTF's own.
     const V3d to = back.length() > 0 ? -back.normalized() : V3d(0, 0, -1);
     std::string text = fmt::format("# camera \"{}\"\n", quotable(camera.name));
     text += look_at_text(eye, eye + to, up.length() > 0 ? up.normalized() : V3d(0, 1, 0));
@@ -105,7 +105,7 @@ std::string camera_text(const GltfCamera& camera, const std::string& image_name)
 std::string default_camera_text(const Extent& extent, const std::string& image_name) {
     constexpr double kFov = 40;
     const V3d from = V3d(0.55, 0.35, 1).normalized();
-    // A ball of the model's radius fills the fov of the shorter side.
+    // A sphere of the model's radius fills the fov of the shorter side.
     const V3d eye = extent.centre + from * (extent.radius / std::sin(kFov / 2 / kDegrees));
     return look_at_text(eye, extent.centre, V3d(0, 1, 0)) +
            fmt::format("Camera \"perspective\" \"float fov\" {}\n", kFov) + film_text(0, image_name);
@@ -147,7 +147,7 @@ std::string material_text(const GltfModel& model, int index,
     } else if (material.metallic >= 0.5 && !material.unlit) {
         kind = "\"conductor\" " + color + rough;
     } else if (material.unlit || material.roughness >= 0.95 || material.ior == 1) {
-        // A coat this rough, or of index 1, leaves nothing to see of itself.
+        // A coat that is very rough, or of index 1, is invisible.
         kind = "\"diffuse\" " + color;
     } else {
         kind = fmt::format("\"coateddiffuse\" {}{} \"float eta\" {:.6g}", color, rough, material.ior);
@@ -177,9 +177,9 @@ std::string emission_text(const GltfMaterial& material) {
 
 namespace {
 
-// A lamp's frame has its nadir along +z, the half-plane C0 along +x and C90 along -y; the extension
-// EXT_lights_ies puts these along the node's -z, +x and +y. A light is not scaled: of a node that scales or
-// shears only directions are taken.
+// A lamp's frame has its nadir along +z, the half-plane C0 along +x and C90 along -y; EXT_lights_ies has
+// these along the node's -z, +x and +y. Uses only directions of a node that scales or shears, as a light is
+// not scaled.
 std::string profile_text(const GltfLight& light, const std::string& profile_file) {
     const M44d& m = light.world_from_light;
     const auto axis = [&m](int row, const V3d& otherwise) {
@@ -230,7 +230,7 @@ std::string light_text(const GltfLight& light, const std::string& profile_file) 
                          (light.outer - light.inner) * kDegrees);
 }
 
-// A hazy day: a sky of 5,000 cd/m², a sun of 24 klx.
+// Returns the light of a hazy day: a sky of 5,000 cd/m² and a sun of 24 klx.
 std::string default_light_text() {
     return "LightSource \"infinite\" \"rgb L\" [ 5000 5000 5000 ]\n"
            "LightSource \"distant\" \"rgb L\" [ 25000 24000 22000 ] \"point3 from\" [ 0.6 1 0.8 ] \"point3 "

@@ -24,7 +24,7 @@ void write_bytes(const fs::path& file, std::string_view text) {
 }
 
 template <typename T>
-void append(std::string& out, const T& value) {  // little-endian, as this machine
+void append(std::string& out, const T& value) {  // little-endian, like this machine
     char bytes[sizeof value];
     std::memcpy(bytes, &value, sizeof value);
     out.append(bytes, sizeof value);
@@ -51,7 +51,7 @@ std::string ply_of(const GltfMesh& mesh) {
     return out;
 }
 
-// Grey levels whose sRGB code stands for alpha: a reader decodes them as it does any picture.
+// Writes alpha as grey levels encoded by sRGB, because a reader decodes them like any picture.
 void write_cutout(const fs::path& file, const GltfCutout& cutout) {
     Image image = Image::rgb(cutout.width, cutout.height);
     for (std::size_t i = 0; i < cutout.alpha.size(); ++i) {
@@ -88,7 +88,7 @@ class Writer {
   private:
     const GltfMesh& mesh_of(const GltfPlacement& placement) const { return model_.meshes[placement.mesh]; }
 
-    // The name of a part as the scene gives it.
+    // Returns the name of a file in the parts folder relative to the scene.
     std::string part(const std::string& name) const {
         return quotable((parts_folder(scene_).filename() / name).generic_string());
     }
@@ -97,7 +97,7 @@ class Writer {
         ++written_.files;
     }
 
-    // Where the scene finds a file; an embedded one is written out when it is first asked for.
+    // Returns a file's name for the scene; writes an embedded file at its first use.
     std::string file_of(const GltfFile& file, const std::string& stem) {
         if (!file.file.empty()) {
             const fs::path folder = scene_.has_parent_path() ? scene_.parent_path() : fs::path(".");
@@ -190,7 +190,7 @@ class Writer {
             "picture. Lights have the values of the model, in candela, lux and cd/m².\n",
             quotable(source));
         for (const std::string& note : written_.notes) text += fmt::format("# {}\n", note);
-        // [glTF 2.0, 3.9.3 and KHR_lights_punctual]
+        // Units follow [glTF 2.0, 3.9.3 and KHR_lights_punctual].
         return text + "\nOption \"string unit\" \"photometric\"\n";
     }
 

@@ -1,5 +1,5 @@
-// A glTF model as a pbrt scene (version 4): scene text that a person can go on writing, with its meshes and
-// pictures in a folder beside it.
+// Writes a glTF model as a pbrt scene (version 4): editable scene text, with its meshes and pictures in a
+// folder beside it.
 #pragma once
 
 #include <cstddef>
@@ -15,55 +15,55 @@ namespace lucerna {
 
 struct WrittenScene {
     std::size_t shapes = 0, triangles = 0, materials = 0, lights = 0, files = 0;
-    // What the model lacked and the scene got, in sentences; they stand in the scene's header too.
+    // Sentences on what the scene added because the model lacked it; the scene's header repeats them.
     std::vector<std::string> notes;
 };
 
-// "room-parts" beside "room.pbrt": where the meshes and pictures go.
+// Returns the folder of meshes and pictures, "room-parts" beside "room.pbrt".
 std::filesystem::path parts_folder(const std::filesystem::path& scene);
 
-// Whether files in that folder may get this name.
+// Tells whether files in that folder may get this name.
 bool is_part_name(const std::string& file);
 
-// Writes `scene` and its parts folder, which is made if there is none; `source` names the model in the
-// header. Throws InputError if a file cannot be written.
+// Writes `scene` and its parts folder, which is created if missing. `source` names the model in the header.
+// Throws InputError if a file cannot be written.
 WrittenScene write_pbrt(const GltfModel& model, const std::filesystem::path& scene, const std::string& source,
                         Monitor& monitor);
 
-// The words of a pbrt scene: cameras, materials, lights and shapes of a model, each as the text that stands
-// for it.
+// The functions below return the scene text of a model's cameras, materials, lights and shapes.
 
-// A name as it may stand between quotes.
+// Makes a name safe between quotes.
 std::string quotable(const std::string& name);
 
-// Extent of everything placed, metres.
+// Extent of all placed meshes, metres.
 struct Extent {
     V3d centre{0, 0, 0};
     double radius = 1;  // > 0
 };
 Extent extent_of(const GltfModel& model);
 
-// Camera and film. The second looks at all of the model from the front, its right and a little above.
+// Return camera and film. The default camera sees the whole model from the front, its right and a little
+// above.
 std::string camera_text(const GltfCamera& camera, const std::string& image_name);
 std::string default_camera_text(const Extent& extent, const std::string& image_name);
 
-// The name under which material `index` is made; -1 is glTF's default material.
+// Returns the name of material `index`; -1 is glTF's default material.
 std::string material_name(const GltfModel& model, int index);
-// Its textures and itself. `image_file` gives the file of an image, relative to the scene.
+// Returns a material and its textures. `image_file` returns the file of an image, relative to the scene.
 std::string material_text(const GltfModel& model, int index,
                           const std::function<std::string(int image)>& image_file);
-// The parameters of a shape whose material lets some of it through; `cutout_file` is empty if it has no
-// cutout.
+// Return the texture and the parameters of a shape with a partly transparent material. `cutout_file` is empty
+// if it has no cutout.
 std::string cutout_texture_text(const GltfModel& model, int index, const std::string& cutout_file);
 std::string alpha_text(const GltfModel& model, int index);
-// Before a shape that shines.
+// Returns the text before a shape that emits.
 std::string emission_text(const GltfMaterial& material);
 
-// `profile_file` is the file of its IES profile, relative to the scene; "" if it has none.
+// `profile_file` is the file of its IES profile, relative to the scene, or empty.
 std::string light_text(const GltfLight& light, const std::string& profile_file);
 std::string default_light_text();
 
-// "Transform [ ... ]"
+// Returns "Transform [ ... ]".
 std::string transform_text(const M44d& matrix);
 
 }  // namespace lucerna

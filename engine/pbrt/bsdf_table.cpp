@@ -14,7 +14,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "both formats are little-endian");
 
-// Values out of bytes, in order; says whether they were there.
+// Reads values from bytes in order and reports whether they were there.
 class Bytes {
   public:
     explicit Bytes(const std::vector<std::byte>& all) : all_(all) {}
@@ -39,10 +39,10 @@ class Bytes {
     std::size_t at_ = 0;
 };
 
-// What a table says of one direction: all that comes back, the diffuse level, the highest value.
+// Sums over one outgoing direction: reflected and transmitted light, diffuse level and highest value.
 struct Sums {
     V3d reflected{0.0}, transmitted{0.0}, diffuse{0.0};
-    double highest = 0;  // of the BSDF's luminance, 1/sr
+    double highest = 0;  // luminance of the BSDF, 1/sr
     double cos_o = 1;
 };
 
@@ -53,7 +53,7 @@ Rgb held(const V3d& c) {
     return Rgb(V3d(held(c.x), held(c.y), held(c.z)));
 }
 
-// A GGX lobe of albedo S at its own mirror direction: S / (4 π α² cos²).
+// Fits a GGX lobe by its value at the mirror direction, S / (4 π α² cos²) for albedo S.
 TableFit fit_of(const Sums& sums, double eta) {
     TableFit fit;
     fit.diffuse = held(sums.diffuse);
@@ -70,8 +70,8 @@ TableFit fit_of(const Sums& sums, double eta) {
     return fit;
 }
 
-// ---- version 3's: for each pair of cosines a cosine series in the azimuth between the directions, of the
-// BSDF times |cos θi|; μi is the cosine of the direction that light travels, so that μi μo < 0 reflects.
+// ---- Fourier tables of version 3: for each pair of cosines a cosine series in the azimuth difference of the
+// BSDF times |cos θi|. μi is the cosine of the direction that light travels, so μi μo < 0 reflects.
 
 struct FourierTable {
     std::vector<float> mu, coefficients;
@@ -95,7 +95,7 @@ struct FourierTable {
         const double y = value(i, o, 0, phi);
         if (channels == 1) return V3d(y);
         const double r = value(i, o, 1, phi), b = value(i, o, 2, phi);
-        // Green of luminance, by sRGB's own weights.
+        // Green follows from luminance by the weights of sRGB.
         return {r, (y - 0.212671 * r - 0.072169 * b) / 0.715160, b};
     }
     // The mean over the azimuth is the series' first coefficient.
@@ -145,13 +145,13 @@ TableFit fit_fourier(const FourierTable& table) {
     }
     Sums sums;
     sums.cos_o = static_cast<double>(mu[o]);
-    // The trapezoidal rule over the cosine; 2 π times the mean over the azimuth.
+    // Integrates by the trapezoidal rule over the cosine, times 2 π times the mean over the azimuth.
     for (std::size_t i = 0; i + 1 < mu.size(); ++i) {
         const V3d strip =
             (table.mean(i, o) + table.mean(i + 1, o)) * M_PI * static_cast<double>(mu[i + 1] - mu[i]);
         (mu[i] + mu[i + 1] < 0 ? sums.reflected : sums.transmitted) += strip;
     }
-    // The BSDF itself on a grid; its lower quartile is what is diffuse.
+    // Evaluates the BSDF on a grid; the lower quartile is the diffuse level.
     std::vector<V3d> values;
     constexpr int kAzimuths = 32;
     for (std::size_t i = 0; i < mu.size(); ++i) {
@@ -171,8 +171,8 @@ TableFit fit_fourier(const FourierTable& table) {
     return fit_of(sums, table.eta);
 }
 
-// ---- MERL's [Matusik 2003]: 90 half angles, 90 difference angles, 180 azimuths of the difference;
-// half angles stand closer near the mirror direction.
+// ---- Tables of MERL [Matusik 2003] with 90 half angles, 90 difference angles and 180 azimuths of the
+// difference. Half angles are denser near the mirror direction.
 
 std::optional<TableFit> fit_merl(Bytes bytes) {
     constexpr std::size_t kHalf = 90, kDifference = 90, kAzimuth = 180;
@@ -183,7 +183,7 @@ std::optional<TableFit> fit_merl(Bytes bytes) {
         !bytes.read(cells, 3 * kCells))
         return std::nullopt;
     const V3d scale(1.0 / 1500, 1.15 / 1500, 1.66 / 1500);
-    // Light from the front: half and difference angle are both half of the other direction's.
+    // For light from the front, both angles are half of the other direction's angle.
     const auto value = [&](double theta) {
         const double half = theta / 2;
         const auto h = static_cast<std::size_t>(

@@ -1,4 +1,4 @@
-// From a draft in world space and double precision to the parts of a Scene around its own origin.
+// Turns a draft in world space and double precision into the parts of a Scene around its own origin.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace {
 
-// Squared distances must stay well within a float.
+// Limits distances so that their squares stay well within a float.
 constexpr double kLargestScene = 1e15;
 constexpr double kFarthestScene = 1e30;  // from the origin of world space
 
@@ -41,7 +41,7 @@ Box3d light_bounds(const Draft& draft) {
     return bounds;
 }
 
-// From farther away nothing would arrive, by overflow alone, and without a word.
+// Rejects positions so far away that overflow alone would silently remove their light.
 void require_near(const V3d& position, const V3d& origin, const Location& at, std::string_view what) {
     const double distance = (position - origin).length();
     if (distance <= kLargestScene) return;
@@ -53,7 +53,7 @@ V3f to_scene(const V3d& p, const V3d& origin) {
     return V3f(p - origin);
 }
 
-// The surface of a quadric that emits: complete and under one scale, as the reader made sure.
+// Returns the emitter of a quadric, which is complete and uniformly scaled, as the reader ensures.
 EmitterShape quadric_emitter(const Quadric& quadric) {
     const M44d& m = quadric.world_from_object;
     const double scale = uniform_scale(m).value();
@@ -68,7 +68,7 @@ EmitterShape quadric_emitter(const Quadric& quadric) {
                        V3f(reverse ? -n : n), radius, inner};
 }
 
-// The very floats that the scene's geometry has.
+// Returns an emitter with exactly the floats of the scene's geometry.
 EmitterShape emitter_of(const AreaSpec& area, const SceneParts& parts,
                         const std::vector<std::size_t>& mesh_of) {
     if (area.surface == AreaSpec::Surface::quadric) return quadric_emitter(parts.quadrics[area.index]);
@@ -76,16 +76,16 @@ EmitterShape emitter_of(const AreaSpec& area, const SceneParts& parts,
     return TriangleEmitter{mesh.p, kept_triangles(mesh), mesh.traits.reverse_orientation};
 }
 
-// Makes the light of a spec, its colour times `factor`, in the scene's unit.
+// Makes the light of a spec, with its colour times `factor`, in the scene's unit.
 struct LightMaker {
     const SceneParts& parts;
-    const std::vector<std::size_t>& mesh_of;  // where the draft's meshes went
+    const std::vector<std::size_t>& mesh_of;  // index of each of the draft's meshes in `parts`
     const SceneSphere& sphere;
     const Workers& workers;
     Monitor& monitor;
-    std::optional<FluxUnit> stated;  // none: W, and measured lamps in their own
-    const FarFieldOf& far_field;     // none: lamps as they are
-    const LampFileOf& lamp_file;     // none: the lamps' own files
+    std::optional<FluxUnit> stated;  // none: W, and measured lamps in their own unit
+    const FarFieldOf& far_field;     // none: lamps keep their near field
+    const LampFileOf& lamp_file;     // none: lamps keep their own files
     float factor = 1;
 
     FluxUnit unit() const { return stated.value_or(FluxUnit::watt); }
@@ -134,15 +134,15 @@ struct LightMaker {
         settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
         return at_a_point(settings, make_ray_light(settings, monitor));
     }
-    // Where far_field is asked for, the light that the lamp's photometric file would make: of the same flux
-    // and colour, at the origin of the lamp's frame.
+    // If far_field is set, returns the light of the lamp's photometric file with the same flux and colour, at
+    // the origin of the lamp's frame.
     template <typename Settings>
     std::unique_ptr<Light> at_a_point(const Settings& settings, std::unique_ptr<Light> lamp) const {
         if (!far_field) return lamp;
         const auto web = std::make_shared<const PhotometricWeb>(far_field(settings.file));
         const M44d& m = settings.world_from_light;
         const auto axis = [&m](int row) { return V3f(V3d(m[row][0], m[row][1], m[row][2]).normalized()); };
-        // A web without flux is refused where it is made.
+        // The web has flux, because one without is rejected when it is made.
         const Rgb scale = lamp->flux() / static_cast<float>(web->flux());
         return make_photometric_light("ies", web, V3f(m.translation()), {axis(0), axis(1), axis(2)}, scale,
                                       lamp->unit());
@@ -203,7 +203,7 @@ std::unique_ptr<Light> build_light(const DraftLight& draft, LightMaker maker) {
     return light;
 }
 
-// Lights that count their light in different units make an image of neither.
+// Warns of lights in different units, whose image would have no unit.
 void warn_of_mixed_units(const std::vector<DraftLight>& drafts,
                          const std::vector<std::unique_ptr<Light>>& lights, Monitor& monitor) {
     std::optional<std::size_t> first;
@@ -222,7 +222,7 @@ void warn_of_mixed_units(const std::vector<DraftLight>& drafts,
     }
 }
 
-// Light that is measured falls off over metres; models are often made in millimetres.
+// Warns of measured lamps in very large scenes, because models are often made in millimetres.
 void warn_of_size(const Draft& draft, const std::vector<std::unique_ptr<Light>>& lights, double diagonal,
                   Monitor& monitor) {
     constexpr double kLarge = 1000;  // scene units, that is m: more than any building, less than a room in mm
@@ -236,7 +236,7 @@ void warn_of_size(const Draft& draft, const std::vector<std::unique_ptr<Light>>&
                     draft.sources.front()->name(), diagonal));
 }
 
-// The groups in the order of the text; "default" is that of lights without one, and of what media emit.
+// Lists the groups in the order of the text. "default" holds ungrouped lights and the emission of media.
 LightGroups group_lights(const std::vector<DraftLight>& lights, bool glows) {
     constexpr const char* kRest = "default";
     LightGroups groups;
@@ -252,7 +252,7 @@ LightGroups group_lights(const std::vector<DraftLight>& lights, bool glows) {
     return groups;
 }
 
-// How far from the origin the box reaches: lights at infinity must send particles that far.
+// Returns the distance from the origin to the box's farthest corner, the reach of lights at infinity.
 float reach_of(const Box3d& box) {
     if (box.isEmpty()) return 0;
     V3d far;
@@ -264,7 +264,7 @@ SceneMedia build_media(const Draft& draft, const V3d& origin) {
     SceneMedia media;
     if (!draft.uses_media) return media;
     for (const DraftMedium& made : draft.media) {
-        Medium medium = made.medium.value();  // require_media() saw to it
+        Medium medium = made.medium.value();  // require_media() ensures that it is set
         const auto back = inverse(relative_to(made.world_from_medium, origin));
         if (!back)
             fail(made.place, "the medium's transformation is not invertible around the scene's origin");
@@ -283,7 +283,7 @@ Camera::Settings build_camera(const Draft& draft, const V3d& origin) {
     camera.height = draft.film.height;
     const bool window_given = std::any_of(camera.screen, camera.screen + 4, [](float x) { return x != 0; });
     if (draft.frame_aspect_ratio > 0 && !window_given) {
-        // As pbrt has it: the shorter side of the frame spans [-1, 1].
+        // As in pbrt, the shorter side of the frame spans [-1, 1].
         const auto aspect = static_cast<float>(draft.frame_aspect_ratio);
         const float x = std::max(1.0F, aspect), y = std::max(1.0F, 1 / aspect);
         const float window[4] = {-x, x, -y, y};
@@ -300,7 +300,7 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
 
     merge_coincident_lights(draft, monitor);
 
-    // The origin: the middle of everything, so that float32 keeps the shape of a scene wherever it lies.
+    // The origin is the centre of everything, so that float32 keeps the shape of a scene wherever it lies.
     const Placements placements = place_objects(draft);
     Box3d bounds = bounds_of(draft);
     bounds.extendBy(placements.bounds);
@@ -322,7 +322,7 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
             require_near(*position, parts.origin, light.place.location(), "the light");
     }
     require_near(draft.camera.world_from_camera.translation(), parts.origin, at, "the camera");
-    // A little more than the bounds, which the float32 vertices may exceed by their rounding.
+    // Enlarges the radius a little, as the float32 vertices may exceed the bounds by their rounding.
     if (radius > 0) sphere.radius = static_cast<float>(radius * (1 + 1e-6)) * (1 + 1e-6F);
 
     parts.unit = draft.unit;

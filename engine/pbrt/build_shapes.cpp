@@ -13,14 +13,14 @@
 namespace lucerna {
 namespace {
 
-// Of an instance, at the most at any one time: our record of it, the scene's, and what the index keeps
-// (measured).
+// Peak memory of an instance as measured: the records of reader and scene, and the acceleration structure.
 constexpr std::uint64_t kBytesOfInstance = 900;
-// A mesh of more triangles is worth a geometry of its own; one that has grown to more takes no others in.
+// A mesh with more triangles gets a geometry of its own; a joined one with more than kFull takes no further
+// meshes.
 constexpr std::size_t kSmall = 2000;
 constexpr std::size_t kFull = 1U << 24;
 
-// Shapes of equal traits may become one geometry.
+// Shapes with equal keys may share a geometry.
 using Key = std::tuple<std::uint32_t, bool, bool, std::int32_t, std::int32_t, const void*, const void*, bool,
                        bool, int>;
 Key key_of(const SurfaceTraits& t, bool with_n, bool with_uv, int kind = 0) {
@@ -34,7 +34,7 @@ void append(std::vector<Value>& to, const std::vector<Value>& from) {
 }
 
 void append_points(std::vector<V3f>& to, const std::vector<V3d>& from, const V3d& origin) {
-    // One more than needed: the scene adds a spare vertex.
+    // Reserves one more point, because the scene adds a spare vertex.
     if (to.empty()) to.reserve(from.size() + 1);
     for (const V3d& p : from) to.push_back(V3f(p - origin));
 }
@@ -77,7 +77,7 @@ void append_curves(Curves& to, const DraftCurves& from, const V3d& origin) {
     append(to.segments, from.segments);
 }
 
-// The geometry of that key that still takes more in, or a new one. Only shapes that do not emit are joined.
+// Finds or makes the geometry for a key that accepts more shapes. Only non-emitting shapes are joined.
 template <typename Shape>
 class Joiner {
   public:
@@ -96,8 +96,8 @@ class Joiner {
     std::map<Key, std::size_t> open_;
 };
 
-// Walks through instances of instances; what shows nothing is passed over, so the work is no more than what
-// is shown times the depth.
+// Walks through nested instances. It skips objects without shapes, so its work is at most the number of shown
+// instances times the depth.
 class Placer {
   public:
     explicit Placer(const Draft& draft) : draft_(draft), slot_(draft.objects.size()) {
@@ -126,7 +126,7 @@ class Placer {
   private:
     const Draft& draft_;
     std::vector<Box3d> boxes_;
-    std::vector<std::optional<std::uint32_t>> slot_;  // of each object, once it is shown
+    std::vector<std::optional<std::uint32_t>> slot_;  // index of each object once it is shown
 };
 
 }  // namespace
@@ -183,7 +183,7 @@ Shapes build_shapes(DraftShapes draft, const V3d& origin, std::vector<std::size_
 }
 
 Placements place_objects(const Draft& draft) {
-    std::uint64_t shown = 0;  // the reader made sure that this is a number
+    std::uint64_t shown = 0;  // fits, as the reader ensures
     for (const DraftInstance& instance : draft.instances) shown += draft.objects[instance.object]->shown;
     require_memory(bytes_of(shown, kBytesOfInstance),
                    fmt::format("{}: {} instances", draft.sources.front()->name(), shown),
@@ -195,7 +195,7 @@ Placements place_objects(const Draft& draft) {
 }
 
 void build_prototypes(Draft& draft, const Placements& placements, SceneParts& parts) {
-    std::vector<std::size_t> unused;  // nothing in an object emits
+    std::vector<std::size_t> unused;  // objects have no emitters
     for (const Placements::Object& object : placements.objects) {
         parts.prototypes.push_back(
             build_shapes(std::move(draft.objects[object.index]->shapes), object.centre, unused));

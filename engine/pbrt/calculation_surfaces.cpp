@@ -1,4 +1,5 @@
-// CalculationSurface "name": where `lucerna lux` works out illuminance. A directive that pbrt does not have.
+// Reads CalculationSurface "name", a surface on which `lucerna lux` computes illuminance. pbrt has no such
+// directive.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +24,7 @@ ReceiverKind read_receiver_kind(Params& params) {
     return *kind;
 }
 
-// A unit direction in the world, or the fallback, which is one.
+// Reads a direction and returns it as a unit vector in the world; `fallback` is one.
 V3f read_direction(const Reading& reading, Params& params, std::string_view name, const V3d& fallback) {
     const Param* param = params.find(name, {Type::vector3, Type::normal3, Type::point3});
     if (!param) return V3f(fallback);
@@ -77,7 +78,7 @@ void read_calculation_surface(Reading& reading, const std::string& name, Params&
     surface.u = transform_point(ctm, p[1]) - surface.corner;
     surface.v = transform_point(ctm, p[2]) - surface.corner;
     surface.kind = read_receiver_kind(params);
-    // The side from which u turns to v counterclockwise, where the text has them.
+    // The default side is the one from which u turns to v counterclockwise in the text's coordinates.
     V3d above = surface.u.cross(surface.v);
     if (swaps_handedness(ctm)) above = -above;
     if (above.length() > 0) above.normalize();

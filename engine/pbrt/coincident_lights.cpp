@@ -1,4 +1,4 @@
-// Area lights that lie on one and the same surface, found and made one.
+// Finds area lights that lie on the same surface and merges them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,22 +21,22 @@
 namespace lucerna {
 namespace {
 
-// Points nearer to each other than this share of the surface's extent are one point: what transformations in
-// double precision may have rounded, with room to spare, and well below what float32 tells apart.
+// Points closer than this share of the surface's extent count as equal. It leaves room for the rounding of
+// transformations in double precision and is well below the precision of float32.
 constexpr double kTolerance = 1e-8;
 
-// A triangle by its corners in an order that does not depend on how it was written.
+// The corners of a triangle, sorted so that the order in the text does not matter.
 struct Corners {
     std::array<V3d, 3> p;
-    bool turned = false;  // the order has the other sense than the emitting side
+    bool turned = false;  // the sorted order has the opposite orientation to the emitting side
 };
 
 bool comes_before(const V3d& a, const V3d& b) {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
 
-// What an area light shines from, such that equal surfaces give equal numbers but for rounding: the corners
-// of triangles, or centre and rim of a sphere or disk.
+// Describes the surface of an area light so that equal surfaces give equal numbers up to rounding: by the
+// corners of triangles, or by the centre and rim of a sphere or disk.
 struct Emitter {
     std::size_t light;
     std::vector<Corners> triangles;
@@ -45,7 +45,7 @@ struct Emitter {
     double radius = 0, inner_radius = 0, extent = 0, key = 0;
 };
 
-// Coordinates that differ by rounding alone must sort alike, so they are taken on a grid.
+// Rounds coordinates to a grid, so that those that differ by rounding alone sort alike.
 Corners corners_of(const DraftMesh& mesh, const V3i& triangle, double extent) {
     Corners made{{mesh.p[triangle.x], mesh.p[triangle.y], mesh.p[triangle.z]}};
     const double cell = extent * kTolerance * 16;
@@ -68,14 +68,14 @@ Emitter emitter_of(const Draft& draft, std::size_t light, const AreaSpec& area) 
     if (area.surface == AreaSpec::Surface::quadric) {
         const Quadric& quadric = draft.quadrics[area.index];
         const M44d& m = quadric.world_from_object;
-        const double scale = uniform_scale(m).value();  // the reader made sure
+        const double scale = uniform_scale(m).value();  // the reader ensures a uniform scale
         const double height = quadric.kind == Quadric::Kind::disk ? static_cast<double>(quadric.height) : 0;
         const double side = quadric.traits.reverse_orientation ? -1 : 1;
         made.kind = quadric.kind;
         made.centre = transform_point(m, V3d(0, 0, height));
         made.radius = static_cast<double>(quadric.radius) * scale;
         made.inner_radius = static_cast<double>(quadric.inner_radius) * scale;
-        // A sphere's sides are within and without, wherever its axis points.
+        // The sides of a sphere are inside and outside, so its axis does not matter.
         made.n = side * (quadric.kind == Quadric::Kind::disk
                              ? transform_normal(inverse(m).value(), V3d(0, 0, 1)).normalized()
                              : V3d(0, 0, 1));
@@ -94,11 +94,11 @@ Emitter emitter_of(const Draft& draft, std::size_t light, const AreaSpec& area) 
             return std::ranges::lexicographical_compare(a.p, b.p, comes_before);
         });
     }
-    made.key = made.centre.dot(V3d(0.5377, 0.6143, 0.5777));  // a direction in which few rows of lamps lie
+    made.key = made.centre.dot(V3d(0.5377, 0.6143, 0.5777));  // rows of lamps seldom lie along it
     return made;
 }
 
-// Whether b lies on a, and if so, whether their emitting sides are opposite.
+// Returns nothing unless b lies on a, and otherwise whether their emitting sides are opposite.
 std::optional<bool> turned_on(const Emitter& a, const Emitter& b) {
     const double near = kTolerance * a.extent;
     const auto alike = [near](double x, double y) { return std::fabs(x - y) <= near; };
@@ -111,7 +111,7 @@ std::optional<bool> turned_on(const Emitter& a, const Emitter& b) {
     }
     if (a.triangles.size() != b.triangles.size()) return std::nullopt;
     const bool turned = a.triangles.front().turned != b.triangles.front().turned;
-    const double corner_near = 64 * near;  // a cell of the grid and more
+    const double corner_near = 64 * near;  // more than a cell of the grid
     for (std::size_t i = 0; i < a.triangles.size(); ++i) {
         if ((a.triangles[i].turned != b.triangles[i].turned) != turned) return std::nullopt;
         for (std::size_t k = 0; k < 3; ++k) {
@@ -126,7 +126,7 @@ const SurfaceTraits& traits_of(const Draft& draft, const AreaSpec& area) {
                                                       : draft.meshes[area.index].traits;
 }
 
-// Surfaces that rays and media take alike.
+// Tells whether rays and media treat both surfaces alike.
 bool is_same_kind(const Draft& draft, const AreaSpec& a, const AreaSpec& b) {
     const SurfaceTraits &s = traits_of(draft, a), &t = traits_of(draft, b);
     return a.unseen == b.unseen && (a.unseen || (!s.alpha && !t.alpha)) && !s.shadow_alpha &&
@@ -134,7 +134,7 @@ bool is_same_kind(const Draft& draft, const AreaSpec& a, const AreaSpec& b) {
            s.media.outside == t.media.outside;
 }
 
-// Takes out the lights and the surfaces that carry them.
+// Removes the lights and their surfaces.
 void remove(Draft& draft, const std::vector<bool>& gone) {
     std::vector<std::int32_t> light_now(gone.size(), kNoLight);
     std::vector<bool> no_quadric(draft.quadrics.size());
@@ -179,11 +179,11 @@ void remove(Draft& draft, const std::vector<bool>& gone) {
     draft.lights = std::move(lights);
 }
 
-// `other` becomes part of `light`, which lies on the same surface.
+// Merges `other` into `light`, which lies on the same surface.
 void add_to(DraftLight& light, const DraftLight& other, bool turned, Monitor& monitor) {
     auto& area = std::get<AreaSpec>(light.spec);
     const auto& added = std::get<AreaSpec>(other.spec);
-    if (area.coincident.empty()) {  // its own power is that of its own part
+    if (area.coincident.empty()) {  // the light itself becomes the first of its parts
         area.coincident.push_back({area.radiance, area.two_sided, false, light.power});
         area.radiance = Rgb(0.0F);
         area.two_sided = false;
@@ -230,13 +230,12 @@ void merge_coincident_lights(Draft& draft, Monitor& monitor) {
 
 namespace {
 
-// The light whose surface a ray meets where this light's own surface is, if it is another one.
+// Returns the light whose surface a ray meets in place of this light's own surface, if any.
 std::optional<std::uint32_t> light_in_place_of(const Scene& scene, std::uint32_t light) {
     constexpr int kPlaces = 32;
     for (int i = 0; i < kPlaces; ++i) {
         const float u = (static_cast<float>(i) + 0.5F) / kPlaces;
-        const V2f place(u,
-                        std::fmod(u * 32 * 0.618034F, 1.0F));  // the golden ratio spreads the second number
+        const V2f place(u, std::fmod(u * 32 * 0.618034F, 1.0F));  // stratified by the golden ratio
         const auto particle = scene.lights()[light]->sample_Le({place, {0.3F, 0.3F}});
         if (!particle || !(particle->from.error > 0) || !(particle->from.n.length2() > 0.5F)) continue;
         const SurfacePoint& from = particle->from;
@@ -251,7 +250,7 @@ std::optional<std::uint32_t> light_in_place_of(const Scene& scene, std::uint32_t
 
 void warn_of_overlapping_lights(const Scene& scene, const std::vector<std::string>& places,
                                 const Workers& workers, Monitor& monitor) {
-    if (places.size() != scene.lights().size()) return;  // whoever edited the parts knows their lights
+    if (places.size() != scene.lights().size()) return;  // edited parts have other lights
     std::vector<std::optional<std::uint32_t>> others(places.size());
     parallel_chunks(workers, static_cast<std::int64_t>(places.size()), [&](std::int64_t i) {
         const auto light = static_cast<std::uint32_t>(i);

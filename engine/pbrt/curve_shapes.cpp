@@ -1,4 +1,4 @@
-// Curves, made cubic Bézier segments whatever their basis and degree.
+// Converts curves of any basis and degree to cubic Bézier segments.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,11 +15,12 @@ namespace {
 using Type = Param::Type;
 using Segment = std::array<V3d, 4>;
 
-Segment raised(const V3d& a, const V3d& b, const V3d& c) {  // a quadratic Bézier segment as a cubic one
+// Raises a quadratic Bézier segment to a cubic one.
+Segment raised(const V3d& a, const V3d& b, const V3d& c) {
     return {a, a + 2.0 / 3 * (b - a), c + 2.0 / 3 * (b - c), c};
 }
 
-// The uniform B-spline's segment over control points first ... first + degree, as a Bézier one (blossoming).
+// Converts the uniform B-spline's segment over p[0] to p[degree] to Bézier form (blossoming).
 Segment of_bspline(const V3d* p, int degree) {
     if (degree == 2) return raised(0.5 * (p[0] + p[1]), p[1], 0.5 * (p[1] + p[2]));
     const V3d b1 = (2.0 * p[1] + p[2]) / 3, b2 = (p[1] + 2.0 * p[2]) / 3;
@@ -67,7 +68,7 @@ Curves::Kind read_kind(Params& params) {
     fail(params.place_of("type"), "type \"{}\" is unknown; expected flat, cylinder or ribbon", shown(name));
 }
 
-// Normals at the ends of the segments, and between them on the great circle, as pbrt has it.
+// Reads normals at the ends of the segments. They are interpolated on the great circle, as in pbrt.
 std::vector<V3d> read_normals(Params& params, std::size_t segments) {
     const Param* param = params.find("N", {Type::normal3});
     if (!param) fail(params.place(), "{} of type ribbon lacks \"normal3 N\"", params.owner());
@@ -86,11 +87,11 @@ std::vector<V3d> read_normals(Params& params, std::size_t segments) {
 V3d on_great_circle(const V3d& a, const V3d& b, double t) {
     const double angle = std::acos(std::clamp(a.dot(b), -1.0, 1.0));
     const double sine = std::sin(angle);
-    if (sine < 1e-6) return a;  // the same, or opposite: no circle is told
+    if (sine < 1e-6) return a;  // equal or opposite normals determine no great circle
     return (std::sin((1 - t) * angle) * a + std::sin(t * angle) * b) / sine;
 }
 
-// One that emits: a tube of 16 sides and 16 pieces to the segment.
+// A curve that emits becomes a tube with 16 sides and 16 pieces per segment.
 constexpr int kSides = 16, kPieces = 16;
 constexpr std::uint64_t kBytesOfTube =
     kPieces * ((kSides + 1) * (sizeof(V3d) + sizeof(V2f)) + 2 * kSides * sizeof(V3i));
@@ -105,7 +106,7 @@ ObjectMesh tube(const std::vector<Segment>& segments, const std::vector<double>&
         const V3d p = w * w * w * b[0] + 3 * u * w * w * b[1] + 3 * u * u * w * b[2] + u * u * u * b[3];
         V3d d = w * w * (b[1] - b[0]) + 2 * u * w * (b[2] - b[1]) + u * u * (b[3] - b[2]);
         if (!(d.length2() > 0)) d = b[3] - b[0];
-        // The ring's first point turns as little as it can from ring to ring.
+        // The first point of each ring turns as little as possible from ring to ring.
         const V3f along(d.length2() > 0 ? d.normalized() : V3d(0, 0, 1));
         V3f x = side - side.dot(along) * along;
         if (!(x.length() > 1e-3F)) x = Frame(along).s;
@@ -129,7 +130,7 @@ ObjectMesh tube(const std::vector<Segment>& segments, const std::vector<double>&
     return mesh;
 }
 
-// One over the cube root of the volume's change: the scale of a width, which has one only under a similarity.
+// Returns the scale of widths, the cube root of the change of volume. It is exact only for a similarity.
 double width_scale(const M44d& m) {
     return std::cbrt(std::fabs(m.determinant()));
 }

@@ -1,4 +1,4 @@
-// What each directive does: the other half of DirectiveReader.
+// Implements the action of each directive for DirectiveReader.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,12 +10,12 @@
 namespace lucerna {
 namespace {
 
-// Of one target. Each block that changes one has a list of its own.
+// Limits the defaults of one target, because each block that changes one has a list of its own.
 constexpr std::size_t kMostDefaults = 64;
-// Objects within each other: each is placed by way of all that hold it.
+// Limits the depth of nested objects, because each is placed by way of all that contain it.
 constexpr int kDeepestObject = 64;
 constexpr std::uint64_t kMostInstances = 100'000'000;
-// Nodes that are asked for one value of a texture.
+// Limits the nodes that are evaluated for one value of a texture.
 constexpr std::uint32_t kMostEvaluations = 512;
 
 std::uint64_t saturated_sum(std::uint64_t a, std::uint64_t b) {
@@ -216,13 +216,13 @@ void DirectiveReader::camera() {
     Params params = parameters(kind, "");
     const std::optional<M44d> world_from_camera = inverse(reading_.state.ctm);
     if (!world_from_camera)
-        fail(place_, "Camera: its transformation is not invertible");  // concatenate() saw to it
+        fail(place_, "Camera: its transformation is not invertible");  // concatenate() ensures an inverse
     reading_.draft.camera = {};
     reading_.draft.lens.reset();
     reading_.draft.camera.world_from_camera = *world_from_camera;
     coordinate_systems_["camera"] = *world_from_camera;
     read_camera(reading_, kind, params);
-    // What lies outside of things is where the camera stands.
+    // The camera is in the outside medium of the medium interface that holds here.
     reading_.draft.camera_medium = reading_.state.media.outside;
     if (reading_.draft.camera_medium != kNoMedium) reading_.draft.uses_media = true;
     params.depart_unused();
@@ -247,11 +247,11 @@ void DirectiveReader::option_of_kind(std::string_view what, OptionReader reader)
 }
 
 void DirectiveReader::integrator() {
-    if (name_ == "SurfaceIntegrator") {  // version 1's and 2's name
+    if (name_ == "SurfaceIntegrator") {  // name in versions 1 and 2
         reading_.old_dialect = true;
         name_ = "Integrator";
     }
-    if (ignores_integrator_) {  // version 2's Renderer stands above it
+    if (ignores_integrator_) {  // a Renderer of version 2 overrides it
         parameters(quoted("the name of an integrator"), "");
         return;
     }
@@ -262,7 +262,7 @@ void DirectiveReader::integrator() {
     params.depart_unused();
 }
 
-// Version 2's Renderer "metropolis" is an integrator; its others are bench tools around one.
+// Version 2's Renderer "metropolis" is an integrator; its other renderers are test tools around one.
 void DirectiveReader::renderer() {
     reading_.old_dialect = true;
     const std::string kind = quoted("a kind of renderer");
@@ -289,14 +289,14 @@ void DirectiveReader::renderer() {
     params.depart_unused();
 }
 
-// Version 1's; plug-ins are not a thing here.
+// Skips version 1's list of plug-in folders.
 void DirectiveReader::search_path() {
     reading_.old_dialect = true;
     quoted("a list of folders");
 }
 
 void DirectiveReader::accelerator() {
-    // Embree is the only one here, and what it is told changes no image.
+    // Only Embree is available, and the parameters of an accelerator change no image.
     parameters(quoted("a kind of accelerator"), "");
 }
 
@@ -316,7 +316,7 @@ void DirectiveReader::color_space() {
     if (of_film) choose_working_space(name);
 }
 
-// Before Film it is the film's space, and so that of the render where rendering knows it.
+// Before Film, the colour space becomes the film's, and hence the working space if rendering supports it.
 void DirectiveReader::choose_working_space(std::string_view name) {
     const std::optional<WorkingSpace> asked = WorkingSpace::named(name);
     if (overrides_.colours || !asked || *asked == draft_.film.colours) return;
@@ -359,7 +359,8 @@ void DirectiveReader::option() {
     }
 }
 
-// Our own option, which decides what all numbers of light mean: taken strictly.
+// Reads the photometric unit, an option of Lucerna. It decides the meaning of all numbers of light, so errors
+// are not tolerated.
 void DirectiveReader::choose_unit(Params& params) {
     const Param* param = params.find_any("unit");
     const bool is_word = param->type == Param::Type::string && param->strings.size() == 1;
@@ -394,7 +395,7 @@ void DirectiveReader::make_named_medium() {
     if (whole) params.depart_unused();
 }
 
-// Which orders of scattering are looked for; here the surface integrator decides that.
+// Reads the orders of scattering to render, which the surface integrator decides here.
 void DirectiveReader::volume_integrator() {
     reading_.old_dialect = true;
     once();
@@ -505,7 +506,7 @@ void DirectiveReader::texture() {
                                            shown(name), shown(type)),
                                "it is left out");
     }
-    // Colours and floats have names of their own.
+    // Textures of colours and of floats have separate names.
     if (of_floats ? reading_.float_textures.contains(name) : reading_.textures.contains(name)) {
         reading_.warn(place_,
                       fmt::format("texture \"{}\" is defined again; the new definition applies from here on",

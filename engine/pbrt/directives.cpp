@@ -9,12 +9,11 @@
 namespace lucerna {
 namespace {
 
-// Files that include others may come to any number of them. A file that is read again costs no memory, but
-// time.
+// Limits inclusion. Files may be included repeatedly; reading one again costs no memory, but time.
 constexpr std::size_t kDeepestInclude = 64, kMostIncludes = 65'536;
 constexpr std::size_t kMostTextAgain = std::size_t{512} << 20;
 
-// Lights that pbrt does not have.
+// Tells whether a light is Lucerna's own, unknown to pbrt.
 bool is_own_light(std::string_view kind) {
     constexpr std::string_view kOurs[] = {"ies", "ldt", "lightfield", "rayfile"};
     return std::ranges::find(kOurs, kind) != std::ranges::end(kOurs);
@@ -67,7 +66,7 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
         {"Scale", anywhere, neither, &R::scale},
         {"SearchPath", anywhere, neither, &R::search_path},
         {"Shape", world_only, world, &R::shape},
-        {"SurfaceIntegrator", options_only, neither, &R::integrator},  // version 2's name
+        {"SurfaceIntegrator", options_only, neither, &R::integrator},  // name in version 2
         {"Texture", world_only, world, &R::texture},
         {"Transform", anywhere, neither, &R::transform},
         {"TransformBegin", anywhere, neither, &R::transform_begin},
@@ -100,10 +99,10 @@ DirectiveReader::DirectiveReader(std::string text, const std::filesystem::path& 
     begin_frame();
 }
 
-// A frame begins with the options of the one before; the world is empty, and nothing in it has a name.
+// Starts a frame with the options of the previous one, an empty world and no names.
 void DirectiveReader::begin_frame() {
     reading_.state = {};
-    auto matte = std::make_shared<MaterialEntry>();  // pbrt's default: diffuse, reflectance 0.5
+    auto matte = std::make_shared<MaterialEntry>();  // pbrt's default: diffuse with reflectance 0.5
     matte->material = {"default", DiffuseMaterial{}};
     reading_.state.material = std::move(matte);
     reading_.textures.clear();
@@ -147,7 +146,7 @@ std::optional<Draft> DirectiveReader::next() {
         phase.advance(done - reported);
         reported = done;
     }
-    phase.advance(main.text().size() - reported);  // the rest is other frames'
+    phase.advance(main.text().size() - reported);  // the rest belongs to other frames
     if (stage_ != Stage::ended) place_ = tokens().place();
     if (frames_ > 0 && stage_ == Stage::options) {
         reading_.warn(place_, "the text after the last WorldEnd has no WorldBegin and is ignored");
@@ -160,7 +159,7 @@ std::optional<Draft> DirectiveReader::next() {
     return std::move(draft_);
 }
 
-// What is built of small pieces, be they shapes, lights or names, asks for no memory of its own.
+// Checks memory now and then, as small pieces such as shapes, lights and names do not check it themselves.
 void DirectiveReader::require_room() {
     constexpr std::uint64_t kEvery = 256, kRoom = std::uint64_t{64} << 20;
     if (++directives_ % kEvery != 0) return;
@@ -197,14 +196,15 @@ void DirectiveReader::directive() {
     for (const Open& open : files_) depart_oddities(*open.source);
 }
 
-// Integrator and samples are facts of their own; transformations count where something is placed by them.
+// Integrator and samples are recorded separately; transformations count where they place something.
 SceneText* DirectiveReader::part_of(const Entry& entry) {
     if (entry.part == Part::neither) return nullptr;
     return entry.part == Part::view ? &draft_.view : &draft_.world;
 }
 
-// Before WorldBegin the transformation is the camera's: what may stand on both sides of it and depends on the
-// transformation adds that itself (read_named_medium).
+// Records a directive and, unless it may stand anywhere, the transformation. Before WorldBegin the
+// transformation is the camera's, so directives that may stand on both sides and depend on it record it
+// themselves (read_named_medium).
 void DirectiveReader::note_directive(const Entry& entry) {
     if (!reading_.part) return;
     reading_.part->directives.add(entry.name);
@@ -230,7 +230,7 @@ bool DirectiveReader::stands_here(const Entry& entry) {
     return false;
 }
 
-// Up to the next directive.
+// Skips to the next directive.
 void DirectiveReader::skip_arguments() {
     using Kind = Token::Kind;
     for (bool list = false; tokens().peek().kind != Kind::end; tokens().next()) {
@@ -271,7 +271,7 @@ void DirectiveReader::finish() {
     if (!overrides_.output.empty()) draft.film.filename = overrides_.output;
     if (overrides_.resolution.x > 0) override_resolution();
     settle_lens(draft);
-    // Options of the method and of the command line change the world by these values.
+    // Options of the integrator and of the command line change the world by these values.
     draft.world.directives.add(draft.film.colours.name());
     draft.world.directives.add(draft.unit ? unit_name(*draft.unit) : "");
     draft.world.directives.add(int{draft.occlusion});
@@ -300,7 +300,7 @@ void DirectiveReader::keep_options() {
     options_.uses_media = draft_.camera_medium != kNoMedium;
 }
 
-// The same part of a picture of another size.
+// Scales the crop to another image size.
 void DirectiveReader::override_resolution() {
     FilmSettings& film = reading_.draft.film;
     const V2i& size = overrides_.resolution;
@@ -319,7 +319,7 @@ void DirectiveReader::override_resolution() {
 }
 
 void DirectiveReader::open_file(const std::string& name, bool import) {
-    const std::filesystem::path file = reading_.resolve(name);  // of no part: its directives are
+    const std::filesystem::path file = reading_.resolve(name);  // belongs to no part, as its directives do
     for (const Open& open : files_) {
         if (open.source->name() == file.string()) {
             fail(place_, "{} \"{}\": the file includes itself", name_, shown(name));
@@ -337,7 +337,7 @@ void DirectiveReader::open_file(const std::string& name, bool import) {
     files_.push_back({&source, Tokens(source), import});
 }
 
-// Read once, however often it is included.
+// Reads each file once, however often it is included.
 const Source& DirectiveReader::source_of(const std::filesystem::path& file, const std::string& name) {
     if (const auto known = known_files_.find(file.string()); known != known_files_.end()) {
         text_again_ += known->second->text().size();
@@ -401,7 +401,7 @@ std::vector<double> DirectiveReader::numbers(std::size_t count, std::string_view
     return values;
 }
 
-// Whether the list that is read so far has not the 16 numbers of a matrix; then it is passed over.
+// Tells whether the list read so far does not become the 16 numbers of a matrix, and skips the list if so.
 bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
     std::size_t count = values.size();
     for (; tokens().peek().kind == Token::Kind::number; ++count) tokens().next();
@@ -417,7 +417,7 @@ Params DirectiveReader::parameters(std::string_view kind, std::string_view targe
                       (target == "shape" && is_own_shape(kind));
     Params params =
         Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_, reading_.leniency, ours);
-    // An included file may end within a list, which the including one goes on with.
+    // A list may continue after the end of the included file in which it begins.
     while (tokens().peek().kind == Token::Kind::end && files_.size() > 1 && !files_.back().closes_block) {
         close_file();
         params.read_more(tokens());
@@ -467,8 +467,8 @@ bool DirectiveReader::end_block(std::string_view opening) {
     return true;
 }
 
-// As versions 1 to 3 do it, which keep one stack for all blocks: the end takes back what the object changed,
-// and the end of the object will take back what the block changed.
+// Ends a block that overlaps an object as versions 1 to 3 do with their single stack for all blocks: the end
+// of the block restores what the object changed, and the end of the object what the block changed.
 bool DirectiveReader::end_block_around_object(std::string_view opening) {
     const auto block = std::find_if(saved_.rbegin(), saved_.rend(),
                                     [&](const Saved& saved) { return saved.directive == opening; });
@@ -488,7 +488,7 @@ void DirectiveReader::close_blocks(std::string_view before) {
         const Saved& last = saved_.back();
         reading_.depart(last.place, fmt::format("this {} is not ended before {}", last.directive, before),
                         "it ends there");
-        // An object that another one's beginning has ended is complete: its block alone is still open.
+        // An object that the beginning of another one has ended is complete; only its block is still open.
         if (last.directive == "ObjectBegin" && reading_.object) complete_object();
         saved_.pop_back();
     }
@@ -501,7 +501,8 @@ void DirectiveReader::concatenate(const M44d& m, std::string_view what) {
                                "it is left out");
     }
     if (!reading_.state.at_start) return;
-    // Shapes are still there in their projection; what has to be undone is not (see what_cannot_be_undone).
+    // A singular transformation projects shapes, which remain visible; whatever needs the inverse does not
+    // (see what_cannot_be_undone).
     if (inverse(reading_.state.ctm) && !inverse(product)) {
         reading_.depart(
             place_,

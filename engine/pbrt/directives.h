@@ -1,4 +1,4 @@
-// The directives of a scene file, in order: what each one changes.
+// Reads the directives of a scene file in order and applies their changes.
 #pragma once
 
 #include <optional>
@@ -18,11 +18,11 @@ class DirectiveReader {
     DirectiveReader(const DirectiveReader&) = delete;
     DirectiveReader& operator=(const DirectiveReader&) = delete;
 
-    // Reads the next frame, up to its WorldEnd or the end of the text; none if no frame is left.
+    // Reads the next frame, up to its WorldEnd or the end of the text. Returns nothing if no frame is left.
     std::optional<Draft> next();
-    // Whether any text is left.
+    // Tells whether any text is left.
     bool more();
-    // Says that text which is left is not read.
+    // Warns that the remaining text is not read.
     void leave_rest();
 
   private:
@@ -32,17 +32,17 @@ class DirectiveReader {
     struct Entry {
         std::string_view name;
         Where where;
-        Part part;  // of the draft's text that it belongs to (SceneText)
+        Part part;  // part of the draft's text to which it belongs (SceneText)
         void (DirectiveReader::*action)();
     };
     // A file that is being read.
     struct Open {
         const Source* source;
         Tokens tokens;
-        bool closes_block = false;  // Import: what it changed ends with it
+        bool closes_block = false;  // for Import, whose changes end with the file
     };
     struct Saved {
-        std::string_view directive;  // that must be matched
+        std::string_view directive;  // directive whose end is expected
         Place place;
         GraphicsState state;
     };
@@ -52,16 +52,15 @@ class DirectiveReader {
     void directive();
     SceneText* part_of(const Entry& entry);
     void note_directive(const Entry& entry);
-    // What pbrt takes although it is not well formed.
+    // Reports malformed text that pbrt accepts.
     void depart_oddities(const Source& source);
     void begin_frame();
     void finish();
     void keep_options();
-    // Whether the directive may stand here; passed over if not, as pbrt does.
+    // Tells whether the directive may stand here. Skips it otherwise, as pbrt does.
     bool stands_here(const Entry& entry);
     void skip_arguments();
-    // Runs `read`; what it cannot take of the text is said, with what is done `instead`. False: that
-    // happened.
+    // Runs `read`. If it rejects the text, reports that with what is done `instead` and returns false.
     template <typename Read>
     bool leniently(const Params& params, std::string_view instead, const Read& read);
     void override_resolution();
@@ -71,20 +70,20 @@ class DirectiveReader {
 
     Tokens& tokens() { return files_.back().tokens; }
     std::string quoted(std::string_view what);
-    // Empty: a matrix has another number of them, which was said.
+    // Returns an empty list if a matrix has another number of values, which it reports.
     std::vector<double> numbers(std::size_t count, std::string_view what);
     bool pass_wrong_list(const std::vector<double>& values);
     Params parameters(std::string_view kind, std::string_view target);
-    // CTM = CTM · m in pbrt's order; what is not finite leaves it as it is.
+    // Sets CTM = CTM · m in pbrt's order, or leaves it unchanged if the product is not finite.
     void concatenate(const M44d& m, std::string_view what);
     void begin_block();
-    // False: there was no such opening, which was said.
+    // Returns false if there is no such opening, which it reports.
     bool end_block(std::string_view opening);
     bool end_block_around_object(std::string_view opening);
     void close_blocks(std::string_view before);
-    // Warns if the directive at hand, of which a scene has one, was there before.
+    // Warns if the current directive, of which a scene has one, occurred before.
     void once();
-    // The material, or white where the scene asks for ambient occlusion.
+    // Reads the material, or returns white if the scene renders ambient occlusion.
     Material read_made_of(const std::string& kind, Params& params);
     using OptionReader = void (*)(Reading&, const std::string& kind, Params&);
     void option_of_kind(std::string_view what, OptionReader reader);
@@ -126,7 +125,7 @@ class DirectiveReader {
     void make_named_medium();
     void volume();
     void volume_integrator();
-    // Takes an integrator that knows media if the scene has any.
+    // Chooses an integrator that supports media if the scene has any.
     void integrate_media();
     void material();
     void make_named_material();
@@ -141,29 +140,29 @@ class DirectiveReader {
     void light_source();
     void area_light_source();
 
-    Draft draft_;    // of the frame at hand
-    Draft options_;  // what the next frame begins with
+    Draft draft_;    // current frame
+    Draft options_;  // initial options of the next frame
     SceneText before_world_;
     Reading reading_;
     const SceneOverrides& overrides_;
-    int frames_ = 0;  // that are complete
+    int frames_ = 0;  // number of complete frames
     Stage stage_ = Stage::options;
     std::uint64_t directives_ = 0;
     std::vector<Open> files_;
-    std::map<std::string, const Source*, std::less<>> known_files_;  // that were included, by name
-    std::size_t includes_ = 0, text_again_ = 0;                      // files; bytes of those read before
+    std::map<std::string, const Source*, std::less<>> known_files_;  // included files by name
+    std::size_t includes_ = 0, text_again_ = 0;  // number of files; bytes of repeated files
     std::vector<Saved> saved_;
     std::map<std::string, M44d, std::less<>> coordinate_systems_;
-    std::map<std::string, std::size_t, std::less<>> objects_;  // that are complete
-    std::string object_name_;                                  // of the one at hand
-    std::uint64_t shown_ = 0;  // instances in the world, those within them, too
-    // That something of this kind was never made, by kind and name: scenes ask for the same thing often.
+    std::map<std::string, std::size_t, std::less<>> objects_;  // index of each complete object
+    std::string object_name_;                                  // name of the current object
+    std::uint64_t shown_ = 0;  // instances in the world, including nested ones
+    // Returns the cached message that a thing of this kind was never made, as scenes often repeat requests.
     template <typename Made>
     const std::string& never_made(std::string_view kind, const std::string& name, const Made& made);
     std::map<std::string, std::string, std::less<>> never_made_;
-    std::vector<std::string_view> seen_, seen_in_frame_;  // of Camera, Film, ...
-    bool ignores_integrator_ = false;                     // a Renderer has chosen one
-    std::string_view name_;                               // the directive at hand, and its place
+    std::vector<std::string_view> seen_, seen_in_frame_;  // of directives such as Camera and Film
+    bool ignores_integrator_ = false;                     // set once a Renderer has chosen one
+    std::string_view name_;                               // the current directive and its place
     Place place_;
 };
 

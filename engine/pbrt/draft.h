@@ -1,7 +1,7 @@
-// A scene as its text describes it: in world space and double precision, before anything is built.
+// A scene as its text describes it, in world space and double precision, before anything is built.
 //
-// The reader fills a Draft line by line; assemble() then finds the scene's origin, moves everything there and
-// makes the float32 geometry, the lights and the camera. Between the two nothing has been rounded.
+// The reader fills a Draft line by line. assemble() then chooses the scene's origin, moves everything there
+// and makes the float32 geometry, the lights and the camera, so nothing is rounded before the move.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ namespace lucerna {
 
 struct SceneOverrides;
 
-// World space; `n` unit. Traits as Mesh has them.
+// In world space with unit normals `n`. Traits are those of Mesh.
 struct DraftMesh {
     std::vector<V3d> p;
     std::vector<V3i> triangles;
@@ -43,7 +43,7 @@ struct DraftMesh {
     SurfaceTraits traits;
 };
 
-// As BilinearMesh and Curves have them, in world space.
+// In world space, otherwise like BilinearMesh and Curves.
 struct DraftPatches {
     std::vector<V3d> p;
     std::vector<std::array<std::int32_t, 4>> patches;
@@ -53,9 +53,9 @@ struct DraftPatches {
 };
 struct DraftCurves {
     Curves::Kind kind = Curves::Kind::flat;
-    std::vector<V3d> p;         // four for each segment
-    std::vector<float> radius;  // one for each of them
-    std::vector<V3f> n;         // the same, for a ribbon
+    std::vector<V3d> p;         // four per segment
+    std::vector<float> radius;  // one per point
+    std::vector<V3f> n;         // one per point of a ribbon
     std::vector<Curves::Segment> segments;
     SurfaceTraits traits;
 };
@@ -68,22 +68,21 @@ struct DraftShapes {
     bool empty() const { return meshes.empty() && quadrics.empty() && patches.empty() && curves.empty(); }
 };
 
-// What stands between ObjectBegin and ObjectEnd, and where it is put. As in pbrt, the transformations that
-// hold within an object stay, and that of the instance comes on top of them.
+// An object holds the contents of ObjectBegin and ObjectEnd; an instance places it. As in pbrt, the
+// transformations within an object stay, and the instance's is applied after them.
 struct DraftInstance {
     std::size_t object;
     M44d world_from_world;
 };
 struct DraftObject {
     DraftShapes shapes;
-    std::vector<DraftInstance> instances;  // of objects that were complete before
-    // Objects with shapes that an instance of this one shows, itself and those within those within it; what
-    // is more than a number holds stays that.
+    std::vector<DraftInstance> instances;  // instances of previously completed objects
+    // Number of objects with shapes that an instance of this one shows, at all depths; saturates.
     std::uint64_t shown = 0;
-    int depth = 0;  // of objects within it
+    int depth = 0;  // nesting depth of objects in it
 };
 
-// Lights, before the origin is known. Positions in world space.
+// Lights before the origin is known, with positions in world space.
 struct PointSpec {
     V3d position;
     Rgb intensity;  // W/sr
@@ -95,13 +94,13 @@ struct SpotSpec {
     SpotFalloff falloff = SpotFalloff::smoothstep;
 };
 struct DistantSpec {
-    V3d direction;  // of travel
+    V3d direction;  // direction in which light travels
     Rgb irradiance;
 };
 struct InfiniteSpec {
     Rgb radiance;
 };
-// The images know directions in their own frames, of which `axes` tells how they lie in the world.
+// The images have frames of their own, which `axes` places in the world.
 struct ImageInfiniteSpec {
     std::shared_ptr<const DirectionalImage> image;
     LightAxes axes;
@@ -124,29 +123,29 @@ struct PhotometricSpec {
     V3d position;
     LightAxes axes;
     std::shared_ptr<const PhotometricWeb> web;
-    Rgb scale;  // of its candela
+    Rgb scale;  // multiplies the candela of the web
 };
 struct MeasuredSpec {
     MeasuredSettings settings;  // world_from_light not yet relative to the origin
 };
 struct RayFileSpec {
-    RayLightSettings settings;  // likewise
+    RayLightSettings settings;  // relative to the world, not yet to the origin
 };
-// An area light that lies exactly on another one, and is part of its light.
+// An area light that coincides with another one and is part of its light.
 struct CoincidentEmission {
     Rgb radiance;
     bool two_sided;
-    bool turned;   // its emitting side is the other one's back
-    double power;  // as DraftLight has it
+    bool turned;   // its emitting side is the other light's back
+    double power;  // like DraftLight::power
 };
-// Emits from a surface of the draft.
+// A light that emits from a surface of the draft.
 struct AreaSpec {
     enum class Surface : std::uint8_t { mesh, quadric } surface;
     std::size_t index;
     Rgb radiance;
     bool two_sided;
     bool unseen;                                        // rays pass through the surface
-    std::shared_ptr<const MeasuredSettings> lamp = {};  // seen on the surface, in place of the above
+    std::shared_ptr<const MeasuredSettings> lamp = {};  // a measured lamp that replaces the emission above
     std::vector<CoincidentEmission> coincident = {};
 };
 
@@ -155,101 +154,101 @@ struct DraftLight {
     std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, ImageInfiniteSpec, GoniometricSpec,
                  ProjectionSpec, PhotometricSpec, MeasuredSpec, RayFileSpec, AreaSpec>
         spec;
-    double power = 0;                 // if > 0 the light is scaled to this luminous power, in its unit
+    double power = 0;                 // > 0 scales the light to this luminous power, in its unit
     std::string group = {};           // "lightgroup"; empty: none
-    std::filesystem::path file = {};  // of its light; empty: none
+    std::filesystem::path file = {};  // file of the lamp; empty: none
 };
 
-// A medium; none yet while only its name has been said.
+// A medium, which is not set while only its name is known.
 struct DraftMedium {
     Place place;
     std::string name;
-    std::optional<Medium> medium;  // medium_from_scene not set
+    std::optional<Medium> medium;  // medium_from_scene is not set
     M44d world_from_medium;
 };
 
-// A camera of real lenses, as a thin one; in metres, which its camera space has.
+// A camera of real lenses as a thin lens; lengths in metres, the unit of its camera space.
 struct RealisticLens {
     double radius = 0, film_distance = 0, focus_distance = 0;
     double film_diagonal = 0;  // 0: the film's own
-    bool weighted = false;     // the film counts what it receives, not radiance
+    bool weighted = false;     // the film measures exposure instead of radiance
 };
 
 struct Draft : DraftShapes {
-    // Places point into these; the frames of one file share them.
+    // Places point into these sources, which the frames of one file share.
     std::vector<std::shared_ptr<const Source>> sources;
-    std::vector<std::filesystem::path> files;   // that the text names, in order, some more than once
-    std::vector<std::filesystem::path> caches;  // kept beside them
-    SceneText world, view;                      // Job's
+    std::vector<std::filesystem::path> files;   // files that the text names, in order, possibly repeated
+    std::vector<std::filesystem::path> caches;  // caches kept beside these files
+    SceneText world, view;                      // for Job
 
     std::vector<std::unique_ptr<DraftObject>> objects;
     std::vector<DraftInstance> instances;
     std::vector<Material> materials;
     std::vector<DraftLight> lights;
     std::vector<DraftMedium> media;
-    std::vector<std::uint32_t> regions;      // of media: those that stand in space
+    std::vector<std::uint32_t> regions;      // indices of media that fill a region of space
     std::int32_t camera_medium = kNoMedium;  // index into media
-    bool uses_media = false;                 // some path may come to be in one
+    bool uses_media = false;                 // some path may enter a medium
 
-    Camera::Settings camera;        // world_from_camera in world space; no size yet
-    double frame_aspect_ratio = 0;  // 0: that of the film
+    Camera::Settings camera;        // world_from_camera in world space; size not yet set
+    double frame_aspect_ratio = 0;  // 0: the film's
     std::optional<RealisticLens> lens;
     double film_diagonal = 0.035;  // m
     bool film_of_version4 = false;
     FilmSettings film;
     int spp = 16;
-    int passes = 0;  // that an integrator which works in passes is asked for; 0: as many as `spp` takes
+    int passes = 0;  // requested passes of an integrator that works in passes; 0: as many as `spp` takes
     IntegratorSettings integrator;
     std::vector<CalculationSurface> surfaces;  // in world space
-    FarFieldOf far_field;                      // SceneOverrides'
-    LampFileOf lamp_file;                      // SceneOverrides'
-    // Ambient occlusion: every surface white, and no light but an even sky of radiance 1.
+    FarFieldOf far_field;                      // SceneOverrides::far_field
+    LampFileOf lamp_file;                      // SceneOverrides::lamp_file
+    // Renders ambient occlusion: every surface is white, and a uniform sky of radiance 1 is the only light.
     bool occlusion = false;
-    std::optional<FluxUnit> unit;  // of all light, as the scene or the command line states it
+    std::optional<FluxUnit> unit;  // unit of all light that the scene or the command line states
 };
 
-// Reads the first frame of the text, and all it includes. Throws InputError.
+// Reads the first frame of the text with all included files. Throws InputError.
 Draft read_draft(std::string text, const std::filesystem::path& pretended_file,
                  const SceneOverrides& overrides, Monitor& monitor);
 
-// The parts that a Scene is made of, relative to parts.origin.
+// The parts of a Scene, relative to parts.origin.
 struct Assembled {
     SceneParts parts;
     Camera::Settings camera;
-    std::vector<std::string> light_places;  // where the text has each light of the parts
+    std::vector<std::string> light_places;  // place in the text of each light of the parts
 };
-// Shapes of the draft are given up one by one as they are built.
+// Builds the parts and frees shapes of the draft one by one.
 Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor);
 
-// Area lights on one and the same surface: a ray meets only one of the surfaces, so they become one light
-// that shines with the sum of their radiance, and one surface. Warns of each.
+// Merges area lights on the same surface into one light with the sum of their radiance and one surface,
+// because a ray meets only one of the surfaces. Warns of each.
 void merge_coincident_lights(Draft& draft, Monitor& monitor);
-// Warns of lights whose surfaces coincide in part, or in another way that did not make them one.
+// Warns of lights whose surfaces overlap in part or in a way that did not merge them.
 void warn_of_overlapping_lights(const Scene& scene, const std::vector<std::string>& places,
                                 const Workers& workers, Monitor& monitor);
 
-// From the shapes of a draft, in world space and double precision, to those of a scene or a prototype.
+// The functions below turn the shapes of a draft into those of a scene or a prototype.
 
 Box3d bounds_of(const DraftShapes& shapes);
 
-// Moved to `origin`. Small meshes (and curves, and patches) of equal traits become one, so that a scene of
-// many tiny shapes has few geometries; one that emits stays alone. `mesh_of` tells where each mesh went.
+// Moves shapes to `origin`. Small shapes of equal traits are joined, so that a scene of many tiny ones has
+// few geometries; shapes that emit stay separate. `mesh_of` receives the index of each mesh.
 Shapes build_shapes(DraftShapes draft, const V3d& origin, std::vector<std::size_t>& mesh_of);
 
-// Every object that is shown, and where, instances within objects resolved.
+// The visible objects and all their instances, with nested instances resolved.
 struct Placements {
     struct Object {
-        std::size_t index;  // in the draft
-        V3d centre;         // of its shapes, where the draft has them
+        std::size_t index;  // index in the draft
+        V3d centre;         // centre of its shapes in the draft's coordinates
     };
     std::vector<Object> objects;
-    std::vector<Instance> instances;  // of `objects`; from where the draft has the shapes to the world
+    std::vector<Instance> instances;  // of `objects`, from the draft's coordinates to the world
     Box3d bounds;                     // in the world
 };
-// Throws InputError if instances, with those within them, are more than memory holds.
+// Throws InputError if the instances, including nested ones, exceed the memory.
 Placements place_objects(const Draft& draft);
 
-// Each object becomes a prototype around its own centre, so that float32 keeps its bits.
+// Makes each object a prototype around its own centre, which preserves float32 precision.
 void build_prototypes(Draft& draft, const Placements& placements, SceneParts& parts);
 
 }  // namespace lucerna

@@ -1,7 +1,7 @@
-// Lights with an image: infinite, goniometric, projection. The parameter's name tells the dialect: "mapname"
-// is that of versions 1 to 3, whose images of the sphere are by latitude and longitude, "filename" that of
-// version 4, whose images are square and equal-area. A "filename" twice as wide as high is taken by latitude
-// and longitude: people have such images.
+// Lights with an image: infinite, goniometric, projection. The parameter's name tells the version. "mapname"
+// belongs to versions 1 to 3, with images by latitude and longitude; "filename" belongs to version 4, with
+// square equal-area images. As users have such images, a "filename" twice as wide as high is read by latitude
+// and longitude.
 #include <cmath>
 
 #include "engine/pbrt/light_params.h"
@@ -14,7 +14,7 @@ struct NamedImage {
     bool version4;
 };
 
-// Version 3 lets goniometric lights go without an image.
+// Reads the image; version 3 allows goniometric lights without one.
 NamedImage read_image(Reading& reading, Params& params) {
     const bool version4 = params.has("filename");
     const std::string_view parameter = version4 ? "filename" : "mapname";
@@ -99,7 +99,7 @@ bool names_an_image(Params& params) {
 
 void read_image_infinite(Reading& reading, Params& params) {
     const auto image = read_sphere(reading, params);
-    // The image is in the scene's unit, and "L" its factor.
+    // The image is in the scene's unit, and "L" is a factor.
     const Rgb factor = light_color(reading, params, "L", ColorUse::tint);
     const double illuminance =
         image->illuminance(reading.colours().weights()) * static_cast<double>(luminance(factor));
@@ -111,7 +111,7 @@ void read_image_infinite(Reading& reading, Params& params) {
 void read_goniometric(Reading& reading, Params& params) {
     const auto image = read_sphere(reading, params);
     LightAxes axes = light_axes(reading, params);
-    std::swap(axes.y, axes.z);  // the image's pole is the light's +y, in every version
+    std::swap(axes.y, axes.z);  // the image's pole is the light's +y in every version
     const auto [intensity, power] = read_strength(reading, params, light_color(reading, params, "I"));
     reading.draft.lights.push_back(
         {params.place(), GoniometricSpec{read_position(reading, params), axes, image, intensity}, power});
@@ -121,7 +121,7 @@ void read_projection(Reading& reading, Params& params) {
     if (!names_an_image(params)) fail(params.place(), "{} lacks \"string filename\"", params.owner());
     const NamedImage named = read_image(reading, params);
     const double fov = params.real_within("fov", named.version4 ? 90 : 45, 0.01, 179.9);
-    // Version 4 shows the image upright, its predecessors upside down.
+    // Version 4 projects the image upright, earlier versions upside down.
     const auto slide = std::make_shared<const Slide>(named.image, fov, named.version4);
     const auto [intensity, power] = read_strength(reading, params, light_color(reading, params, "I"));
     reading.draft.lights.push_back(

@@ -1,4 +1,4 @@
-// The integrator: pbrt's names for ours, its parameters, and what the command line puts over both.
+// Reads the integrator: maps pbrt's names to Lucerna's, reads parameters and applies the command line.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace lucerna {
 namespace {
 
-// What pbrt calls a parameter that we have under another name, or not at all (`ours` empty: no effect here).
+// A parameter that Lucerna has under another name, or not at all (empty `ours`: no effect).
 struct Alias {
     std::string_view integrator, pbrt, ours;
 };
@@ -29,17 +29,17 @@ constexpr Alias kAliases[] = {
     {"photonmap", "nused", "k"},
 };
 
-// Integrators of pbrt that we do not have: the nearest of ours, and why it is the nearest.
+// An integrator of pbrt that Lucerna lacks, the nearest one that it has, and the reason for the choice.
 struct UnsupportedIntegrator {
     std::string_view pbrt, ours, why;
 };
 constexpr UnsupportedIntegrator kUnsupportedIntegrators[] = {
-    {"directlighting", "direct", ""},  // the same thing under another name
+    {"directlighting", "direct", ""},  // another name of the same method
     {"exphotonmap", "photonmap", ""},
     {"whitted", "direct", "direct light, mirrors and glass, with area lights sampled instead of ignored"},
     {"ambientocclusion", "direct", "on white surfaces under a uniform sky, which is ambient occlusion"},
     {"ao", "direct", "on white surfaces under a uniform sky, which is ambient occlusion"},
-    {"sppm", "progressive", ""},  // the same limit; passes that remember nothing of each other
+    {"sppm", "progressive", ""},  // the same limit, with passes that are independent of each other
     {"irradiancecache", "photonmap", "the same light, by final gather"},
     {"bdpt", "path", "the same light, unbiased"},
     {"bidirectional", "path", "the same light, unbiased"},
@@ -61,7 +61,7 @@ bool is_own_integrator(std::string_view name) {
     return std::ranges::find(integrator_names(), name) != integrator_names().end();
 }
 
-// Ours by pbrt's name; says so where it is not the same method.
+// Returns Lucerna's name for pbrt's, and reports where the method differs.
 std::string our_name(Reading& reading, const std::string& kind, const Params& params) {
     if (is_own_integrator(kind)) return kind;
     const auto names = integrator_names();
@@ -86,7 +86,7 @@ bool is_occlusion(std::string_view kind) {
 
 constexpr int kMostPasses = 1 << 24;
 
-// Parameters that steer how pbrt works and have no counterpart here; taken without a warning.
+// Accepts without a warning parameters that steer how pbrt works and have no counterpart.
 void accept_foreign(Params& params) {
     params.accept({"imagereconstruction", "imagewritefrequency", "lightsampler", "lightsamplestrategy",
                    "nsamples", "pixelbounds", "regularize", "strategy", "visualizestrategies",
@@ -101,7 +101,7 @@ SettingValue value_of(const Param& param) {
     return param.strings.front();
 }
 
-// set_parameter quotes the value as it stands, line breaks included.
+// Sets a parameter, with errors in one line, as set_parameter quotes values including line breaks.
 void set_in_one_line(IntegratorSettings& settings, std::string_view name, const SettingValue& value,
                      const Location& at) {
     try {
@@ -115,8 +115,8 @@ void set_in_one_line(IntegratorSettings& settings, std::string_view name, const 
 
 namespace {
 
-// pbrt version 2's igi limits VPLs by `glimit` and compensates by 16 rays unless `gathersamples` is given.
-// One ray is enough here, because it also serves direct light.
+// The igi of pbrt version 2 clamps VPLs only by `glimit` and compensates with 16 rays unless `gathersamples`
+// is given. One ray suffices here, because it also serves direct light.
 void read_second_igi(IntegratorSettings& settings, Params& params, const Param& param) {
     const Location at = param.place.location();
     params.accept({"glimit"});
@@ -124,7 +124,7 @@ void read_second_igi(IntegratorSettings& settings, Params& params, const Param& 
     if (!params.has("gathersamples")) set_in_one_line(settings, "gathersamples", 1.0, at);
 }
 
-// Parameters that say in pbrt's way what ours says in another. True if `param` was one.
+// Reads parameters that pbrt and Lucerna express differently. Returns true if `param` is one.
 bool read_translated(IntegratorSettings& settings, Params& params, const Param& param) {
     const std::string_view ours = integrator_name(settings);
     const Location at = param.place.location();
@@ -134,7 +134,7 @@ bool read_translated(IntegratorSettings& settings, Params& params, const Param& 
         return true;
     }
     if (ours == "progressive" && param.name == "photonsperiteration") {
-        // -1: as many as there are pixels; ours has its own idea of how many are enough.
+        // -1 means as many as there are pixels; Lucerna has its own default.
         const int photons = params.integer("photonsperiteration", -1);
         if (photons > 0) set_in_one_line(settings, "photons", double(photons), at);
         return true;
@@ -147,7 +147,7 @@ bool read_translated(IntegratorSettings& settings, Params& params, const Param& 
     return false;
 }
 
-// The number of passes stands in the integrator, ours in the samples per pixel.
+// The number of passes belongs to the integrator in pbrt, and to the samples per pixel in Lucerna.
 void read_passes(Reading& reading, Params& params) {
     for (const std::string_view name : {"numiterations", "iterations"}) {
         if (!params.has(name)) continue;
@@ -162,7 +162,7 @@ void read_passes(Reading& reading, Params& params) {
     }
 }
 
-// A value that ours cannot take leaves the default. `set`: returns what it returns, or throws.
+// Keeps the default for a value that Lucerna rejects. Returns the result of `set` unless it throws.
 template <typename Set>
 bool or_default(const Params& params, const Param& param, const Set& set) {
     std::string message;
@@ -170,7 +170,7 @@ bool or_default(const Params& params, const Param& param, const Set& set) {
         return set();
     } catch (const TextError& error) {
         message = error.message();
-    } catch (const InputError& error) {  // of set_parameter, which writes the place before it
+    } catch (const InputError& error) {  // from set_parameter, which prefixes the place
         const std::string place = to_string(param.place.location()) + ": ";
         message = printable(error.what());
         if (message.starts_with(place)) message.erase(0, place.size());
@@ -179,7 +179,7 @@ bool or_default(const Params& params, const Param& param, const Set& set) {
     return true;
 }
 
-// What pbrt knows and ours does not stays unused, and that is said.
+// Sets a parameter. One that Lucerna lacks stays unused, which is reported.
 void set_leniently(IntegratorSettings& settings, Params& params, std::string_view target,
                    const Param& param) {
     if (const auto instead = instead_of_removed(settings, target)) {
@@ -203,19 +203,19 @@ bool read_leniently_translated(IntegratorSettings& settings, Params& params, con
 void read_parameters(IntegratorSettings& settings, Params& params) {
     const std::string name(integrator_name(settings));
     for (const Field& field : fields(settings))
-        params.accept({field.name});  // so that warnings can offer them
+        params.accept({field.name});  // so that warnings can suggest them
     for (const Param& param : params.all()) {
         if (read_leniently_translated(settings, params, param)) continue;
         std::string_view target = param.name;
         for (const Alias& alias : kAliases) {
             if (alias.integrator == name && alias.pbrt == param.name) target = alias.ours;
         }
-        if (target.empty()) continue;  // left unused: a warning
+        if (target.empty()) continue;  // stays unused and gives a warning
         set_leniently(settings, params, target, param);
     }
 }
 
-// Of another method than ours: what has the same name may stay, the rest is a warning.
+// Reads parameters for a replacing method: those of the same name apply, the others give a warning.
 void read_shared_parameters(IntegratorSettings& settings, Params& params) {
     const std::string name(integrator_name(settings));
     std::vector<Field> known = fields(settings);
@@ -227,19 +227,19 @@ void read_shared_parameters(IntegratorSettings& settings, Params& params) {
     }
 }
 
-// Where pbrt's `maxdepth` is no limit of whole paths, from the light to the eye, as all of ours have it.
+// Converts pbrt's `maxdepth` where it does not limit whole paths from the light to the eye.
 void translate_max_depth(const Reading& reading, const std::string& kind, IntegratorSettings& settings) {
     const int max_depth = max_depth_of(settings);
     if (kind == "sppm") {
-        // Of paths from the eye and of photons' paths: the surface on which they meet is a bounce of both.
+        // It limits camera and photon paths separately, and the surface where they meet counts in both.
         if (max_depth > 0) set_max_depth(settings, 2 * std::min(max_depth, kMaxBounces) - 1);
     } else if (reading.old_dialect && (kind == "photonmap" || kind == "exphotonmap" || kind == "igi")) {
-        // Of mirrors and glass that are followed from the eye; all else ended by other rules.
+        // It limits mirrors and glass on camera paths only; other rules end everything else.
         set_max_depth(settings, 0);
     }
 }
 
-// What an integrator that another one takes the place of says about the light of the picture.
+// Returns the depth limit of an integrator that another one replaces.
 int max_depth_in(const Reading& reading, const std::string& kind, const std::string& name, Params& params) {
     IntegratorSettings own = make_settings(name, params.place().location());
     for (const Param& param : params.all()) {

@@ -1,4 +1,4 @@
-// What the readers of lights share.
+// Functions that the readers of lights share.
 #pragma once
 
 #include <string_view>
@@ -7,42 +7,42 @@
 
 namespace lucerna {
 
-// A colour of a light, by read_spectrum; white if it is not given. "scale", a float or version 3's colour,
-// is not yet applied.
+// Reads the colour of a light by read_spectrum; white if it is not given. Does not apply "scale", a float or,
+// in version 3, a colour.
 Rgb light_color(Reading& reading, Params& params, std::string_view name, ColorUse use = ColorUse::emission);
-// "scale" applied to `value`.
+// Returns `value` times "scale".
 Rgb scaled_color(Reading& reading, Params& params, const Rgb& value);
-// A positive number where the parameter is given, otherwise 0.
+// Reads a positive number, or returns 0 if the parameter is not given.
 double positive_or_none(Params& params, std::string_view name);
-// How strong a light is: `color` with "scale" applied, and "power" times the luminance of "scale" (0 where it
-// is not given), since in pbrt-v4 "scale" multiplies whatever "power" has set.
+// The strength of a light: `color` times "scale", and "power" times the luminance of "scale" (0 if not
+// given), as in pbrt-v4 "scale" also multiplies "power".
 struct Strength {
     Rgb color;
     double power;
 };
 Strength read_strength(Reading& reading, Params& params, const Rgb& color);
-// `color` such that the luminance of what it makes is "illuminance", where that is given; `illuminance_now`
-// is what `color` makes.
+// Scales `color` so that it gives the luminance "illuminance", if that is given. `illuminance_now` is what
+// `color` gives.
 Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now);
 
-// "lightgroup", the name of the group that the light is in, our own parameter: letters, digits, "_" and "-",
-// as names of layers may have in any program. Empty if it is not given.
+// Reads "lightgroup", the name of the light's group, a parameter of Lucerna. It allows letters, digits, "_"
+// and "-", which every program accepts in layer names. Empty if not given.
 std::string read_light_group(Params& params);
 
-// Lights with an image.
+// Readers of lights with an image.
 bool names_an_image(Params& params);
 Rgb mean_of_image(Reading& reading, Params& params);
 void read_image_infinite(Reading& reading, Params& params);
 void read_goniometric(Reading& reading, Params& params);
 void read_projection(Reading& reading, Params& params);
 
-// Lights from photometric files: "ies" and "ldt".
+// Reads lights from photometric files, "ies" and "ldt".
 void read_photometric_light(Reading& reading, const std::string& kind, Params& params);
 
-// The current transformation's axes; it may rotate, mirror and scale alike in all directions. Others are
-// straightened, starting with z.
+// Returns the axes of the current transformation, which may rotate, mirror and scale uniformly. Other
+// transformations are orthogonalised, starting with z.
 LightAxes light_axes(const Reading& reading, const Params& params);
-// Lamps measured.
+// Readers of measured lamps.
 void read_light_field(Reading& reading, Params& params);
 void read_ray_file(Reading& reading, Params& params);
 

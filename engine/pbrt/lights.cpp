@@ -1,9 +1,9 @@
-// Lights: point, spot, distant, infinite, diffuse areas, and our own measured lamps ("lightfield",
+// Lights: point, spot, distant, infinite, diffuse areas, and Lucerna's measured lamps ("lightfield",
 // "rayfile").
 //
-// Radiance and intensity are taken as pbrt's numbers stand, in W, or in a photometric scene in lm; "power"
-// and "illuminance" set the luminance of the light's flux or irradiance (pbrt calls them photometric; one
-// unit of luminance is one unit of either here).
+// Radiance and intensity are pbrt's numbers unchanged, in W, or in lm in a photometric scene. "power" and
+// "illuminance" set the luminance of the light's flux or irradiance. pbrt calls them photometric; here one
+// unit of luminance is one unit of either.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -67,7 +67,7 @@ Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now) {
 
 namespace {
 
-// What steers pbrt's sampling, in one version or another, and changes no light.
+// Accepts parameters that steer pbrt's sampling in some version and change no light.
 void accept_sampling(Params& params) {
     params.accept({"nsamples", "samples", "shadow"});
 }
@@ -84,13 +84,13 @@ void require_direction(const Params& params, const V3d& direction) {
         fail(params.place(), "{}: its transformation leaves no direction", params.owner());
 }
 
-// Also of a vector whose square is more than a double holds; 0 if `v` is.
+// Normalises also vectors whose square overflows a double; returns 0 for 0.
 V3d unit(const V3d& v) {
     const double largest = std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
     return largest > 0 ? (v / largest).normalized() : V3d(0);
 }
 
-// Our own parameter, for spots of glTF models.
+// Reads a parameter of Lucerna for spots of glTF models.
 SpotFalloff read_falloff(Params& params) {
     const std::string name = params.string("falloff", "smoothstep");
     if (name == "smoothstep") return SpotFalloff::smoothstep;
@@ -112,7 +112,7 @@ void read_spot(Reading& reading, Params& params) {
     spot.cone_degrees = params.real_within("coneangle", 30, 1e-3, 180);
     spot.delta_degrees = params.real_within("conedeltaangle", 5, 0, 180);
     if (spot.delta_degrees > spot.cone_degrees) {
-        // The fall would begin beyond the axis: from the axis on is the most there is.
+        // The falloff cannot begin beyond the axis, so it begins at the axis.
         params.depart(
             params.place_of("conedeltaangle"),
             fmt::format("conedeltaangle {:g} exceeds coneangle {:g}", spot.delta_degrees, spot.cone_degrees),
@@ -152,7 +152,7 @@ void read_light_of(Reading& reading, const std::string& kind, Params& params) {
     if (kind == "point") return read_point(reading, params);
     if (kind == "spot") return read_spot(reading, params);
     if (kind == "distant") return read_distant(reading, params);
-    // Names of version 1's and 3's other ways to sample the same light.
+    // These are names of versions 1 and 3 for other ways to sample the same light.
     if (kind == "infinite" || kind == "infinitesample" || kind == "exinfinite") {
         return read_infinite(reading, params);
     }
@@ -171,7 +171,7 @@ std::shared_ptr<const AreaLight> read_area_light_of(Reading& reading, const std:
                                                     Params& params) {
     if (kind.empty() || kind == "none") return nullptr;
     if (kind == "lightfield") {
-        // As the light source of that name, but it waits for its shape.
+        // Reads the parameters like the light source of that name, for a shape to follow.
         accept_sampling(params);
         read_light_field(reading, params);
         AreaLight area;
@@ -181,13 +181,13 @@ std::shared_ptr<const AreaLight> read_area_light_of(Reading& reading, const std:
         reading.draft.lights.pop_back();
         return std::make_shared<const AreaLight>(area);
     }
-    if (kind != "diffuse" && kind != "area") {  // "area" is version 1's and 2's name
+    if (kind != "diffuse" && kind != "area") {  // "area" is the name in versions 1 and 2
         refuse_kind(params.place(), "AreaLightSource", kind, {"diffuse", "lightfield"}, {});
     }
     accept_sampling(params);
     AreaLight light;
     light.place = params.place();
-    // With an image "L" is its factor.
+    // With an image "L" is a factor.
     const bool has_image = params.has("filename");
     Rgb radiance = light_color(reading, params, "L", has_image ? ColorUse::tint : ColorUse::emission);
     if (has_image) {
@@ -233,7 +233,7 @@ std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::st
     return std::make_shared<const AreaLight>(grouped);
 }
 
-// Lamps from files of their own: light fields and ray files, placed in the scene.
+// Lamps from measurement files, light fields and ray files, placed in the scene.
 
 namespace {
 
@@ -256,7 +256,7 @@ Reconstruction read_reconstruction(Params& params) {
          shown(name));
 }
 
-// What turns the lamp's unit into the scene's.
+// Reads the conversion from the lamp's unit to the scene's.
 LampUnit read_lamp_unit(const Reading& reading, Params& params) {
     LampUnit unit{reading.draft.unit, 0};
     if (!params.has("efficacy")) return unit;
@@ -275,7 +275,7 @@ LampUnit read_lamp_unit(const Reading& reading, Params& params) {
     return unit;
 }
 
-// What both kinds state alike: file, place, "scale" and "power".
+// Reads the parameters of both kinds: file, place, "scale" and "power".
 template <typename Settings>
 Settings read_lamp(Reading& reading, Params& params) {
     if (!params.has("filename")) fail(params.place(), "{} lacks \"string filename\"", params.owner());
@@ -318,15 +318,15 @@ void read_ray_file(Reading& reading, Params& params) {
     reading.draft.lights.push_back({.place = params.place(), .spec = RayFileSpec{lamp}, .file = lamp.file});
 }
 
-// Lamps from photometric files: LightSource "ies" and "ldt", far-field lights at a point, in lumens.
+// Lamps from photometric files: LightSource "ies" and "ldt", far-field point lights, in lumens.
 //
-// The lamp's frame is that of the light fields: nadir (γ = 0) is +z, the plane C0 holds +x, C90 holds -y; the
-// current transformation places it. So a lamp that hangs is turned until its z points down, as pbrt's spot
-// is.
+// The lamp's frame is that of light fields: nadir (γ = 0) is +z, the plane C0 contains +x, C90 contains -y.
+// The current transformation places it, so a hanging lamp is rotated until its z points down, as for pbrt's
+// spot.
 
 namespace {
 
-// Warnings of a file's reader, with the place in the scene that asks for the file.
+// Reports warnings of a file's reader at the place in the scene that names the file.
 class PlacedMonitor final : public Monitor {
   public:
     PlacedMonitor(Reading& reading, const Place& place) : reading_(reading), place_(place) {}
@@ -337,7 +337,7 @@ class PlacedMonitor final : public Monitor {
     const Place& place_;
 };
 
-// From the candela of a photometric file to the scene's unit.
+// Returns the factor from the candela of a photometric file to the scene's unit.
 double factor_of_file(const LampUnit& unit, const std::filesystem::path& file, const Place& at) {
     try {
         return unit_factor(unit, FluxUnit::lumen, 0, {file.string()});
@@ -363,7 +363,7 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
     }
     spec.axes = light_axes(reading, params);
     spec.position = transform_point(reading.state.ctm, params.point("from", V3d(0)));
-    // A colour tints the light and leaves its candela as they are.
+    // A colour tints the light and leaves its candela unchanged.
     const Rgb colour = light_color(reading, params, "color", ColorUse::tint);
     if (!(luminance(colour) > 0)) fail(params.place_of("color"), "\"color\" is black");
     const auto [scale, power] = read_strength(reading, params, colour / luminance(colour));

@@ -12,14 +12,14 @@ namespace {
 
 using Type = Param::Type;
 
-// Indices beyond these are no glass, and nothing here divides by less.
+// Refractive indices outside this range are not glass, and divisions by them are safe within it.
 constexpr double kLeastEta = 0.01, kMostEta = 100;
 
 std::string only_string(const Param& param) {
     return param.strings.size() == 1 ? param.strings.front() : std::string();
 }
 
-// Null: there is none, which was said.
+// Returns null, with a report, if there is no such texture.
 const NamedTexture* color_texture(Reading& reading, const Params& params, const Param& param) {
     const std::string wanted = only_string(param);
     const auto found = reading.textures.find(wanted);
@@ -54,7 +54,7 @@ FloatTexture read_number(Reading& reading, Params& params, std::string_view name
 
 namespace {
 
-// The texture that a parameter names, `fallback` if there is none of that name; none: it names none.
+// Returns the texture that a parameter names, `fallback` for an unknown name, nothing for a value.
 std::optional<RgbTexture> texture_named(Reading& reading, Params& params, std::string_view name,
                                         const Rgb& fallback) {
     const Param* param = params.find_any(name);
@@ -108,7 +108,7 @@ FloatTexture read_glass_eta(Reading& reading, Params& params, std::string_view n
 
 namespace {
 
-// A roughness above 1 is no surface that any version describes; scenes hold some by mistake.
+// Limits roughness to 1, as no version describes rougher surfaces and some scenes contain them by mistake.
 FloatTexture read_rough_number(Reading& reading, Params& params, const std::string& name,
                                const FloatTexture& fallback) {
     if (!params.find(name, {Type::real, Type::texture})) return fallback;
@@ -132,7 +132,7 @@ Roughness read_roughness(Reading& reading, Params& params, double fallback, Dial
                                                 FloatTexture::constant(static_cast<float>(fallback)));
     Roughness roughness{read_rough_number(reading, params, prefix + "uroughness", both),
                         read_rough_number(reading, params, prefix + "vroughness", both)};
-    // A scene that knows "remaproughness" is not older than version 3.
+    // "remaproughness" exists from version 3 on.
     if (dialect == Dialect::v2 && params.has("remaproughness")) dialect = Dialect::v3;
     if (params.boolean("remaproughness", true)) {
         roughness.map = dialect == Dialect::v2   ? RoughnessMap::v2
@@ -140,7 +140,7 @@ Roughness read_roughness(Reading& reading, Params& params, double fallback, Dial
                                                  : RoughnessMap::v4;
     }
     if (!roughness.x.constant_value() || !roughness.y.constant_value()) return roughness;
-    const V2f alpha = roughness.alpha(V2f(0, 0));  // once, not at every hit
+    const V2f alpha = roughness.alpha(V2f(0, 0));  // computed once instead of at every hit
     return Roughness::of_alpha(alpha.x, alpha.y);
 }
 
@@ -164,7 +164,7 @@ Coat read_coat(Reading& reading, Params& params, const std::string& prefix) {
     coat.eta = eta.constant_value().value_or(1.5F);
     coat.roughness = read_roughness(reading, params, 0, Dialect::v4, prefix);
     coat.table = cover_of(reading, coat.eta, coat.roughness);
-    // How pbrt walks between the layers, and what it finds there: nothing scatters within this varnish.
+    // Accepts parameters of pbrt's random walk and medium between the layers; this varnish is clear.
     params.accept({"maxdepth", "nsamples", "g", "thickness"});
     const auto within = read_color(reading, params, "albedo", Rgb(0.0F));
     if (params.has("albedo") && !is_black(within.at(V2f(0.5F, 0.5F)))) {
@@ -179,7 +179,7 @@ Relief read_relief(Reading& reading, Params& params) {
     for (const std::string_view name : {"bumpmap", "displacement"}) {
         if (!params.has(name)) continue;
         const FloatTexture height = read_float(reading, params, name, 0);
-        if (!height.constant_value()) relief.displacement = height;  // what is level bends nothing
+        if (!height.constant_value()) relief.displacement = height;  // a constant has no relief
     }
     const std::string name = params.string("normalmap", "");
     if (name.empty()) return relief;

@@ -1,4 +1,4 @@
-// Materials of all versions: one reader per name, or per name and its successor.
+// Materials of all versions, with one reader per name or per name and its successor.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ MaterialModel read_glass(Reading& reading, Params& params) {
     glass.eta = read_old_eta(reading, params);
     glass.reflect = read_color(reading, params, "Kr", Rgb(1.0F));
     glass.transmit = read_color(reading, params, "Kt", Rgb(1.0F));
-    // Version 3's map knows no smooth surface, its glass does.
+    // Version 3's roughness map has no smooth surface, but its glass has.
     const bool rough = params.has("roughness") || params.has("uroughness") || params.has("vroughness");
     const auto zero = [&](std::string_view name) {
         return read_float(reading, params, name, 0).constant_value() == 0.0F;
@@ -45,7 +45,7 @@ MaterialModel read_dielectric(Reading& reading, Params& params) {
     return glass;
 }
 
-// What pbrt takes where nothing is said: copper, as the spectra metal-Cu-eta and metal-Cu-k are read.
+// pbrt's default, copper, with the values of the spectra metal-Cu-eta and metal-Cu-k.
 const Rgb kCopperEta(0.166367F, 0.974422F, 1.213025F), kCopperK(3.247826F, 2.586601F, 2.357576F);
 
 ConductorMaterial read_metal_of(Reading& reading, Params& params, const std::string& prefix) {
@@ -100,7 +100,7 @@ MaterialModel read_diffuse_transmission(Reading& reading, Params& params) {
     return material;
 }
 
-// The cover is needed only where the parts exceed 1 together, which textures may do anywhere.
+// The coat table is needed only where the components add up to more than 1, which textures may do anywhere.
 void add_cover(Reading& reading, UberMaterial& uber) {
     if (const auto eta = uber.eta.constant_value()) uber.table = cover_of(reading, *eta, uber.roughness);
 }
@@ -114,7 +114,7 @@ MaterialModel read_plastic(Reading& reading, Params& params) {
     return plastic;
 }
 
-// A colour that is mostly absent: nothing where it is not given or `nothing` everywhere.
+// Reads a colour that is usually absent. Returns nothing if it is not given or equals `nothing` everywhere.
 std::optional<RgbTexture> read_rare(Reading& reading, Params& params, std::string_view name,
                                     const Rgb& nothing) {
     const Param* param = params.find_any(name);
@@ -171,7 +171,8 @@ std::shared_ptr<const Material> named_part(Reading& reading, const Place& at, co
     return std::make_shared<const Material>(found->second->material);
 }
 
-// Version 4 names both in "materials" and counts the second's share, version 3 the first's.
+// Reads a mix. Version 4 names both materials in "materials" and states the share of the second, version 3
+// that of the first.
 MaterialModel read_mix(Reading& reading, Params& params) {
     MixMaterial mix;
     if (const Param* both = params.find("materials", {Param::Type::string})) {
@@ -241,7 +242,7 @@ MaterialModel read_model(Reading& reading, const std::string& kind, Params& para
 Material read_material(Reading& reading, const std::string& kind, Params& params) {
     Material material{kind, read_model(reading, kind, params)};
     if (is_interface(material)) {
-        // pbrt takes no parameter of a surface that is not there.
+        // pbrt ignores all parameters of an interface material.
         for (const Param& param : params.all()) params.accept({param.name});
     } else {
         material.relief = read_relief(reading, params);

@@ -1,4 +1,4 @@
-// Media that were measured and have names.
+// Media with measured coefficients and names.
 #include <fmt/format.h>
 
 #include "engine/pbrt/state.h"
@@ -7,9 +7,9 @@
 namespace lucerna {
 namespace {
 
-// Scattering and absorption in 1/mm. pbrt takes both papers' scattering as sigma_s, with g = 0.
+// Scattering and absorption in 1/mm. pbrt takes the scattering of both papers as sigma_s with g = 0.
 const MeasuredMedium kMeasured[] = {
-    // [Jensen et al. 2001, figure 5]: reduced scattering.
+    // Values of [Jensen et al. 2001, figure 5] with reduced scattering.
     {"Apple", {2.29F, 2.39F, 1.97F}, {0.0030F, 0.0034F, 0.046F}},
     {"Chicken1", {0.15F, 0.21F, 0.38F}, {0.015F, 0.077F, 0.19F}},
     {"Chicken2", {0.19F, 0.25F, 0.32F}, {0.018F, 0.088F, 0.20F}},
@@ -22,7 +22,7 @@ const MeasuredMedium kMeasured[] = {
     {"Skin2", {1.09F, 1.59F, 1.79F}, {0.013F, 0.070F, 0.145F}},
     {"Spectralon", {11.6F, 20.4F, 14.9F}, {0.00F, 0.00F, 0.00F}},
     {"Wholemilk", {2.55F, 3.21F, 3.77F}, {0.0011F, 0.0024F, 0.014F}},
-    // [Narasimhan 2006]: at the concentrations, and under the names, that pbrt has.
+    // Values of [Narasimhan 2006] at pbrt's concentrations and under its names.
     {"Lowfat Milk", {0.89187F, 1.5136F, 2.532F}, {0.002875F, 0.00575F, 0.0115F}},
     {"Reduced Milk", {2.4858F, 3.1669F, 4.5214F}, {0.0025556F, 0.0051111F, 0.012778F}},
     {"Regular Milk", {4.5513F, 5.8294F, 7.136F}, {0.0015333F, 0.0046F, 0.019933F}},

@@ -1,8 +1,8 @@
 // Participating media: MakeNamedMedium of versions 3 and 4, Volume of versions 1 and 2.
 //
-// Coefficients hold per unit of world length, whatever the transformation; it moves boxes and grids only. The
-// two dialects differ in what they leave unsaid: versions 1 and 2 begin with a clear medium and emit "Le" per
-// length as it stands, versions 3 and 4 begin with whole milk and emit sigma_a times "Le".
+// Coefficients are per unit of world length whatever the transformation, which only moves boxes and grids.
+// The versions have different defaults: 1 and 2 have a clear medium and emit "Le" per length, 3 and 4 have
+// whole milk and emit sigma_a times "Le".
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ Rgb coefficient(Reading& reading, Params& params, std::string_view name, const R
     const Rgb value = read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback);
     Rgb result;
     for (int k = 0; k < 3; ++k) {
-        // A narrow spectrum may lie outside the colour triangle; less than nothing cannot be absorbed.
+        // A narrow spectrum may lie outside the colour triangle; negative coefficients are set to 0.
         const double scaled = std::max(0.0, static_cast<double>(value[k])) * scale;
         if (!(scaled <= kLargestSigma)) {
             params.depart(params.place_of(params.has(name) ? name : "scale"),
@@ -82,7 +82,7 @@ DensityGrid read_grid(Params& params, const Box3d& box, DensityGrid::Border bord
              count);
     }
     std::vector<float> samples(density->numbers.size());
-    bool said = false;  // once: a place is found by a walk through the text
+    bool said = false;  // reports once, as finding a place scans the text
     for (std::size_t i = 0; i < samples.size(); ++i) {
         const double value = density->numbers[i];
         const double held = std::clamp(value, 0.0, kLargestSigma);
@@ -109,7 +109,7 @@ ExponentialDensity read_exponential(Params& params, const Box3d& box) {
     }
     density.up.normalize();
     density.base = box.min;
-    // Downwards a density may grow without bound.
+    // The density may grow downwards without bound, so it is checked at the corners.
     for (int corner = 0; corner < kBoxCorners; ++corner) {
         const V3d p = box_corner(box, corner);
         if (!(density_at(density, p) <= kLargestSigma)) {
@@ -120,7 +120,8 @@ ExponentialDensity read_exponential(Params& params, const Box3d& box) {
     return density;
 }
 
-// Where the medium of that name stands in the draft; an empty place if it is not made yet.
+// Returns the index of the medium of that name in the draft. A medium that is not made yet gets an empty
+// entry.
 std::int32_t index_of_medium(Reading& reading, const Place& at, const std::string& name) {
     if (name.empty()) return kNoMedium;
     const auto known = reading.media.find(name);
@@ -131,11 +132,11 @@ std::int32_t index_of_medium(Reading& reading, const Place& at, const std::strin
     return index;
 }
 
-// Version 4's grids of colours: their sums' mean colour, as dense as the sums. Its clouds: what they hold on
-// average, in the whole box.
+// Reads version 4's other media. A grid of colours gets the density of its sums and their mean colour; a
+// cloud fills its box uniformly with its mean density.
 void read_other_grid(const Reading& reading, const std::string& kind, Params& params, Medium& medium) {
     if (kind == "cloud") {
-        constexpr double kFilled = 0.5;  // of its noise, about
+        constexpr double kFilled = 0.5;  // approximate mean of its noise
         const double density = kFilled * params.real_within("density", 1, 0, kLargestSigma);
         params.accept({"wispiness", "frequency"});
         params.depart(params.place_of("type"), "a medium of type \"cloud\" is not supported",
@@ -175,7 +176,7 @@ void read_other_grid(const Reading& reading, const std::string& kind, Params& pa
     }
     const double all = sums[0].x + sums[0].y + sums[0].z + sums[1].x + sums[1].y + sums[1].z;
     if (!(all > 0)) fail(params.place(), "{} is empty", params.owner());
-    // The samples hold the sum of six numbers; what they multiply has that sum 1.
+    // The samples hold the sum of six numbers, so the coefficients that they multiply add up to 1.
     const auto scale = params.real_within("scale", 1, 0, kLargestSigma);
     medium.sigma_a = Rgb(sums[0] * (scale / all));
     medium.sigma_s = Rgb(sums[1] * (scale / all));
@@ -200,9 +201,9 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
     Medium medium;
     medium.name = name;
     const double scale = params.real_within("scale", 1, 0, kLargestSigma);
-    // Version 4's grids begin with coefficients of 1.
+    // Version 4's grids have coefficients of 1 by default.
     const bool ones = kind == "uniformgrid" || kind == "cloud";
-    const MeasuredMedium& milk = *measured_medium("Wholemilk");  // what pbrt begins with
+    const MeasuredMedium& milk = *measured_medium("Wholemilk");  // pbrt's default
     const Rgb sigma_a = ones ? Rgb(1) : reading.colours().ratio(milk.sigma_a);
     const Rgb sigma_s = ones ? Rgb(1) : reading.colours().ratio(milk.sigma_s);
     const std::string preset = params.string("preset", "");
@@ -214,7 +215,7 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
             "the coefficients given, or whole milk's, are used");
     }
     if (kind == "rgbgrid") {
-        // Its coefficients are the grids.
+        // The coefficients come from the grids.
     } else if (found) {
         medium.sigma_a = reading.colours().ratio(found->sigma_a) * static_cast<float>(scale);
         medium.sigma_s = reading.colours().ratio(found->sigma_s) * static_cast<float>(scale);
@@ -297,7 +298,7 @@ void settle_media(Reading& reading) {
         if (medium.medium) continue;
         std::vector<std::string_view> names;
         for (const DraftMedium& other : reading.draft.media) {
-            // A name that could not be printed on one line is not offered.
+            // Does not suggest names that cannot be printed on one line.
             if (other.medium && shown(other.name) == other.name) names.push_back(other.name);
         }
         reading.depart(medium.place,

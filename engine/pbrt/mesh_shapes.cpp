@@ -52,7 +52,7 @@ ObjectMesh read_triangle_mesh(Params& params) {
         params.depart(s->place, "\"S\", tangents at the vertices, is not supported",
                       "tangents along u are used", "the direction of anisotropic gloss");
     }
-    params.accept({"discarddegenerateUVs", "faceIndices"});  // what is degenerate is mended, not refused
+    params.accept({"discarddegenerateUVs", "faceIndices"});  // degenerate ones are repaired
     mesh.uv = read_uv(params, mesh.p.size());
     return mesh;
 }
@@ -125,7 +125,7 @@ ObjectMesh read_loop_mesh(Params& params) {
     ObjectMesh mesh;
     const std::vector<V3d> p = read_vertices(params);
     const std::vector<int> indices = read_indices(params, p.size(), 3);
-    const char* name = params.has("levels") ? "levels" : "nlevels";  // versions 4 and 3
+    const char* name = params.has("levels") ? "levels" : "nlevels";  // of versions 4 and 3
     int levels = params.integer(name, 3);
     constexpr int kMostLevels = 10;
     if (levels < 0 || levels > kMostLevels) {
@@ -141,7 +141,7 @@ ObjectMesh read_loop_mesh(Params& params) {
              kMostTriangles, indices.size() / 3);
     }
     params.accept({"scheme"});
-    // What the subdivision keeps of each level, and the mesh itself, per triangle of the last.
+    // Memory per triangle of the last level, for the levels that subdivision keeps and for the mesh.
     constexpr std::uint64_t kBytesOfTriangle = 250;
     require_memory(bytes_of(indices.size() / 3, kBytesOfTriangle << 2 * levels),
                    fmt::format("{}: {} {} of {} triangles", to_string(params.place().location()), name,
@@ -158,7 +158,7 @@ ObjectMesh read_loop_mesh(Params& params) {
     return mesh;
 }
 
-// Versions 1 to 3: a grid of heights over the unit square.
+// Reads the grid of heights over the unit square of versions 1 to 3.
 ObjectMesh read_height_field(Params& params) {
     const int nu = params.integer("nu", 0), nv = params.integer("nv", 0);
     if (nu < 2 || nv < 2)

@@ -1,7 +1,7 @@
-// nurbs: a rational B-spline surface, made triangles.
+// Converts nurbs, rational B-spline surfaces, to triangles.
 //
-// Points, tangents and normals are evaluated on a grid whose lines include every knot, so that creases where
-// knots coincide stay sharp (The NURBS Book, Piegl and Tiller, algorithms A2.1 to A2.3 and 4.4).
+// Points, tangents and normals are evaluated on a grid whose lines include every knot, so that creases at
+// multiple knots stay sharp (The NURBS Book, Piegl and Tiller, algorithms A2.1 to A2.3 and 4.4).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,20 +18,20 @@ using Type = Param::Type;
 constexpr int kMostOrder = 16;
 constexpr std::size_t kMostPoints = 1U << 24;  // of the grid
 
-// One direction: `count` control points, degree order - 1, count + order knots.
+// One direction with `count` control points, degree order - 1 and count + order knots.
 struct Axis {
     int count = 0, order = 0;
     std::vector<double> knots;
-    double first = 0, last = 0;  // what is shown
+    double first = 0, last = 0;  // range that is evaluated
 };
 
 struct Basis {
     int span = 0;  // knots[span] <= t < knots[span + 1]
-    // Of the control points span - order + 1 to span.
+    // Values of the basis functions of the control points span - order + 1 to span.
     std::array<double, kMostOrder> value{}, slope{};
 };
 
-// All that are not 0 there, of degree `degree`, by Cox and de Boor's recurrence.
+// Evaluates all basis functions of degree `degree` that are not 0 at t, by Cox and de Boor's recurrence.
 std::array<double, kMostOrder> basis_values(const Axis& axis, int span, int degree, double t) {
     std::array<double, kMostOrder> n{};
     std::array<double, kMostOrder> left{}, right{};
@@ -57,7 +57,7 @@ Basis basis_at(const Axis& axis, int span, double t) {
     const int degree = axis.order - 1;
     basis.value = basis_values(axis, span, degree, t);
     if (degree == 0) return basis;
-    // A basis function's slope is the difference of two of one degree less.
+    // The derivative of a basis function is the difference of two of one degree less.
     const auto lower = basis_values(axis, span, degree - 1, t);
     for (int r = 0; r <= degree; ++r) {
         const int i = span - degree + r;
@@ -71,7 +71,7 @@ Basis basis_at(const Axis& axis, int span, double t) {
     return basis;
 }
 
-// Where the surface is evaluated: in every span of knots that has a width, both ends included.
+// A line of the grid. Each knot span of nonzero width has lines, including both ends.
 struct Line {
     double t;
     int span;
@@ -149,7 +149,7 @@ std::vector<Homogeneous> read_control_points(Params& params, std::size_t want) {
 }
 
 struct NurbsPoint {
-    V3d p, n;  // n not normalised; 0 where the surface has a point
+    V3d p, n;  // n is not normalised, and is 0 where tangents vanish
 };
 
 NurbsPoint evaluate(const std::vector<Homogeneous>& points, int nu, const Basis& u, int u_order,
@@ -165,7 +165,7 @@ NurbsPoint evaluate(const std::vector<Homogeneous>& points, int nu, const Basis&
             along_v.add(point, u.value[i] * v.slope[j]);
         }
     }
-    // The quotient rule; positive weights keep at.w positive.
+    // Applies the quotient rule; positive weights keep at.w positive.
     const V3d p = at.p / at.w;
     const V3d dpdu = (along_u.p - along_u.w * p) / at.w, dpdv = (along_v.p - along_v.w * p) / at.w;
     return {p, dpdu.cross(dpdv)};
@@ -181,7 +181,7 @@ void add_triangles(ObjectMesh& mesh, int columns, int rows) {
     }
 }
 
-// Where both tangents meet in a point (a pole), the triangles around it tell.
+// Computes normals at poles, where a tangent vanishes, from the adjacent triangles.
 void mend_normals(ObjectMesh& mesh) {
     std::vector<V3d> sums(mesh.p.size(), V3d(0));
     for (const V3i& t : mesh.triangles) {
@@ -199,7 +199,8 @@ ObjectMesh read_nurbs(Params& params) {
     const Axis u = read_axis(params, 'u'), v = read_axis(params, 'v');
     const auto points =
         read_control_points(params, static_cast<std::size_t>(u.count) * static_cast<std::size_t>(v.count));
-    // A span of degree 1 is straight along its own lines, but not across them.
+    // Spans of degree 1 are also divided, because they are straight along their own lines but not across
+    // them.
     constexpr int kPieces = 16;
     const std::vector<Line> us = lines_of(u, kPieces), vs = lines_of(v, kPieces);
     if (us.size() * vs.size() > kMostPoints)

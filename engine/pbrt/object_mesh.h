@@ -1,4 +1,4 @@
-// A mesh as its reader finds it, or as a program hands it over beside the scene's text.
+// A mesh as a file contains it, or as a program passes it beside the scene's text.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@ struct ObjectMesh {
     std::vector<V3i> triangles;
 };
 
-// Meshes in memory, by the names under which the text's Shape "arraymesh" asks for them.
+// Meshes in memory, by the names that Shape "arraymesh" uses in the text.
 using NamedMeshes = std::map<std::string, std::shared_ptr<const ObjectMesh>, std::less<>>;
 
 }  // namespace lucerna

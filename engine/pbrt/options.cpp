@@ -1,4 +1,4 @@
-// Camera, film, filter and sampler: what stands before WorldBegin. The integrator has integrator.cpp.
+// Reads camera, film, filter and sampler, the options before WorldBegin; integrator.cpp reads the integrator.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ void read_screen_window(Reading& reading, Params& params) {
         reading.draft.camera.screen[i] = static_cast<float>(window->numbers[i]);
 }
 
-// One side of the picture, in pixels.
+// Reads the width or height of the image in pixels.
 int read_side(Params& params, std::string_view name, int fallback) {
     constexpr int kMost = 1 << 16;
     const int side = params.integer(name, fallback);
@@ -41,7 +41,7 @@ int read_side(Params& params, std::string_view name, int fallback) {
     return side;
 }
 
-// The part of the picture that is wanted: shares of its sides, or pixels.
+// Reads the crop of the image, as shares of its sides or in pixels.
 void read_crop(Params& params, FilmSettings& film) {
     const Param* shares = params.find("cropwindow", {Type::real});
     const Param* pixels = params.find("pixelbounds", {Type::integer, Type::real});
@@ -59,7 +59,7 @@ void read_crop(Params& params, FilmSettings& film) {
         const double at = window->numbers[i];
         return static_cast<int>(std::clamp(shares ? std::ceil(most * at) : at, 0.0, most));
     };
-    // As pbrt does, in either order.
+    // As in pbrt, the edges may have either order.
     film.crop_begin = V2i(std::min(edge(0), edge(1)), std::min(edge(2), edge(3)));
     film.crop_end = V2i(std::max(edge(0), edge(1)), std::max(edge(2), edge(3)));
     if (film.crop_begin.x >= film.crop_end.x || film.crop_begin.y >= film.crop_end.y) {
@@ -68,7 +68,8 @@ void read_crop(Params& params, FilmSettings& film) {
     }
 }
 
-// Version 4's camera sensor: exposure time and ISO make one factor; a measured sensor is another matter.
+// Reads version 4's camera sensor. Exposure time and ISO become one factor; measured sensors are not
+// supported.
 double read_sensor(Params& params) {
     const std::string sensor = params.string("sensor", "cie1931");
     if (sensor != "cie1931") {
@@ -93,7 +94,7 @@ float read_radius(Params& params, std::string_view v4_name, std::string_view v3_
             fmt::format("\"{}\" and \"{}\" are two names of the same parameter; use one", v3_name, v4_name),
             fmt::format("\"{}\" is used", v3_name));
     }
-    // Read under both names, so that either is offered when a third is misspelt.
+    // Accepts both names, so that either is suggested when a third is misspelt.
     params.accept({v3_name, v4_name});
     return static_cast<float>(params.real_within(name, fallback, 1e-3, 100));
 }
@@ -104,11 +105,11 @@ namespace {
 
 void read_lens(Camera::Settings& camera, Params& params) {
     camera.lens_radius = static_cast<float>(params.real_within("lensradius", 0, 0, 1e30));
-    // Version 1 and 2 write 1e30 for "everywhere"; the lens then has nothing to blur.
+    // Versions 1 and 2 write 1e30 for infinity, which makes the lens blur nothing.
     camera.focal_distance = static_cast<float>(params.real_within("focaldistance", 1e6, 1e-30, 1e38));
 }
 
-// Version 4 spreads the sphere with equal areas by default; the older "environment" by latitude and
+// Reads the mapping of the sphere. Version 4 has equal areas by default, the older "environment" latitude and
 // longitude.
 Camera::Settings::Mapping read_mapping(Params& params, bool environment) {
     const std::string mapping = environment ? "equirectangular" : params.string("mapping", "equalarea");
@@ -125,7 +126,7 @@ Camera::Settings::Mapping read_mapping(Params& params, bool environment) {
 
 void read_camera(Reading& reading, const std::string& kind, Params& params) {
     Camera::Settings& camera = reading.draft.camera;
-    // Nothing moves, and nothing is too near or too far.
+    // Accepts clipping planes and shutter times, as nothing moves or is clipped.
     params.accept({"hither", "yon", "shutteropen", "shutterclose"});
     if (kind == "spherical" || kind == "environment") {
         camera.kind = Camera::Settings::Kind::spherical;
@@ -169,7 +170,7 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
             film.colours.is_srgb() ? "it is in linear sRGB" : fmt::format("it is in {}", film.colours.name()),
             "saturation");
     }
-    // Each version's own default.
+    // Each version has its own default.
     film.width = read_side(params, "xresolution", version3 ? 640 : 1280);
     film.height = read_side(params, "yresolution", version3 ? 480 : 720);
     film.filename = params.string("filename", FilmSettings{}.filename.string());
@@ -184,7 +185,7 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
     if (!version3) scale *= read_sensor(params);
     film.scale = static_cast<float>(scale);
     read_crop(params, film);
-    // Half floats; how older versions wrote files.
+    // Accepts options of half floats and of older file output.
     params.accept({"savefp16", "maxcomponentvalue", "maxsampleluminance", "premultiplyalpha",
                    "writefrequency", "display"});
 }

@@ -15,7 +15,8 @@ namespace {
 
 using Type = Param::Type;
 
-// Of one directive; those that are known to any are some fifty. Each is looked for among the others.
+// Limits the parameters of a directive, because each is looked up among the others. About fifty names are
+// known.
 constexpr std::size_t kMostParams = 256;
 
 struct TypeWord {
@@ -37,7 +38,7 @@ constexpr TypeWord kTypeWords[] = {
     {"spectrum", Type::spectrum},
     {"blackbody", Type::blackbody},
     {"xyz", Type::xyz},
-    // Names of older versions of pbrt.
+    // Names in older versions of pbrt.
     {"point", Type::point3},
     {"vector", Type::vector3},
     {"normal", Type::normal3},
@@ -51,7 +52,7 @@ std::optional<Type> type_of(std::string_view word) {
     return std::nullopt;
 }
 
-// Numbers that make up one value of the type.
+// Returns the number of numbers in one value of the type.
 std::size_t width_of(Type type) {
     switch (type) {
         case Type::point2:
@@ -76,20 +77,20 @@ std::string declared(const Param& param) {
     return fmt::format("\"{} {}\"", type_name(param.type), shown(param.name));
 }
 
-// What is wrong with a parameter's values, at the first that is.
+// The first error in a parameter's values.
 struct Problem {
     Place at;
     std::string what, instead;
-    bool drops = true;  // the parameter, as a whole
+    bool drops = true;  // drops the whole parameter
 };
 
-// Takes one value that is not a number from the tokens, whatever it is; an unquoted word ends the list in
-// every version and is an error of syntax.
+// Reads one value that is not a number, whatever its type. An unquoted word ends the list in every version
+// and is a syntax error.
 void read_word_value(Tokens& tokens, Param& param, std::optional<Problem>& problem) {
     const Place at = tokens.place();
     const Token token = tokens.next();
     const bool is_string = token.kind == Token::Kind::string;
-    if (param.type == Type::boolean) {  // true; "true" in older versions
+    if (param.type == Type::boolean) {  // true is unquoted, "true" belongs to older versions
         const bool word = is_string || token.kind == Token::Kind::word;
         const bool known = word && (token.text == "true" || token.text == "false");
         const auto what = fmt::format("{}: {} is not a Boolean; expected true or false", declared(param),
@@ -144,7 +145,7 @@ std::optional<Problem> read_values(Tokens& tokens, Param& param) {
     return problem;
 }
 
-// "type name" taken apart; any number of blanks between. What is wrong with it otherwise.
+// Splits "type name", with any number of blanks in between. Returns the problem if it fails.
 std::optional<Problem> declare(const Token& token, Param& param) {
     constexpr std::string_view blanks = " \t";
     const std::string_view text = token.text;
@@ -177,7 +178,7 @@ std::optional<Problem> declare(const Token& token, Param& param) {
     return std::nullopt;
 }
 
-// The values of a parameter that cannot be told.
+// Skips the values of a parameter whose type is unknown.
 void skip_values(Tokens& tokens) {
     using Kind = Token::Kind;
     const Place begin = tokens.place();
@@ -195,7 +196,7 @@ void skip_values(Tokens& tokens) {
     tokens.next();
 }
 
-// pbrt keeps one list for each type, and one for all spellings of a colour.
+// Groups types as pbrt does, with one list per type and one for all spellings of a colour.
 Type family_of(Type type) {
     const bool colour = type == Type::spectrum || type == Type::blackbody || type == Type::xyz;
     return colour ? Type::rgb : type;
@@ -204,7 +205,7 @@ Type family_of(Type type) {
 }  // namespace
 
 std::string_view type_name(Type type) {
-    return kTypeWords[static_cast<std::size_t>(type)].word;  // the first entries stand in the order of Type
+    return kTypeWords[static_cast<std::size_t>(type)].word;  // the first entries are in the order of Type
 }
 
 Place Param::place_of(std::size_t value) const {
@@ -212,7 +213,7 @@ Place Param::place_of(std::size_t value) const {
     Tokens tokens(*values.source, values.offset);
     if (tokens.peek().kind == Token::Kind::open) tokens.next();
     for (; value > 0 && tokens.peek().kind != Token::Kind::close; --value) tokens.next();
-    values.source->take_oddities();  // they were said when the list was read
+    values.source->take_oddities();  // already reported when the list was read
     return tokens.place();
 }
 
@@ -295,7 +296,7 @@ void Params::depart(const Place& at, std::string_view what, std::string_view ins
 }
 
 void Params::depart_once(const Param& param, std::string_view what, std::string_view instead) {
-    // A default is shared by directives and bears no mark.
+    // A default is shared by directives and is never marked.
     for (Param& mine : params_) {
         if (&mine != &param) continue;
         if (mine.said) return;

@@ -1,8 +1,8 @@
-// The parameters of one directive: "type name" [values], typed, placed, and asked for by name.
+// The parameters of one directive: "type name" [values], with types and places, retrieved by name.
 //
-// Whoever reads a directive asks for each parameter it knows. As in pbrt, one that is ill-typed or wrongly
-// sized counts as not given, of two with one name the last one counts, and what nobody asked for has no
-// effect; each of these is said (tokens.h), so that no parameter can be overlooked in silence.
+// The reader of a directive asks for each parameter that it knows. As in pbrt, a parameter of the wrong type
+// or size counts as not given, the last one of several with one name counts, and one that nobody asks for has
+// no effect. Each case is reported (tokens.h), so no parameter is overlooked silently.
 #pragma once
 
 #include <initializer_list>
@@ -35,7 +35,7 @@ struct Param {
         texture,
         rgb,
         spectrum,   // wavelengths and values, a name, or a file
-        blackbody,  // kelvins; version 3: kelvins and a scale
+        blackbody,  // kelvins; in version 3 kelvins and a scale
         xyz
     };
     Type type = Type::real;
@@ -45,62 +45,62 @@ struct Param {
     std::vector<double> numbers;
     std::vector<std::string> strings;
     std::vector<bool> flags;
-    const ColourSpace* space = nullptr;  // of the numbers of an rgb; null: linear sRGB
+    const ColourSpace* space = nullptr;  // space of an rgb's numbers; null: linear sRGB
     bool used = false;
-    bool said = false;  // that it cannot be taken as it stands
+    bool said = false;  // its error is already reported
 
     std::size_t count() const { return numbers.size() + strings.size() + flags.size(); }
-    // Of the value with this index; walks through the text, so only for messages.
+    // Returns the place of the value with this index. It scans the text, so it is for messages only.
     Place place_of(std::size_t value) const;
 };
 
-// Shared by all directives that have them: they may be long lists, and blocks and directives many.
+// Shared by all directives to which they apply, as lists may be long and blocks and directives many.
 using ParamDefaults = std::vector<std::shared_ptr<const Param>>;
 
 class Params {
   public:
     Params() = default;
-    // Reads declarations up to the first token that is no string. `owner` names the directive in messages;
-    // `ours`: a directive that pbrt does not have, which is taken strictly. `leniency` must outlive them.
+    // Reads declarations up to the first token that is no string. `owner` names the directive in messages.
+    // `ours` marks a directive of Lucerna, read strictly. `leniency` must outlive the result.
     static Params read(Tokens& tokens, std::string owner, const Place& place, Leniency& leniency,
                        bool ours = false);
-    // The list goes on.
+    // Continues the list.
     void read_more(Tokens& tokens);
 
-    // Names, types and values of those that are given here.
+    // Hashes names, types and values of the parameters given here.
     void add_to(WordHash& hash) const;
 
-    // The space that the numbers of colours are in.
+    // Sets the colour space of the numbers.
     void take_colours_in(const ColourSpace* space);
 
-    // Adds those that are not given here, without a warning if they stay unused (pbrt's Attribute directive).
+    // Adds defaults of pbrt's Attribute directive, which give no warning if unused.
     void add_defaults(const ParamDefaults& defaults) { defaults_ = defaults; }
 
-    // The parameter of that name and one of these types, marked as used; null if there is none. Of a texture
-    // and a value the texture is taken.
+    // Returns the parameter of that name and one of these types and marks it used; null if there is none. A
+    // texture is preferred to a value.
     const Param* find(std::string_view name, std::initializer_list<Param::Type> types);
-    // Whatever its type; marked as used.
+    // Returns the parameter of any type and marks it used.
     const Param* find_any(std::string_view name);
     bool has(std::string_view name);
-    // The name, without marking it used: what stands at an error.
+    // Returns the place for an error message about the parameter, without marking it used.
     Place place_of(std::string_view name) const;
 
-    // One value each, or the fallback if the parameter is absent.
+    // Return one value, or the fallback if the parameter is absent.
     bool boolean(std::string_view name, bool fallback);
     int integer(std::string_view name, int fallback);
     double real(std::string_view name, double fallback);
     std::string string(std::string_view name, std::string_view fallback);
     V3d point(std::string_view name, const V3d& fallback);
-    // A number held in [least, most].
+    // Returns a number clamped to [least, most].
     double real_within(std::string_view name, double fallback, double least, double most);
 
-    // Accepts these without a warning: they steer how pbrt works, not what it computes.
+    // Accepts these without a warning, because they steer how pbrt works and not its results.
     void accept(std::initializer_list<std::string_view> names);
     void depart_unused() const;
-    // Leniency's depart(), or an error if the directive is ours.
+    // Calls Leniency::depart(), or throws if the directive is Lucerna's own.
     void depart(const Place& at, std::string_view what, std::string_view instead,
                 std::string_view lost = {}) const;
-    // The same for a parameter that is asked for several times: said once.
+    // Reports like depart() once for a parameter that is looked up several times.
     void depart_once(const Param& param, std::string_view what, std::string_view instead);
 
     const std::vector<Param>& all() const { return params_; }
@@ -119,17 +119,17 @@ class Params {
 
     std::vector<Param> params_;
     ParamDefaults defaults_;
-    std::vector<std::string> asked_;  // every name that was looked for: what a warning offers
+    std::vector<std::string> asked_;  // names that were looked up, which a warning suggests
     std::string owner_;
     Place place_;
     Leniency* leniency_ = nullptr;
     bool ours_ = false;
 };
 
-// As scene text spells it: "float", "point3", ...
+// Returns the type's name in scene text: "float", "point3", ...
 std::string_view type_name(Param::Type type);
 
-// Throws TextError: `kind` of `what` is known to pbrt but not here yet, or not known at all.
+// Throws TextError: `kind` of `what` is known to pbrt but not supported, or unknown.
 [[noreturn]] void refuse_kind(const Place& at, std::string_view what, std::string_view kind,
                               std::initializer_list<std::string_view> supported,
                               std::initializer_list<std::string_view> known_elsewhere);

@@ -1,4 +1,4 @@
-// bilinearmesh: patches between four points.
+// Reads bilinearmesh, patches between four points.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 using Type = Param::Type;
 
-// One that emits: a grid of triangles over each patch, two for a parallelogram.
+// A mesh that emits becomes a grid of triangles over each patch, or two triangles for a parallelogram.
 constexpr std::uint64_t kBytesOfTessellated =
     33 * 33 * (sizeof(V3d) + sizeof(V2f)) + 2 * 32 * 32 * sizeof(V3i);
 ObjectMesh tessellated(const BilinearMesh& mesh) {
@@ -51,7 +51,7 @@ void add_patches(Reading& reading, Params& params) {
         mesh.patches.push_back({indices[i], indices[i + 1], indices[i + 2], indices[i + 3]});
     }
     mesh.uv = read_uv(params, points.size());
-    const std::optional<M44d> back = inverse(reading.state.ctm);  // none: flattened
+    const std::optional<M44d> back = inverse(reading.state.ctm);  // none: the patches are flattened
     if (const Param* n = params.find("N", {Type::normal3})) {
         require_count(*n, n->numbers.size() / 3, points.size());
         const M44d back_of_n = back.value_or(M44d());

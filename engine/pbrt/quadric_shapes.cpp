@@ -1,4 +1,4 @@
-// Quadrics and disks, with pbrt's parameters.
+// Reads quadrics and disks with pbrt's parameters.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@ namespace {
 
 using Kind = Quadric::Kind;
 
-// pbrt squares them, or nearly so: a negative one is as good.
+// Reads a size. pbrt uses essentially its square, so negative ones are accepted.
 float positive(Params& params, std::string_view name, double fallback) {
     const double given = params.real(name, fallback), size = std::fabs(given);
     if (!(size >= 1e-30 && size <= 1e30)) {
@@ -36,7 +36,7 @@ Quadric read_sphere(Params& params) {
     sphere.radius = positive(params, "radius", 1);
     const double r = static_cast<double>(sphere.radius);
     const double a = params.real("zmin", -r), b = params.real("zmax", r);
-    const double low = std::min(a, b), high = std::max(a, b);  // pbrt takes them in either order
+    const double low = std::min(a, b), high = std::max(a, b);  // pbrt accepts either order
     if (!(low < r && high > -r && low < high)) {
         fail(params.place_of("zmin"), "zmin {:g} and zmax {:g} leave nothing of a sphere of radius {:g}", a,
              b, r);
@@ -67,7 +67,7 @@ Quadric read_cylinder(Params& params) {
     cylinder.radius = positive(params, "radius", 1);
     const double a = params.real_within("zmin", -1, -1e30, 1e30),
                  b = params.real_within("zmax", 1, -1e30, 1e30);
-    cylinder.z_min = static_cast<float>(std::min(a, b));  // pbrt takes them in either order
+    cylinder.z_min = static_cast<float>(std::min(a, b));  // pbrt accepts either order
     cylinder.z_max = static_cast<float>(std::max(a, b));
     if (!(cylinder.z_min < cylinder.z_max)) {
         fail(params.place_of("zmin"), "zmin {:g} and zmax {:g} leave nothing of a cylinder", a, b);
@@ -91,7 +91,7 @@ Quadric read_paraboloid(Params& params) {
     bowl.radius = positive(params, "radius", 1);
     const double a = params.real_within("zmin", 0, -1e30, 1e30),
                  b = params.real_within("zmax", 1, -1e30, 1e30);
-    const double low = std::max(0.0, std::min(a, b)), high = std::max(a, b);  // it begins at z = 0
+    const double low = std::max(0.0, std::min(a, b)), high = std::max(a, b);  // the surface begins at z = 0
     bowl.z_min = static_cast<float>(low);
     bowl.z_max = static_cast<float>(high);
     if (!(bowl.z_min < bowl.z_max)) {
@@ -106,7 +106,7 @@ Quadric read_hyperboloid(Params& params) {
     waist.kind = Kind::hyperboloid;
     waist.p1 = V3f(params.point("p1", V3d(0, 0, 0)));
     waist.p2 = V3f(params.point("p2", V3d(1, 1, 1)));
-    if (waist.p2.z == 0) std::swap(waist.p1, waist.p2);  // as pbrt does, which turns the normal
+    if (waist.p2.z == 0) std::swap(waist.p1, waist.p2);  // as in pbrt, which flips the normal
     if (waist.p1.z == waist.p2.z) {
         fail(params.place_of("p1"), "p1 and p2 have the same z, {:g}; use a disk for a flat ring",
              waist.p1.z);
@@ -124,7 +124,7 @@ Quadric read_quadric(const std::string& kind, Params& params) {
     return read_sphere(params);
 }
 
-// Whether its light has a formula: a complete sphere or disk under one scale for all directions.
+// Tells whether the emission has a closed form: the quadric is a complete sphere or disk with uniform scale.
 bool emits_exactly(const Quadric& quadric) {
     if (quadric.kind != Kind::sphere && quadric.kind != Kind::disk) return false;
     const bool whole =

@@ -44,8 +44,8 @@ struct SceneFrames::State {
     const SceneOverrides& overrides;
     const Workers& workers;
     Monitor& monitor;
-    std::optional<std::filesystem::path> file;  // none: text in memory
-    std::optional<DirectiveReader> reader;      // none: the text is read to its end
+    std::optional<std::filesystem::path> file;  // none: the text is in memory
+    std::optional<DirectiveReader> reader;      // none: the text has been read to its end
 };
 
 SceneFrames::SceneFrames(const std::filesystem::path& file, const SceneOverrides& overrides,
@@ -65,7 +65,7 @@ SceneFrames::~SceneFrames() = default;
 std::optional<Job> SceneFrames::next() {
     if (!state_->reader) return std::nullopt;
     std::optional<Draft> draft = state_->reader->next();
-    if (!state_->reader->more()) state_->reader.reset();  // and with it the text, which may be long
+    if (!state_->reader->more()) state_->reader.reset();  // frees the text, which may be long
     if (!draft) return std::nullopt;
     Job job = job_of(std::move(*draft), state_->overrides, state_->workers, state_->monitor);
     if (state_->file) job.files.insert(job.files.begin(), *state_->file);
@@ -99,7 +99,7 @@ Job read_scene(const std::filesystem::path& file, const SceneOverrides& override
 
 namespace {
 
-// A name as other systems write it, with a backslash between folders; some of these have become escapes.
+// Replaces backslashes in names of folders, some of which have become escape sequences.
 std::string with_slashes(const std::string& name) {
     constexpr std::string_view control = "\n\t\r\b\f", letter = "ntrbf";
     std::string result;

@@ -1,8 +1,9 @@
-// Scene files: pbrt's text, version 4's syntax and version 3's names, into a Job that can be rendered.
+// Reads scene files, pbrt's text with version 4's syntax and version 3's names, into a Job that can be
+// rendered.
 //
-// What the reader knows it does exactly as pbrt. What pbrt renders and the reader does not know is rendered
-// with something in its place, and a warning by file, line and column; under `strict` it is refused
-// (tokens.h). docs/reference/scene-files.md lists directives and parameters.
+// Supported directives behave exactly as in pbrt. Whatever pbrt renders and the reader does not support is
+// replaced, with a warning by file, line and column, or rejected under `strict` (tokens.h).
+// docs/reference/scene-files.md lists directives and parameters.
 #pragma once
 
 #include <filesystem>
@@ -23,45 +24,45 @@
 
 namespace lucerna {
 
-// What the command line, or a program that uses the library, puts in the place of the scene's own choice.
+// Choices of the command line, or of a program that uses the library, that replace the scene's own.
 struct SceneOverrides {
-    std::string integrator;  // empty: as the scene says, path if it says nothing
-    std::vector<std::pair<std::string, std::string>> set;  // parameters of the integrator, name and value
-    int spp = 0;                                           // camera samples per pixel; 0: as the scene says
-    std::string output;                                    // image file; empty: as the scene says
-    V2i resolution{0, 0};                                  // pixels; 0: as the scene says
-    std::optional<WorkingSpace> colours;                   // of the render; none: as the scene says
-    std::optional<FluxUnit> unit;                          // of all light; none: as the scene says
-    bool skip_missing = false;  // meshes and textures whose file does not exist are left out, with a warning
-    bool strict = false;        // what the reader would replace or leave out with a warning is an error
-    NamedMeshes meshes = {};    // for the text's Shape "arraymesh"
-    // Measured lamps (light fields and ray files) become points with the intensities that this makes of their
-    // files: the same light at a point, as a photometric file has it. None: they are as they are.
+    std::string integrator;                                // empty: the scene's, or path by default
+    std::vector<std::pair<std::string, std::string>> set;  // names and values of integrator parameters
+    int spp = 0;                                           // camera samples per pixel; 0: the scene's
+    std::string output;                                    // image file; empty: the scene's
+    V2i resolution{0, 0};                                  // pixels; 0: the scene's
+    std::optional<WorkingSpace> colours;                   // of the render; none: the scene's
+    std::optional<FluxUnit> unit;                          // of all light; none: the scene's
+    bool skip_missing = false;  // leaves out meshes and textures whose file does not exist, with a warning
+    bool strict = false;        // turns warnings about replaced or omitted parts into errors
+    NamedMeshes meshes = {};    // for Shape "arraymesh" of the text
+    // Replaces measured lamps (light fields and ray files) by point lights with the intensities that this
+    // function derives from their files, as in a photometric file. None: lamps keep their near field.
     FarFieldOf far_field = {};
-    // The file that is read in the place of a light field's, as the scene names it: a replicate of the lamp,
-    // for example. None: its own.
+    // Returns the file to read in place of a light field's file as the scene names it, such as a replicate of
+    // the lamp. None: its own.
     LampFileOf lamp_file = {};
-    // Changes the parts of every frame before its Scene is made of them: scales or replaces lights, whose
-    // order is that of the text, or materials. Positions are relative to `origin`. A light on a surface
-    // (Mesh::light and its like) is replaced only by one of the same surface. Where there are light groups,
-    // `of_light` has one for each light. None: nothing is changed.
+    // Edits the parts of every frame before its Scene is made, for example scales or replaces lights (in the
+    // order of the text) or materials. Positions are relative to `origin`. A light on a surface (Mesh::light
+    // and its like) must be replaced by one of the same surface. With light groups, `of_light` has one entry
+    // for each light. None: nothing is changed.
     std::function<void(SceneParts&)> edit = {};
 };
 
-// The frames of a scene file, one after the other: what stands after a WorldEnd is another picture, whose
-// camera, film and methods are the last one's until it names its own. Only one is in memory at a time.
+// The frames of a scene file in order. Text after a WorldEnd describes another image, which keeps the camera,
+// film and methods of the previous one until it sets its own. Only one frame is in memory at a time.
 class SceneFrames {
   public:
-    // Arguments as of read_scene; they must outlive this.
+    // Takes the arguments of read_scene, which must outlive this object.
     SceneFrames(const std::filesystem::path& file, const SceneOverrides& overrides, const Workers& workers,
                 Monitor& monitor);
     SceneFrames(std::string text, const std::filesystem::path& pretended_file,
                 const SceneOverrides& overrides, const Workers& workers, Monitor& monitor);
     ~SceneFrames();
 
-    // None after the last one. Throws InputError, whose message is one line.
+    // Returns nothing after the last frame. Throws InputError with a one-line message.
     std::optional<Job> next();
-    // False after the last one; where text is left that makes no frame, true.
+    // Returns false after the last frame, but true if text is left that makes no frame.
     bool more() const;
 
   private:
@@ -69,13 +70,13 @@ class SceneFrames {
     std::unique_ptr<State> state_;
 };
 
-// The first frame; that there are others is a warning. Throws InputError, whose message is one line.
-// Relative names within the scene (Include, meshes, textures, lamps) start from the folder of `file`, also in
-// included files.
+// Reads the first frame and warns if there are others. Throws InputError with a one-line message. Relative
+// names within the scene (Include, meshes, textures, lamps) start from the folder of `file`, also in included
+// files.
 Job read_scene(const std::filesystem::path& file, const SceneOverrides& overrides, const Workers& workers,
                Monitor& monitor);
 
-// The same for text in memory that stands for `pretended_file`.
+// Reads text in memory in place of `pretended_file`.
 Job read_scene_text(std::string text, const std::filesystem::path& pretended_file,
                     const SceneOverrides& overrides, const Workers& workers, Monitor& monitor);
 

@@ -1,8 +1,8 @@
-// Versions 2 to 4's camera of real lenses, as the thin lens of its focal length and aperture.
+// Reads the camera of real lenses of versions 2 to 4 as the thin lens of its focal length and aperture.
 //
-// A lens table lists surfaces from the scene's side to the film's: radius of curvature, distance to the next
-// surface, index behind it, diameter, all lengths in mm; a radius of 0 is the stop. A paraxial ray through it
-// tells the focal length, and how large the stop looks from the front (Hecht, Optics, 6.2).
+// A lens table lists surfaces from the scene to the film: radius of curvature, distance to the next surface,
+// refractive index behind it, diameter, with all lengths in mm; radius 0 marks the stop. A paraxial ray gives
+// the focal length and the size of the entrance pupil (Hecht, Optics, 6.2).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace {
 
-constexpr double kMetre = 1e-3;  // of a millimetre
+constexpr double kMetre = 1e-3;  // per millimetre
 
 struct LensSurface {
     double radius, thickness, eta, diameter;  // mm
@@ -42,13 +42,13 @@ std::vector<LensSurface> read_lens_table(const std::filesystem::path& file) {
 
 struct Paraxial {
     double focal;        // mm
-    double stop_radius;  // mm, of the stop as the table has it; 0: no stop
-    double enlargement;  // of the stop as the front shows it
+    double stop_radius;  // mm, of the stop in the table; 0: no stop
+    double enlargement;  // size of the entrance pupil relative to the stop
 };
 
 Paraxial trace_paraxial(const std::vector<LensSurface>& surfaces) {
     Paraxial lens{0, 0, 1};
-    double y = 1, slope = 0, n = 1;  // a ray that comes in parallel to the axis
+    double y = 1, slope = 0, n = 1;  // a ray parallel to the axis
     for (const LensSurface& s : surfaces) {
         if (s.radius == 0) {
             lens.stop_radius = s.diameter / 2;
@@ -64,7 +64,7 @@ Paraxial trace_paraxial(const std::vector<LensSurface>& surfaces) {
     return lens;
 }
 
-// Version 2 says how far the film is; versions 3 and 4 where the lens is focused.
+// Version 2 gives the distance of the film, versions 3 and 4 that of the focus.
 double film_distance(Params& params, double focal, double& focus) {
     for (const std::string_view name : {"filmdistance", "film_distance"}) {
         if (!params.has(name)) continue;
@@ -88,7 +88,7 @@ void read_realistic(Reading& reading, Params& params) {
     } catch (const InputError& error) {
         fail_always(params.place_of(table), "{}", printable(error.what()));
     }
-    // A lens that spreads the light makes no picture; nor does one that is not there.
+    // A diverging or missing lens forms no image.
     if (!(lens.focal > 1e-3 && lens.focal < 1e6)) {
         fail(params.place_of(table), "\"{}\": the focal length is {:g} mm; expected 0.001 to 1e6",
              shown(name), lens.focal);
@@ -124,7 +124,7 @@ void settle_lens(Draft& draft) {
         std::clamp(2 * std::atan(side / 2 / lens.film_distance) * 180 / M_PI, 1e-3, 179.0));
     camera.lens_radius = static_cast<float>(lens.radius);
     camera.focal_distance = static_cast<float>(lens.focus_distance);
-    // What the film receives: L π (r/d)² in the middle. Version 4 always counts so.
+    // The film receives L π (r/d)² on the axis; version 4 always measures this.
     const double ratio = lens.radius / lens.film_distance;
     if (lens.weighted || draft.film_of_version4) draft.film.scale *= static_cast<float>(M_PI * ratio * ratio);
 }

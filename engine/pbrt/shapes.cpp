@@ -1,13 +1,12 @@
-// Shapes: what they all share, and which reader takes which.
+// Functions that all shapes share, and the choice of reader.
 //
-// Which side is out. A transformation carries a shape's outside with it, also where it mirrors, and
-// ReverseOrientation turns it round. Quadrics and curves take their normal (outward, or +z) from object space
-// to the world, so that ReverseOrientation alone flips it. Triangles and bilinear patches take the cross
-// product of their *world-space* edges, which a mirroring transformation turns to the other side: there its
-// change of handedness is a second flip. pbrt-v4 does the same for triangles and patches and where it samples
-// quadrics as lights, but flips the normals of quadrics that a ray meets under a mirroring transformation.
-// Vertex normals overrule all this: each triangle turns to their side, and ReverseOrientation turns them
-// round.
+// Orientation: A transformation carries a shape's outside with it, even if it mirrors, and ReverseOrientation
+// flips it. Normals of quadrics and curves (outward, or +z) are transformed from object space to the world,
+// so only ReverseOrientation flips them. Triangles and bilinear patches use the cross product of their
+// *world-space* edges, which a mirroring transformation flips; its change of handedness is therefore a second
+// flip. pbrt-v4 does the same for triangles and patches and when it samples quadrics as lights, but flips the
+// normals of quadrics that a ray meets under a mirroring transformation. Vertex normals take precedence: each
+// triangle turns to their side, and ReverseOrientation flips them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +28,7 @@ std::uint32_t use_material(Reading& reading) {
     return *entry.index;
 }
 
-// A cut-out, if there is one: 1 everywhere is none.
+// Reads an alpha texture; an alpha of 1 everywhere counts as none.
 std::shared_ptr<const FloatTexture> read_cut_out(Reading& reading, Params& params, std::string_view name) {
     if (!params.has(name)) return nullptr;
     const FloatTexture texture = read_float(reading, params, name, 1);
@@ -37,8 +36,8 @@ std::shared_ptr<const FloatTexture> read_cut_out(Reading& reading, Params& param
     return std::make_shared<const FloatTexture>(texture);
 }
 
-// World-space vertex normals. Where the input has none (zero, or not finite), the triangles' own normal
-// stands in.
+// Transforms vertex normals to world space. Missing normals (zero or not finite) are replaced by those of the
+// triangles.
 void transform_normals(Reading& reading, const Params& params, const ObjectMesh& object, const M44d& back,
                        DraftMesh& mesh) {
     const double turn = reading.state.reverse_orientation ? -1.0 : 1.0;
@@ -47,7 +46,7 @@ void transform_normals(Reading& reading, const Params& params, const ObjectMesh&
     for (std::size_t i = 0; i < object.n.size(); ++i) {
         V3d n = object.n[i];
         const double largest = std::max({std::fabs(n.x), std::fabs(n.y), std::fabs(n.z)});
-        // Brought to length one before it is transformed and after: neither 1e-200 nor 1e200 is lost.
+        // Normalises before and after the transformation, so neither 1e-200 nor 1e200 is lost.
         n = std::isfinite(largest) && largest > 0 ? transform_normal(back, n / largest).normalized() : V3d(0);
         if (!(n.length2() > 0)) ++missing;
         mesh.n[i] = V3f(turn * (n.length2() > 0 ? n : V3d(0)));
@@ -64,11 +63,11 @@ void transform_normals(Reading& reading, const Params& params, const ObjectMesh&
         }
     }
     for (V3f& n : mesh.n) {
-        if (n == V3f(0)) n = V3f(0, 0, 1);  // of no triangle with an area: never seen
+        if (n == V3f(0)) n = V3f(0, 0, 1);  // belongs only to triangles without area and is never seen
     }
 }
 
-// pbrt turns each triangle to the side of its vertex normals; here by the order of its vertices.
+// Orders each triangle's vertices so that it faces the side of its vertex normals, as in pbrt.
 void turn_to_normals(DraftMesh& mesh) {
     for (V3i& t : mesh.triangles) {
         const V3d cross = (mesh.p[t.y] - mesh.p[t.x]).cross(mesh.p[t.z] - mesh.p[t.x]);
@@ -78,7 +77,7 @@ void turn_to_normals(DraftMesh& mesh) {
     mesh.traits.reverse_orientation = false;
 }
 
-// Cut out everywhere.
+// Tells whether the surface is cut out everywhere.
 bool lets_all_pass(const SurfaceTraits& traits) {
     return traits.alpha && traits.alpha->constant_value() && *traits.alpha->constant_value() <= 0;
 }
@@ -95,7 +94,7 @@ void add_mesh(Reading& reading, const Params& params, const SurfaceTraits& trait
         mesh.p[i] = transformed_point(reading, params, mesh.p[i], i);
     }
     const std::optional<M44d> back = inverse(reading.state.ctm);
-    if (!object.n.empty() && back) {  // what is flattened shows its triangles' own normals
+    if (!object.n.empty() && back) {  // flattened shapes keep their triangles' own normals
         transform_normals(reading, params, object, *back, mesh);
         turn_to_normals(mesh);
     }
@@ -132,7 +131,7 @@ std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params) {
     const bool lamp =
         reading.state.area_light && !reading.object && !is_interface(reading.state.material->material);
     if (!lamp) return std::nullopt;
-    if (!reading.state.area_light->lamp) return traits;  // version 4's light that is not seen
+    if (!reading.state.area_light->lamp) return traits;  // version 4's invisible area light
     params.depart(params.place(), params.owner() + " is cut out (alpha 0) and shows a measured lamp",
                   "it is shown with its light", "its transparency to rays");
     traits.alpha = nullptr;
@@ -170,7 +169,7 @@ std::int32_t attach_light(Reading& reading, const SurfaceTraits& traits, AreaSpe
 }
 
 std::vector<V3d> triples(const Param& param) {
-    std::vector<V3d> result(param.numbers.size() / 3);  // the reader saw to a multiple of 3
+    std::vector<V3d> result(param.numbers.size() / 3);  // the reader ensures a multiple of 3
     for (std::size_t i = 0; i < result.size(); ++i) {
         result[i] = {param.numbers[3 * i], param.numbers[3 * i + 1], param.numbers[3 * i + 2]};
     }

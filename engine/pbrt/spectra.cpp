@@ -1,13 +1,13 @@
-// Colours of all spellings, brought to the working space.
+// Converts colours of all spellings to the working space.
 //
-// What emission means differs between pbrt's versions: version 4 scales a light's spectrum to luminance 1 and
-// takes its strength from "scale" or "power", versions 1 to 3 take the numbers as they stand. A list of
-// samples or a file is taken as it stands here, so that "spectrum L" [400 5 700 5] and "rgb L" [5 5 5] are
-// equally bright. What has no scale of its own is scaled to luminance 1: named illuminants, and a blackbody
-// of one number (version 4); one of two numbers is version 3's, whose largest spectral value is the second.
+// Emission differs between pbrt's versions. Version 4 scales a light's spectrum to luminance 1 and takes its
+// strength from "scale" or "power"; versions 1 to 3 take the numbers unchanged. Here lists of samples and
+// files are unchanged, so that "spectrum L" [400 5 700 5] and "rgb L" [5 5 5] are equally bright. Spectra
+// without a scale of their own are scaled to luminance 1: named illuminants, and a blackbody of one number
+// (version 4). A blackbody of two numbers is version 3's, and the second is its largest spectral value.
 //
-// In a photometric scene the luminance that all these have is in cd/m² (or cd), but that of samples: they are
-// spectral radiance, W/(m² sr nm), of which the eye makes 683 lm/W ∫ s V dλ.
+// In a photometric scene these luminances are in cd/m² (or cd), except for samples. They are spectral
+// radiance, W/(m² sr nm), with a luminance of 683 lm/W ∫ s V dλ.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,8 +23,8 @@ namespace {
 
 using Type = Param::Type;
 
-// Complex refractive indices as Tungsten's table (Bitterli) has them: measured spectra as linear sRGB,
-// without a white of their own.
+// Complex refractive indices of Tungsten's table (Bitterli): measured spectra as linear sRGB without white
+// balance.
 struct Metal {
     std::string_view name;
     Rgb eta, k;
@@ -35,16 +35,16 @@ const Metal kMetals[] = {
     {"Au", {0.1431190F, 0.3749570F, 1.4424785F}, {3.9831604F, 2.3857207F, 1.6032152F}},
     {"Cu", {0.2004377F, 0.9240334F, 1.1022120F}, {3.9129485F, 2.4528477F, 2.1421880F}},
 };
-// The white those four lack: that of equal energy by the CIE tables.
+// The white of those four metals, equal energy by the CIE tables.
 const Rgb kTableWhite(1.20479F, 0.94829F, 0.90864F);
 
-// From the spectra that pbrt-v4 lists, by ratio_rgb().
+// Values that ratio_rgb() computes from the spectra that pbrt-v4 lists.
 const Metal kOxides[] = {
     {"MgO", {1.7343714F, 1.7407988F, 1.7540275F}, Rgb(0.0F)},
     {"TiO2", {2.8695823F, 2.9539891F, 3.1950498F}, {0.0001F, 0.0F, 0.0006F}},
 };
 
-// Refractive indices at the d line, 587.6 nm (the makers' data sheets).
+// Refractive indices at the d line, 587.6 nm, from the makers' data sheets.
 struct Glass {
     std::string_view name;
     float eta;
@@ -88,7 +88,7 @@ Rgb color_of(const WorkingSpace& colours, std::span<const SpectralSample> spectr
     return use == ColorUse::ratio ? colours.ratio_of_spectrum(spectrum) : colours.light_of_spectrum(spectrum);
 }
 
-// Of samples, as the text or a file lists them.
+// Returns the colour of samples that the text or a file lists.
 Rgb color_of_samples(const Reading& reading, std::span<const SpectralSample> spectrum, ColorUse use) {
     const Rgb color = color_of(reading.colours(), spectrum, use);
     const bool absolute = use == ColorUse::emission && reading.draft.unit == FluxUnit::lumen;
@@ -116,7 +116,7 @@ std::optional<Rgb> named_spectrum(Reading& reading, const Param& param, const st
     return metal ? std::optional<Rgb>(reading.colours().ratio(*metal)) : std::nullopt;
 }
 
-// A name that pbrt knows, or else a file.
+// Reads a spectrum by a name that pbrt knows, or else from a file.
 Rgb spectrum_of_name(Reading& reading, const Param& param, ColorUse use) {
     const std::string name = param.strings.size() == 1 ? param.strings.front() : std::string();
     if (name.empty()) fail(param.place, "\"{}\": expected one name or file", shown(param.name));
@@ -144,7 +144,7 @@ Rgb spectrum_of_name(Reading& reading, const Param& param, ColorUse use) {
     }
 }
 
-// A number of a colour, held in [least, most].
+// Returns a number of a colour clamped to [least, most].
 double held(const Params& params, const Param& param, std::size_t index, double least, double most) {
     const double value = param.numbers[index];
     if (value >= least && value <= most) return value;
@@ -174,7 +174,7 @@ std::optional<Rgb> spectrum_of_samples(const Reading& reading, Params& params, c
                            "the last one is left out");
     }
     Spectrum spectrum;
-    bool rises = true, fits = true;  // a place is found by a walk through the text: said once
+    bool rises = true, fits = true;  // reports once, as finding a place scans the text
     for (std::size_t i = 0; i + 1 < count; i += 2) {
         const double nm = param.numbers[i];
         if (rises && !spectrum.empty() && !(nm > spectrum.back().nanometres)) {
@@ -214,7 +214,7 @@ std::optional<Rgb> color_of_blackbody(const Reading& reading, Params& params, co
     const Rgb color = color_of(colours, spectrum, use);
     if (count == 2) return color * static_cast<float>(held(params, param, 1, 0, 1e30));
     if (colours.is_srgb()) return colour_of_luminance_one(color);
-    return color / static_cast<float>(emission_xyz(spectrum).y);  // > 0: it glows
+    return color / static_cast<float>(emission_xyz(spectrum).y);  // > 0, as a blackbody emits
 }
 
 std::optional<Rgb> color_of_xyz(const Reading& reading, Params& params, const Param& param, ColorUse use) {

@@ -1,5 +1,5 @@
-// Materials of pbrt's that are not here, by the nearest that is. What each keeps is the share of the light
-// that it throws back, and roughly how it is spread between diffuse and gloss.
+// Replaces unsupported materials of pbrt by the nearest supported one. It preserves the reflectance and
+// roughly its division into diffuse and gloss.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -30,8 +30,8 @@ MaterialModel mixed(MaterialModel first, MaterialModel second, const FloatTextur
 
 // ---- hair
 
-// [Chiang 2016, 4.2]: the colour of a whole
-// head of hair of this absorption, and of how rough its fibres are around their axis.
+// Returns the colour of a whole head of hair with this absorption and azimuthal roughness of the fibres
+// [Chiang 2016, 4.2].
 float color_of_hair(float sigma_a, float beta) {
     const float b2 = beta * beta;
     const float d = 5.969F - 0.215F * beta + 2.532F * b2 - 10.73F * b2 * beta + 5.574F * b2 * b2 +
@@ -39,7 +39,7 @@ float color_of_hair(float sigma_a, float beta) {
     return std::exp(-std::sqrt(std::max(0.0F, sigma_a)) * d);
 }
 
-// Per concentration [d'Eon 2011], in red, green and blue.
+// Absorption per concentration [d'Eon 2011], in red, green and blue.
 const Rgb kEumelanin(0.419F, 0.697F, 1.37F), kPheomelanin(0.187F, 0.4F, 1.05F);
 
 RgbTexture read_hair_color(Reading& reading, Params& params, float beta) {
@@ -65,7 +65,7 @@ RgbTexture read_hair_color(Reading& reading, Params& params, float beta) {
     return of_absorption(eumelanin_sigma * eumelanin + reading.colours().ratio(kPheomelanin) * pheomelanin);
 }
 
-// Half of the light goes on through the fibre: behind thin hair there is light.
+// Reads hair. Half of the light passes through the fibre, so that light behind thin hair is visible.
 MaterialModel read_hair(Reading& reading, Params& params) {
     const auto number = [&](std::string_view name, double fallback) {
         return read_number(reading, params, name, fallback, 0, 10)
@@ -84,14 +84,14 @@ MaterialModel read_hair(Reading& reading, Params& params) {
 
 // ---- subsurface scattering
 
-// What a refracting surface throws back of diffuse light from within (the fit of [Egan and Hilgeman 1979], as
-// [Jensen et al. 2001] use it).
+// Returns the internal diffuse reflectance of a refracting surface (the fit of [Egan and Hilgeman 1979] in
+// [Jensen et al. 2001]).
 float inner_reflectance(float eta) {
     return std::clamp(-1.440F / (eta * eta) + 0.710F / eta + 0.668F + 0.0636F * eta, 0.0F, 0.99F);
 }
 
-// All that leaves a half-space of these coefficients of what has entered it: the dipole's total diffuse
-// reflectance [Jensen et al. 2001, 2.4].
+// Returns the total diffuse reflectance of a half-space by the dipole [Jensen et al. 2001, 2.4], relative to
+// the light that enters it.
 float dipole_reflectance(float sigma_a, float reduced_sigma_s, float eta) {
     const float extinction = sigma_a + reduced_sigma_s;
     if (!(extinction > 0)) return 0;
@@ -101,7 +101,7 @@ float dipole_reflectance(float sigma_a, float reduced_sigma_s, float eta) {
     return albedo / 2 * (1 + std::exp(-4.0F / 3 * a * root)) * std::exp(-root);
 }
 
-// The base whose light, thrown back and forth below the surface, comes to that.
+// Returns the albedo of the base that gives this reflectance after interreflection below the surface.
 float base_of(float reflectance, float eta) {
     const float fdr = inner_reflectance(eta);
     return reflectance / (1 - fdr + reflectance * fdr);
@@ -139,12 +139,12 @@ MaterialModel read_subsurface(Reading& reading, Params& params) {
     const std::string_view index = params.has("eta") ? "eta" : "index";
     const float eta = read_glass_eta(reading, params, index, 1.33).constant_value().value_or(1.33F);
     const auto g = static_cast<float>(params.real_within("g", 0, -1, 1));
-    // By how far light travels, which no surface shows.
+    // Accepts parameters of the mean free path, which a surface does not show.
     params.accept({"scale", "mfp", "meanfreepath"});
     CoatedDiffuseMaterial material;
     const auto as_base = [eta](const RgbTexture& reflectance) {
         const auto value = reflectance.constant_value();
-        if (!value) return reflectance;  // of a texture, the light between base and surface is not counted
+        if (!value) return reflectance;  // for a texture, interreflection between base and surface is ignored
         return RgbTexture::constant(each_channel(*value, [eta](float r) { return base_of(r, eta); }));
     };
     if (params.has("Kd") || params.owner().find("kdsubsurface") != std::string::npos) {
@@ -175,7 +175,7 @@ MaterialModel read_subsurface(Reading& reading, Params& params) {
     return material;
 }
 
-// ---- version 3's "disney"
+// ---- "disney" of version 3
 
 MaterialModel read_disney(Reading& reading, Params& params) {
     const RgbTexture color = read_color(reading, params, "color", Rgb(0.5F));
@@ -206,12 +206,12 @@ MaterialModel read_disney(Reading& reading, Params& params) {
     return model;
 }
 
-// ---- what comes in tables, and what a name says of it
+// ---- tables, and appearances that a file's name suggests
 
 struct NamedAppearance {
     std::string_view word;  // in the file's name
     Rgb color;
-    float gloss;  // normal reflectance; 1: a metal of that colour
+    float gloss;  // reflectance at normal incidence; 1: a metal of that colour
 };
 constexpr float kVarnish = 0.04F;
 const NamedAppearance kAppearances[] = {
@@ -253,7 +253,7 @@ MaterialModel appearance_of_name(const std::string& name, const WorkingSpace& co
                              Roughness::of_alpha(kAlpha)};
 }
 
-// The fit is in linear sRGB.
+// Converts a fit, which is in linear sRGB.
 MaterialModel appearance_of_table(const TableFit& fit, const WorkingSpace& colours) {
     const Roughness roughness = Roughness::of_alpha(fit.alpha);
     const auto constant = [&](const Rgb& c) { return RgbTexture::constant(colours.ratio(c)); };
@@ -285,15 +285,15 @@ MaterialModel read_table(Reading& reading, const std::string& kind, Params& para
                : appearance_of_name(std::filesystem::path(name).stem().string(), colours);
 }
 
-// ---- version 1's measured paints and cloths
+// ---- measured paints and cloths of version 1
 
 struct Paint {
     std::string_view name;
     Rgb diffuse;
     float gloss, alpha;
 };
-// By eye, from what such surfaces reflect: a paint's gloss is that of its binder, cloth and clay have next to
-// none.
+// Estimated by eye from the reflection of such surfaces: a paint has the gloss of its binder, cloth and clay
+// almost none.
 const Paint kPaints[] = {{"bluepaint", {0.31F, 0.40F, 0.70F}, 0.04F, 0.25F},
                          {"clay", {0.38F, 0.26F, 0.27F}, 0.02F, 0.7F},
                          {"felt", {0.08F, 0.08F, 0.08F}, 0.01F, 1.0F},

@@ -1,10 +1,10 @@
-// Textures of colours and of numbers: every kind that pbrt has but ptex. Both go through the same readers;
-// they differ in how one value is written and in whose names they see.
+// Textures of colours and of numbers, of every kind in pbrt except ptex. Both use the same readers; they
+// differ in how a value is written and in which names they see.
 //
-// The current transformation places a texture in the world: a texture is asked where the inverse of it puts a
-// point. Versions 1 to 3 took the transformation itself for textures that fill space, and none at all for the
-// planar mapping; where the text shows that it is of version 1 or 2, so does this reader. A version 3 text
-// cannot be told from a version 4 one.
+// The current transformation places a texture in the world, so a texture is evaluated at the inverse
+// transform of a point. Versions 1 to 3 use the transformation itself for textures that fill space, and none
+// for the planar mapping. This reader does so where the text shows that it is of version 1 or 2, as version 3
+// cannot be told from version 4.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ std::string name_in(const Param& param) {
     return param.strings.size() == 1 ? param.strings.front() : std::string();
 }
 
-// Null: there is none, which was said.
+// Returns null, with a report, if there is no such texture.
 template <typename Textures>
 auto made_before(const Textures& textures, const Params& params, const Param& param, std::string_view of)
     -> const typename Textures::mapped_type* {
@@ -39,7 +39,7 @@ auto made_before(const Textures& textures, const Params& params, const Param& pa
     return nullptr;
 }
 
-// A parameter that may vary: a value, or the name of a texture of the same type.
+// Reads a parameter that may vary: a value, or the name of a texture of the same type.
 template <typename Value>
 Texture<Value> read_value(Reading& reading, Params& params, std::string_view name, float fallback) {
     if constexpr (std::is_same_v<Value, float>) {
@@ -59,7 +59,7 @@ Texture<Value> read_value(Reading& reading, Params& params, std::string_view nam
     }
 }
 
-// The same where only a constant has a meaning.
+// Reads a parameter that must be constant.
 template <typename Value>
 Value read_constant(Reading& reading, Params& params, std::string_view name, float fallback) {
     const auto value = read_value<Value>(reading, params, name, fallback).constant_value();
@@ -190,7 +190,8 @@ Texture<Value> read_dots(Reading& reading, Params& params) {
     return dots_texture(inside, outside, read_mapping(reading, params));
 }
 
-// "encoding" is version 4's; "gamma" is a truth value in version 3 and an exponent in version 2.
+// Reads the encoding. "encoding" is version 4's; "gamma" is a Boolean in version 3 and an exponent in version
+// 2.
 Encoding read_encoding(Params& params) {
     if (const Param* gamma = params.find("gamma", {Type::boolean, Type::real})) {
         if (gamma->type == Type::real) {
@@ -249,7 +250,7 @@ Texture<Value> read_imagemap(Reading& reading, Params& params) {
         return Texture<Value>::constant(Value(0.5F));
     }
     try {
-        // Of a number's picture the luminance counts.
+        // A texture of numbers uses the luminance of the image.
         const WorkingSpace colours = std::is_same_v<Value, float> ? WorkingSpace() : reading.colours();
         const auto warn = [&](const std::string& text) {
             reading.warn(params.place_of("filename"), printable(text));
@@ -260,7 +261,7 @@ Texture<Value> read_imagemap(Reading& reading, Params& params) {
     }
 }
 
-// A pattern that has colours of its own, in linear sRGB.
+// Converts a pattern that has colours of its own, in linear sRGB.
 template <typename Value>
 Texture<Value> from_color(const Reading& reading, const RgbTexture& texture) {
     if constexpr (std::is_same_v<Value, float>) {
@@ -270,7 +271,7 @@ Texture<Value> from_color(const Reading& reading, const RgbTexture& texture) {
     }
 }
 
-// Noise is a number; as a colour it is grey, and not negative.
+// Converts noise, which is a number, to grey that is not negative.
 template <typename Value>
 Texture<Value> from_number(const FloatTexture& texture) {
     if constexpr (std::is_same_v<Value, float>) {
@@ -288,7 +289,7 @@ RgbTexture read_marble(Reading& reading, Params& params) {
     return marble_texture(marble, read_mapping_in_space(reading, params));
 }
 
-// One texel array per face: a format that nothing here reads.
+// ptex has one texel array per face, a format that is not supported.
 template <typename Value>
 Texture<Value> read_ptex(Params& params) {
     params.accept({"filename", "gamma", "encoding", "scale"});

@@ -25,7 +25,7 @@ bool is_digit(char c) {
 bool starts_number(char c) {
     return is_digit(c) || c == '-' || c == '+' || c == '.';
 }
-// What may stand next to a number or word without a blank.
+// Tells whether a character may follow a number or word without a blank.
 bool ends_token(char c) {
     return is_space(c) || c == '[' || c == ']' || c == '"' || c == '#' || c == ',' || c == ';';
 }
@@ -38,7 +38,7 @@ const char* word_end(const char* at, const char* end) {
     return at;
 }
 
-// 1.#QNAN, -1.#IND, 1.#INF and their like, as some compilers print them: not a comment.
+// Recognises 1.#QNAN, -1.#IND, 1.#INF and the like, numbers as some compilers print them.
 bool is_special_number(const char* hash, const char* end) {
     const std::string_view rest(hash, static_cast<std::size_t>(end - hash));
     for (const std::string_view name : {"#QNAN", "#SNAN", "#IND", "#INF"}) {
@@ -52,7 +52,7 @@ const char* number_end(const char* at, const char* end) {
     return at;
 }
 
-// The common case of number_value: no leading '+', in range. Null: look closer.
+// Handles the common case of number_value: no leading '+', in range. Returns null otherwise.
 const char* parse_plain(const char* at, const char* end, double& value) {
     const auto [rest, error] = std::from_chars(at, end, value);
     const bool whole = error == std::errc() && (rest == end || (ends_token(*rest) && *rest != '#'));
@@ -110,7 +110,7 @@ void Tokens::skip_space() {
     }
 }
 
-// Characters that begin no token: versions 1 and 2 say so and go on.
+// Skips characters that begin no token, as versions 1 and 2 do with a message.
 void Tokens::skip_stray() {
     skip_space();
     while (at_ != end_ && !starts_token(*at_)) {
@@ -138,7 +138,7 @@ void Tokens::advance() {
     } else {
         const bool word = is_letter(*at_);
         const char* rest = word ? word_end(at_, end_) : number_end(at_, end_);
-        // nan(ind), as some compilers print it.
+        // Some compilers print nan(ind).
         const bool names = word && rest != end_ && *rest == '(';
         if (names && names_a_number({at_, static_cast<std::size_t>(rest - at_)}))
             rest = number_end(rest, end_);
@@ -163,15 +163,15 @@ Token Tokens::scan_string() {
     return {Token::Kind::string, text, offset};
 }
 
-// A long list would be copied each time it outgrows its memory. It ends at the next bracket (or later, behind
-// a comment that has one: this is only a guess), and its numbers are about as dense as the first ones, which
-// are `bytes` long. Never more than one for every two bytes, which is the shortest that numbers can be.
+// Avoids copies of a long list that outgrows its memory. The guess assumes that the list ends at the next
+// bracket (or later, behind a comment with one) and that its numbers are about as dense as the first ones,
+// which are `bytes` long. Reserves at most one number per two bytes, the shortest that numbers can be.
 void Tokens::reserve_rest(std::vector<double>& out, std::size_t bytes) const {
     const auto left = static_cast<std::size_t>(end_ - at_);
     const void* bracket = std::memchr(at_, ']', left);
     const std::size_t rest =
         bracket ? static_cast<std::size_t>(static_cast<const char*>(bracket) - at_) : left;
-    // bytes > 0: it spans kSample numbers.
+    // bytes > 0, as it spans kSample numbers.
     const double guess =
         1.05 * static_cast<double>(kSample) / static_cast<double>(bytes) * static_cast<double>(rest);
     const std::size_t more = std::min(rest / 2 + 1, static_cast<std::size_t>(guess));
@@ -182,7 +182,7 @@ void Tokens::reserve_rest(std::vector<double>& out, std::size_t bytes) const {
 }
 
 void Tokens::read_numbers(std::vector<double>& out) {
-    // Invariant: token_ is the number to take next, at_ stands behind it.
+    // Invariant: token_ is the number to take next, and at_ is behind it.
     if (token_.kind != Token::Kind::number) return;
     const char* const first = token_.text.data();
     out.push_back(number_value(token_.text, place()));
@@ -204,12 +204,12 @@ void Tokens::read_numbers(std::vector<double>& out) {
 
 namespace {
 
-// As version 3 reads what is not a plain number: as far as it goes.
+// Reads an irregular number as far as it goes, as version 3 does.
 double odd_number_value(std::string_view text, const Place& at) {
     constexpr double kLargest = std::numeric_limits<double>::max();
     const std::string whole(text);
     char* rest = nullptr;
-    const FloatTraps none(kNoFaults);  // strtod tells by its overflow
+    const FloatTraps none(kNoFaults);  // strtod reports by overflow
     double value = std::strtod(whole.c_str(), &rest);
     if (rest == whole.c_str()) fail(at, "{} is not a number", shown(text));
     const std::string_view behind(rest);
@@ -222,7 +222,7 @@ double odd_number_value(std::string_view text, const Place& at) {
                         fmt::format("{:g} is used", value));
         return std::clamp(value, -kLargest, kLargest);
     }
-    if (std::isfinite(value)) return value;  // too small for a double, at most: the nearest one, be it 0
+    if (std::isfinite(value)) return value;  // at most too small for a double: the nearest one, possibly 0
     const double taken = std::isnan(value) ? 0 : std::copysign(kLargest, value);
     at.source->note(at.offset, fmt::format("{} is not a finite number", shown(text)),
                     fmt::format("{:.2g} is used", taken));
@@ -236,7 +236,7 @@ double number_value(std::string_view text, const Place& at) {
     const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
     const char* end = digits.data() + digits.size();
     const auto [rest, error] = std::from_chars(digits.data(), end, value);
-    const bool two_signs = digits.size() < text.size() && digits.starts_with('-');  // from_chars knows no '+'
+    const bool two_signs = digits.size() < text.size() && digits.starts_with('-');  // from_chars takes no '+'
     if (error == std::errc() && rest == end && !two_signs && std::isfinite(value)) return value;
     return odd_number_value(text, at);
 }
@@ -256,7 +256,7 @@ std::string string_value(const Token& token, const Place& at) {
             continue;
         }
         constexpr std::string_view from = "\"\\'ntrbf", to = "\"\\'\n\t\r\b\f";
-        ++i;  // in range: the scanner takes a backslash only together with what follows it
+        ++i;  // in range, as the scanner takes a backslash together with the next character
         const std::size_t which = i < token.text.size() ? from.find(token.text[i]) : from.npos;
         if (which != from.npos) {
             value += to[which];

@@ -1,6 +1,6 @@
-// Scene text in pieces: words, quoted strings, numbers and brackets, each with its place.
+// Splits scene text into words, quoted strings, numbers and brackets, each with its place.
 //
-// Works on the text in memory and copies nothing: a token is a view into its Source, and a place is an offset
+// It works on the text in memory without copies. A token is a view into its Source, and a place is an offset
 // that becomes file:line:column only when a message needs it. Lines and columns count from 1, columns in
 // bytes.
 #pragma once
@@ -19,7 +19,7 @@
 
 namespace lucerna {
 
-// One file of scene text. Tokens and places point into it: it must neither move nor die before them.
+// One file of scene text. Tokens and places point into it, so it must not move and must outlive them.
 class Source {
   public:
     Source(std::string name, std::string text) : name_(std::move(name)), text_(std::move(text)) {}
@@ -30,28 +30,28 @@ class Source {
     std::string_view text() const { return text_; }
     Location location(std::size_t offset) const;
 
-    // What pbrt takes although it is not well formed, as it was met: the reader says it.
+    // Malformed text that pbrt accepts, in the order met; the reader reports it.
     struct Oddity {
         std::size_t offset;
         std::string what, instead;
         std::uint64_t times = 1;
     };
     void note(std::size_t offset, std::string what, std::string_view instead) const;
-    // Those since the last question.
+    // Returns the oddities since the last call.
     std::vector<Oddity> take_oddities() const { return std::exchange(oddities_, {}); }
 
   private:
-    // Different ones between two questions; others are passed over in silence.
+    // Limits the distinct oddities between two calls; further ones are dropped silently.
     static constexpr std::size_t kMostOddities = 64;
 
     std::string name_, text_;
-    // Where the last question ended, so that many warnings in a large file cost one walk through it.
+    // Where the last query ended, so that many warnings in a large file cost one scan of it.
     mutable std::size_t known_offset_ = 0, known_line_start_ = 0;
     mutable int known_line_ = 1;
     mutable std::vector<Oddity> oddities_;
 };
 
-// A place in scene text, or none (for what does not come from a file).
+// A place in scene text, or none for anything that does not come from a file.
 struct Place {
     const Source* source = nullptr;
     std::size_t offset = 0;
@@ -63,7 +63,7 @@ struct Token {
     enum class Kind : std::uint8_t { end, word, string, number, open, close };
     Kind kind = Kind::end;
     std::string_view text;   // without the quotes of a string
-    std::size_t offset = 0;  // of its first character, quotes included
+    std::size_t offset = 0;  // of the first character, quotes included
 };
 
 class Tokens {
@@ -80,12 +80,11 @@ class Tokens {
     Place place(const Token& token) const { return {source_, token.offset}; }
     Place place() const { return place(token_); }
 
-    // Appends the numbers that follow, up to the first token that is none. This is the fast way through a
-    // mesh.
+    // Appends the numbers that follow, up to the first token that is none. This is the fast path for meshes.
     void read_numbers(std::vector<double>& out);
 
   private:
-    static constexpr std::size_t kSample = 256;  // numbers after which the rest of a list is guessed
+    static constexpr std::size_t kSample = 256;  // numbers after which the length of a list is estimated
 
     void skip_space();
     void skip_stray();
@@ -100,20 +99,20 @@ class Tokens {
     Token token_;
 };
 
-// The value of a number token; throws InputError for what does not begin with one. What stands behind the
-// number is left out, and what is not finite becomes so, each with a note in the source.
+// Returns the value of a number token; throws InputError if it does not begin with one. Drops trailing text
+// and makes values finite, each with a note in the source.
 double number_value(std::string_view text, const Place& at);
-// Whether the word is one of those that stand for what is no finite number: nan, inf, infinity.
+// Tells whether the word stands for a number that is not finite: nan, inf, infinity.
 bool names_a_number(std::string_view word);
-// A string token's text with \" \\ \' \n \t \r \b and \f resolved; any other \ stays, with a note.
+// Returns a string token's text with escapes resolved as in C; an unknown escape stays, with a note.
 std::string string_value(const Token& token, const Place& at);
-// Text fit for a message: in one line, printable, no longer than some forty characters.
+// Returns text for a message: on one line, printable, some forty characters at most.
 std::string shown(std::string_view text);
-// At full length, without control characters: for messages that quote a file's name.
+// Returns text at full length without control characters, for messages that quote a file's name.
 std::string printable(std::string_view text);
 
-// What the scene's text says cannot be taken. Where pbrt renders the rest of the scene, so does the reader
-//, which catches these around single directives.
+// An error in the scene's text. Where pbrt renders the rest of the scene, so does the reader, which catches
+// these errors around single directives.
 class TextError : public InputError {
   public:
     TextError(const Place& at, const std::string& message)
@@ -126,34 +125,35 @@ class TextError : public InputError {
     std::string message_;
 };
 
-// "file:line:column: message".
+// Throws TextError with the message "file:line:column: message".
 template <typename... Args>
 [[noreturn]] void fail(const Place& at, fmt::format_string<Args...> format, Args&&... args) {
     throw TextError(at, fmt::format(format, std::forward<Args>(args)...));
 }
 
-// The same for what no leniency mends: a file that is missing or broken, and what is none of pbrt's.
+// Throws an error that leniency does not mend: a missing or broken file, or an error in Lucerna's own
+// directives.
 template <typename... Args>
 [[noreturn]] void fail_always(const Place& at, fmt::format_string<Args...> format, Args&&... args) {
     throw InputError(at.location(), fmt::format(format, std::forward<Args>(args)...));
 }
 
-// How strictly scene text is taken.
+// Handles departures from pbrt.
 //
-// What pbrt renders is rendered. Where this reader is stricter than pbrt, or lacks something, the scene is
-// rendered all the same, and one warning says where, what is taken instead and what is lost; a strict reader
-// refuses instead. Warnings that differ in nothing but their place are said once and counted.
+// Whatever pbrt renders is rendered. Where this reader is stricter than pbrt or lacks something, the scene is
+// rendered all the same, and one warning says where, what is used instead and what is lost; a strict reader
+// rejects the text. Warnings that differ only in their place are reported once and counted.
 
 class Leniency {
   public:
     Leniency(Monitor& monitor, bool strict) : monitor_(monitor), strict_(strict) {}
 
-    // The text says `what`, which is not to be had here; `instead` is done, and `lost` by that (empty:
-    // nothing that shows). Throws TextError if strict.
+    // Reports that `what` the text says is not supported, that `instead` is done, and what is `lost` (empty:
+    // nothing visible). Throws TextError if strict.
     void depart(const Place& at, std::string_view what, std::string_view instead, std::string_view lost = {});
-    // What is no departure from the text: pbrt does the same.
+    // Warns of behaviour that pbrt shares and that is no departure from the text.
     void warn(const Place& at, std::string_view message);
-    // How often each warning came again; forgets them.
+    // Reports how often each warning was repeated, and forgets them.
     void sum_up();
 
     bool strict() const { return strict_; }
@@ -164,13 +164,13 @@ class Leniency {
         Place first;
         std::uint64_t times = 1;
     };
-    static constexpr std::size_t kDistinct = 1000;  // said; a flood of others is only counted
+    static constexpr std::size_t kDistinct = 1000;  // further warnings are only counted
 
     Monitor& monitor_;
     bool strict_;
     std::vector<Said> said_;
     std::uint64_t unsaid_ = 0;
-    std::map<std::string, std::size_t, std::less<>> index_;  // in said_, by text
+    std::map<std::string, std::size_t, std::less<>> index_;  // indices in said_, by text
 };
 
 }  // namespace lucerna

@@ -51,7 +51,7 @@ std::optional<M44d> look_at(const V3d& eye, const V3d& target, const V3d& up) {
 M44d matrix_of(std::span<const double> sixteen) {
     M44d m;
     std::copy_n(sixteen.begin(), 16, &m[0][0]);
-    // A scale may be written as a divisor in the corner, as pbrt applies it to points.
+    // The corner may hold a divisor as a scale, which pbrt applies to points.
     const double w = m[3][3];
     const bool scaled = m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && w != 0 && w != 1;
     if (scaled) {
@@ -63,14 +63,14 @@ M44d matrix_of(std::span<const double> sixteen) {
 std::optional<M44d> inverse(const M44d& m) {
     const bool affine = m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && m[3][3] == 1;
     if (!affine || !is_finite(m)) return std::nullopt;
-    // Each axis on its own scale first, so that a scene in 1e-6 units is no flatter than one in metres.
+    // Normalises each axis first, so that a scene in 1e-6 units is no flatter than one in metres.
     const V3d lengths(row(m, 0).length(), row(m, 1).length(), row(m, 2).length());
     if (!(lengths.x > 0 && lengths.y > 0 && lengths.z > 0)) return std::nullopt;
     const V3d a = row(m, 0) / lengths.x, b = row(m, 1) / lengths.y, c = row(m, 2) / lengths.z;
     if (!(std::fabs(a.dot(b.cross(c))) > 1e-14)) return std::nullopt;
     try {
         const M44d result =
-            m.inverse(true);  // without `true` Imath answers the identity where it cannot divide
+            m.inverse(true);  // without `true` Imath returns the identity for a singular matrix
         return is_finite(result) ? std::optional(result) : std::nullopt;
     } catch (const std::invalid_argument&) {
         return std::nullopt;

@@ -13,35 +13,34 @@
 namespace lucerna {
 namespace {
 
-// Luminance above which pixels are a source of their own, cd/m², and the angle within which pixels are one
-// source, radians: evalglare's.
+// evalglare's luminance above which pixels form separate sources, cd/m², and angle within a source, radians.
 constexpr double kPeak = 50000, kSearchRadius = 0.2;
-// A threshold above this is a luminance, below it a multiple of the mean.
+// A threshold above this value is a luminance in cd/m²; a smaller one is a multiple of the mean luminance.
 constexpr double kLargestFactor = 100;
-// Where their random numbers begin, beyond those of all heads and luminaires.
+// The random numbers of distant lights begin here, beyond those of all sensor replicas and luminaires.
 constexpr std::uint64_t kSuns = std::uint64_t{1} << 63;
 constexpr double kSunRadius = 0.26656 * kPiD / 180;  // radians, as seen at the mean distance
 
-// Of a picture's samples: at first, and the most.
+// Samples per pixel of the first round, and the maximum.
 constexpr int kFirstViewSamples = 8, kMostViewSamples = 4096;
 
 struct Cluster {
-    V3d middle{0};  // Σ ω w: without luminances, so that their noise does not choose a pixel's source
+    V3d middle{0};  // Σ ω w, without luminance, so that noise does not choose a pixel's source
     V3d moment{0};  // Σ L ω w
-    std::array<double, 2> flux{};  // by each half of the picture
+    std::array<double, 2> flux{};  // Σ L ω of each half of the picture
     double solid_angle = 0;
-    double variance = 0;  // of the mean of both, estimated
-    double squares = 0;   // of the pixels' variances
+    double variance = 0;  // estimated variance of the mean of both halves' flux
+    double squares = 0;   // sum of the squared variances of the pixels
 
-    // What this many values would leave of freedom [Satterthwaite 1946]: each pixel's variance is told by one
-    // difference.
+    // Returns one more than the effective degrees of freedom [Satterthwaite 1946]. Each pixel's variance
+    // comes from one difference and has one degree of freedom.
     std::uint64_t values() const {
         return 1 + std::max<std::uint64_t>(
                        1, squares > 0 ? static_cast<std::uint64_t>(sqr(variance) / squares) : 1);
     }
 };
 
-// The one nearest to `w` within the search radius, or a new one.
+// Returns the nearest cluster within the search radius of `w`, or a new one.
 Cluster& cluster_near(std::vector<Cluster>& clusters, const V3d& w) {
     double nearest = std::cos(kSearchRadius);
     Cluster* found = nullptr;
@@ -52,7 +51,7 @@ Cluster& cluster_near(std::vector<Cluster>& clusters, const V3d& w) {
     return found ? *found : clusters.emplace_back();
 }
 
-// Across the line of sight, unit.
+// Returns the unit vector across the line of sight that is nearest to the observer's upward direction.
 V3d up_of(const Observer& observer) {
     const V3d z(observer.view), up(observer.up);
     return (up - up.dot(z) * z).normalized();
@@ -96,7 +95,7 @@ std::vector<DaylightSource> sources_of(const LuminanceView& view, const Observer
     return sources;
 }
 
-// As panes and media let them pass; evenly bright over the solid angle of the sun.
+// Adds distant lights, attenuated by panes and media, as uniform discs of the sun's solid angle.
 void add_distant_lights(const Observer& observer, const Scene& scene, std::uint64_t seed,
                         std::vector<DaylightSource>& sources) {
     const double disc = 4 * kPiD * sqr(std::sin(0.5 * kSunRadius));
@@ -108,7 +107,7 @@ void add_distant_lights(const Observer& observer, const Scene& scene, std::uint6
         if (!towards) continue;
         const double position = position_index(observer, towards->w);
         if (!std::isfinite(position)) continue;
-        RunningStats across;  // illuminance across its direction; it differs where media vary
+        RunningStats across;  // luminance, which varies where media are sampled
         constexpr std::uint32_t kSamples = 1024;
         for (std::uint32_t i = 0; i < kSamples; ++i) {
             Sampler sampler = Sampler::stratified(seed, Purpose::receiver, kSuns, i);
@@ -118,7 +117,7 @@ void add_distant_lights(const Observer& observer, const Scene& scene, std::uint6
         }
         const Reading95 seen = reading_95(across);
         if (!(seen.value > 0)) continue;
-        const double square = sqr(seen.value) - sqr(across.standard_error());  // of the true mean
+        const double square = sqr(seen.value) - sqr(across.standard_error());  // unbiased
         sources.push_back({towards->w, disc, seen, square, position});
     }
 }
@@ -127,14 +126,14 @@ double threshold_of(double threshold, double mean) {
     return threshold > kLargestFactor ? threshold : threshold * mean;
 }
 
-// Σ L² ω / P² and its half-width.
+// Returns Σ L² ω / P² and its half-width.
 Reading95 sum_of(const std::vector<DaylightSource>& sources) {
     double sum = 0, square = 0;
     for (const DaylightSource& source : sources) {
-        if (!std::isfinite(source.position)) continue;  // at the hemisphere's edge: not seen
+        if (!std::isfinite(source.position)) continue;  // not seen, at the edge of the hemisphere
         const double share = source.solid_angle / sqr(source.position);
         sum += source.square * share;
-        // In the second order, too: of a picture of few samples it is no less than the first.
+        // Includes the second-order term, which is no smaller than the first in a picture of few samples.
         const double width = source.luminance.half_width;
         square += sqr(share * width) * (sqr(2 * source.luminance.value) + sqr(width));
     }
@@ -143,14 +142,14 @@ Reading95 sum_of(const std::vector<DaylightSource>& sources) {
 
 Reading95 dgp_reading(const Reading95& vertical, const Reading95& sum) {
     const double dgp = dgp_of(vertical.value, sum.value);
-    // To first order, by differences, as DGP is smooth in both.
+    // Propagates the half-widths to first order by differences, as DGP is smooth in both arguments.
     const double by_vertical = std::fabs(dgp_of(vertical.value + vertical.half_width, sum.value) - dgp);
     const double by_sum = std::fabs(dgp_of(vertical.value, sum.value + sum.half_width) - dgp);
     return {dgp, std::hypot(by_vertical, by_sum)};
 }
 
 struct ViewSums {
-    double vertical = 0, mean = 0;  // illuminance, mean luminance
+    double vertical = 0, mean = 0;  // illuminance at the eye, lx, and mean luminance, cd/m²
 };
 ViewSums sums_of(const LuminanceView& view) {
     ViewSums sums;
@@ -202,7 +201,7 @@ ViewDirection view_direction(int pixels, int x, int y) {
     const double r = std::hypot(px, py);
     if (r >= 1) return {};
     const double theta = 0.5 * kPiD * r;
-    const double across = r > 0 ? std::sin(theta) / r : 0.5 * kPiD;  // its limit in the middle
+    const double across = r > 0 ? std::sin(theta) / r : 0.5 * kPiD;  // limit of sin(theta) / r at r = 0
     const double area = sqr(2.0 / pixels);
     return {{across * px, across * py, std::cos(theta)}, across * 0.5 * kPiD * area};
 }

@@ -1,14 +1,14 @@
-// Daylight glare at an observer's eye: the daylight glare probability,
+// Daylight glare at an observer's eye, rated by the daylight glare probability
 //     DGP = 5.87e-5 E_v + 9.18e-2 log10(1 + Σ L_s² ω_s / (E_v^1.87 P_s²)) + 0.16
-// [Wienold and Christoffersen 2006], E_v the illuminance at the eye, L_s, ω_s and P_s luminance, solid angle
-// and position index of what glares: the sky through a window as much as a wall in the sun.
+// [Wienold and Christoffersen 2006]. E_v is the illuminance at the eye; L_s, ω_s and P_s are the luminance,
+// solid angle and position index of a glare source, such as the sky in a window or a sunlit wall.
 //
-// What glares is found in a picture of all that the eye sees, as evalglare does [Wienold and Christoffersen
-// 2006, section 5]: pixels above a threshold, those that lie together made one source, and very bright ones a
-// source of their own. Which pixels are so bright is told by the denoised picture, as noise must not choose
-// what glares; how bright they are, by the measured one, whose mean over a source has no bias. It is of two
-// halves that do not depend on each other, and how far they differ tells a source's error. The discs of
-// distant lights, which no picture shows, are added as the sun's.
+// Glare sources are found in a picture of the observer's field of view, as evalglare finds them [Wienold and
+// Christoffersen 2006, section 5]. Neighbouring pixels above a threshold form one source, and very bright
+// ones form a source of their own. The denoised picture selects the pixels, because noise must not choose a
+// source; the rendered picture gives their luminance, whose mean over a source is unbiased. It consists of
+// two independent halves, and their difference gives the standard error of a source. Distant lights have no
+// solid angle and appear in no picture; they are added as discs of the sun's size.
 #pragma once
 
 #include <limits>
@@ -23,8 +23,8 @@
 
 namespace lucerna {
 
-// All that an observer sees, as an angular fisheye of 180 degrees (Camera::Settings::Mapping::fisheye), row
-// by row from the top; 0 outside the hemisphere. Luminances, cd/m².
+// The field of view of an observer as luminances, cd/m², in an angular fisheye image of 180 degrees
+// (Camera::Settings::Mapping::fisheye). Rows run from the top; pixels outside the hemisphere are 0.
 struct LuminanceView {
     int pixels = 0;  // along each side
     std::vector<float> halves[2], denoised;
@@ -33,8 +33,8 @@ struct LuminanceView {
         return 0.5 * (double{halves[0][pixel]} + double{halves[1][pixel]});
     }
 };
-// Of a pixel's middle, unit, camera axes: x right, y up, z the line of sight; and its solid angle, 0 outside
-// the hemisphere.
+// The direction of a pixel's centre, a unit vector in camera axes (x right, y up, z the line of sight), and
+// the pixel's solid angle, which is 0 outside the hemisphere.
 struct ViewDirection {
     V3d w;
     double solid_angle = 0;
@@ -42,48 +42,48 @@ struct ViewDirection {
 ViewDirection view_direction(int pixels, int x, int y);
 
 struct DaylightSource {
-    V3f towards;             // world, unit: its middle, weighted with luminance
+    V3f towards;             // centre weighted with luminance, a unit vector of the world
     double solid_angle = 0;  // sr
-    Reading95 luminance;     // cd/m²: its mean
-    double square = 0;       // of its true mean, estimated without bias: noise does not add to it
-    double position = 1;     // index
+    Reading95 luminance;     // mean luminance, cd/m²
+    double square = 0;       // unbiased estimate of the squared true mean luminance; noise does not add to it
+    double position = 1;     // position index
 };
 
 struct DaylightGlare {
     Reading95 dgp;
     std::vector<DaylightSource> sources;
-    double mean_luminance = 0;  // cd/m², of the hemisphere
+    double mean_luminance = 0;  // of the hemisphere, cd/m²
 };
 
 struct DaylightOptions {
     std::uint64_t seed = 0;
     Workers workers;
     double seconds = std::numeric_limits<double>::infinity();
-    // Of DGP: its half-width at which a picture has enough samples.
+    // The half-width of DGP at which a picture has enough samples.
     double precision = 0.005;
-    // What glares is brighter than so many times the mean luminance; more than 100: than that, cd/m².
+    // Glare sources exceed this multiple of the mean luminance, or if > 100 this luminance, cd/m².
     double threshold = 5;
     int pixels = 400;
 };
 
-// Whether any light shines from beyond the scene: a sky, the sun.
+// Tells whether any light shines from beyond the scene, such as a sky or the sun.
 bool has_daylight(const Scene& scene);
 
-// By path tracing, until the DGP that follows from the picture alone is precise enough. The job's camera,
-// film and integrator are replaced. Ends early, with what there is, when the monitor says so.
+// Renders the field of view by path tracing until the DGP of the picture alone is precise enough. Replaces
+// the job's camera, film and integrator. Ends early with the samples so far when the monitor says so.
 LuminanceView luminance_view(const Observer& observer, Job& job, const DaylightOptions& options,
                              Monitor& monitor);
-// As an image in cd/m²: R = G = B, and denoised.R, .G and .B.
+// Returns an image in cd/m² with R = G = B and the layers denoised.R, .G and .B.
 Image view_image(const LuminanceView& view);
 
-// Its sources, the scene's distant lights among them where nothing hides them; DGP is left to:
+// Finds the glare sources, including distant lights that nothing hides. Leaves DGP to daylight_rating().
 DaylightGlare daylight_glare(const LuminanceView& view, const Observer& observer, const Scene& scene,
                              double threshold, std::uint64_t seed = 0);
-// DGP of its sources and of `vertical`, E_v [lx].
+// Returns the DGP of the sources of `glare` and of the illuminance `vertical`, E_v in lx.
 Reading95 daylight_rating(const DaylightGlare& glare, const Reading95& vertical);
 
-// DGP of an illuminance at the eye [lx] and the sum over sources of L² ω / P²; below 1000 lx scaled down by
-// evalglare's factor e^x / (1 + e^x), x = 0.024 E_v - 4, for rooms too dim to be glaring.
+// Returns the DGP of an illuminance at the eye [lx] and the sum over sources of L² ω / P². Below 1000 lx, in
+// rooms too dim for glare, it is scaled by evalglare's factor e^x / (1 + e^x) with x = 0.024 E_v - 4.
 double dgp_of(double vertical, double sum);
 
 }  // namespace lucerna

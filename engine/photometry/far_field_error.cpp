@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace {
 
-// To first order; the two are independent where their samples are.
+// Propagates the half-widths to first order, taking `near` and `far` as independent, as their samples are.
 Reading95 relative_error(const Reading95& near, const Reading95& far) {
     if (!(near.value > 0)) return {std::nan(""), 0};
     const double ratio = far.value / near.value;
@@ -33,7 +33,7 @@ std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const
         error.surface = by_near.surface.name;
         error.mean = relative_error(by_near.mean, by_far.mean);
         double squares = 0, lit = 0;
-        // Of an interval's half-width, in standard errors.
+        // Converts half-widths to standard errors.
         const double width = student_95(static_cast<std::uint64_t>(near.heads));
         for (std::size_t i = 0; i < by_near.points.size(); ++i) {
             const Reading95 of = relative_error(by_near.points[i].all, by_far.points[i].all);

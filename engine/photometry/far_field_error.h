@@ -1,4 +1,4 @@
-// How wrong a photometric file would be: illuminance by lamps as points with their own far field, against
+// The error of photometric files: compares the illuminance by lamps as point sources of their far field with
 // that by their near field.
 #pragma once
 
@@ -11,18 +11,19 @@ namespace lucerna {
 
 struct FarFieldError {
     std::string surface;
-    // (far - near) / near at each point, with its interval; NaN where there is no light. Rows as
+    // (far - near) / near at each point with its interval, NaN where there is no light. The order is that of
     // SurfaceIlluminance::points.
     std::vector<Reading95> points;
-    Reading95 mean;             // of the surface's mean illuminance
-    double rms = 0;             // over points, noise taken off as far as the intervals tell
+    Reading95 mean;             // relative error of the surface's mean illuminance
+    double rms = 0;             // over points; the noise that the intervals account for is subtracted
     Reading95 least, greatest;  // of the points
 };
 
-// Of two reports on the same surfaces.
+// Compares two reports on the same surfaces.
 std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const IlluminanceReport& far);
 
-// A table, a line for each surface. `floor`: of the lamps' webs, the largest PhotometricInfo::grid_error.
+// Returns a table with one line for each surface. `floor` is the largest PhotometricInfo::grid_error of the
+// lamps' webs.
 std::string far_field_text(const std::vector<FarFieldError>& errors, double floor);
 
 }  // namespace lucerna

@@ -8,10 +8,10 @@
 namespace lucerna {
 namespace {
 
-constexpr int kLines = 128;           // along each side of the model
+constexpr int kLines = 128;           // grid lines along each side of the model
 constexpr double kHeadroom = 2;       // m
 constexpr double kSameHeight = 0.05;  // m
-constexpr double kLeastShare = 0.05;  // of the plan
+constexpr double kLeastShare = 0.05;  // of the area of the model's plan
 const double kLevel = std::cos(3 * kPiD / 180);
 
 struct Place {
@@ -20,13 +20,13 @@ struct Place {
     bool under_sky;
 };
 
-// Level surfaces with room above them, along the vertical line through `top`, from above.
+// Adds, from the top down, the level surfaces with headroom that the vertical line through `top` meets.
 void add_places(const Scene& scene, int up, const V3f& top, float depth, std::vector<Place>& places) {
     V3f down(0);
     down[up] = -1;
     Ray ray{top, down, depth};
     const float step = surface_error(V3f(diagonal(scene)), diagonal(scene));
-    float above = INFINITY;  // height of the surface met before
+    float above = INFINITY;  // height of the surface above
     while (ray.t_max > 0) {
         const auto hit = scene.intersect(ray);
         if (!hit) return;
@@ -39,7 +39,7 @@ void add_places(const Scene& scene, int up, const V3f& top, float depth, std::ve
     }
 }
 
-// Whether a place is the roof over a floor: under the sky, and within the floor's bounds in plan.
+// Tells whether a place is the roof over a floor: it is under the sky and within the floor's bounds in plan.
 bool is_roof(const Place& place, std::span<const Floor> floors, const Scene& scene, int up) {
     if (!place.under_sky) return false;
     const V3d at = place.at + scene.origin();
@@ -61,7 +61,7 @@ std::vector<Floor> floors_of(const Scene& scene, int up_axis) {
     std::vector<Place> places;
     for (int i = 0; i < kLines; ++i) {
         for (int j = 0; j < kLines; ++j) {
-            // Off the middle of a cell, as models have their edges at round numbers.
+            // Keeps lines away from the cells' centres, because models have edges at round numbers.
             V3f top = bounds.min;
             top[a] += size[a] * (static_cast<float>(i) + 0.5123F) / kLines;
             top[b] += size[b] * (static_cast<float>(j) + 0.4871F) / kLines;
@@ -93,13 +93,13 @@ std::vector<Floor> floors_of(const Scene& scene, int up_axis) {
         floor.area = count * cell;
         Imath::Box<V3d> box;
         for (const Place& place : level) box.extendBy(place.at);
-        // To the sides of the outer cells.
+        // Extends the bounds to the sides of the outer cells.
         for (const int side : {a, b}) {
             const double half = 0.5 * double{size[side]} / kLines;
             box.min[side] = std::max(double{bounds.min[side]}, box.min[side] - half);
             box.max[side] = std::min(double{bounds.max[side]}, box.max[side] + half);
         }
-        box.min[up_axis] = box.max[up_axis] = level[level.size() / 2].height;  // the median
+        box.min[up_axis] = box.max[up_axis] = level[level.size() / 2].height;  // median height
         floor.least = box.min + scene.origin();
         floor.most = box.max + scene.origin();
         floor.height = floor.least[up_axis];

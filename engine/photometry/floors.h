@@ -1,4 +1,4 @@
-// The floors of a model: where people stand in it, storey by storey.
+// Finds the floors of a model, storey by storey.
 #pragma once
 
 #include <vector>
@@ -9,15 +9,15 @@ namespace lucerna {
 
 struct Floor {
     double height = 0;  // along the upward axis; world, scene units
-    V3d least, most;    // bounds of it, world: `height` in both along the upward axis
+    V3d least, most;    // bounds, world; both are at `height` along the upward axis
     double area = 0;    // square scene units
 };
 
-// Found by vertical lines through the whole model, on a grid: of each, the surfaces that are level within 3
-// degrees and have two metres of clear height above. What is found at one height (to 5 cm), over at least a
-// twentieth of the model's plan, is a floor, from the lowest upwards, unless one lies less than two metres
-// below it, as below the tops of furniture; what is under the sky above another floor is its roof. `up_axis`:
-// 0 to 2. Scene units are metres. From the lowest to the highest.
+// Returns the floors from the lowest to the highest, for a model in metres with upward axis `up_axis` (0 to
+// 2). A grid of vertical lines through the model finds the surfaces that are level within 3 degrees and have
+// two metres of headroom. Those at one height (within 5 cm) form a floor if they cover a twentieth of the
+// model's plan, unless a floor lies less than two metres below them, as it does below the tops of furniture.
+// Surfaces under the open sky over a floor are its roof and are left out.
 std::vector<Floor> floors_of(const Scene& scene, int up_axis);
 
 }  // namespace lucerna

@@ -25,26 +25,26 @@ namespace {
 
 constexpr double kFwhmOverSigma = 2.3548200450309493;
 
-// Batches of one luminaire's samples, whose means are nearly normal.
+// Number of batches of one luminaire's samples. The means of batches are nearly normal.
 constexpr int kBatches = 32;
-// Where their random numbers begin, beyond those of all heads that measure the background.
+// The random numbers of luminaires begin here, beyond those that measure the background.
 constexpr std::uint64_t kLuminaires = std::uint64_t{1} << 62;
-// Branches of a sample's random numbers, for what media on the way take.
+// Branches of a sample's random numbers for the two traversals of media.
 constexpr std::uint32_t kWayBranch = 0x3a, kSecondWayBranch = 0x3b;
 
-// What one direction towards a luminaire brings, over the density with which it was drawn.
+// The contribution of one direction sampled towards a luminaire, divided by its probability density.
 struct LuminaireSample {
-    double luminance = 0;    // cd/m²: as emitted towards the eye
+    double luminance = 0;    // cd/m², as emitted towards the eye
     double solid_angle = 0;  // 1 / density
-    double flux = 0;         // L dω as it arrives: illuminance without its cosine
-    double position = 1;     // index
-    double square = 0;       // L² dω / p², of filtered luminance
+    double flux = 0;         // L dω as it arrives, the illuminance without its cosine
+    double position = 1;     // position index
+    double square = 0;       // L² dω / p² of the filtered luminance
 };
 using LuminaireSamples = std::array<std::vector<LuminaireSample>, kBatches>;
 
-// The luminance above which the luminous part lies, > 0.
+// Returns the luminance, > 0, above which the luminous part of a luminaire lies.
 double luminous_limit(const LuminaireSamples& samples) {
-    std::vector<std::pair<double, double>> lights;  // luminance, and its share of the light
+    std::vector<std::pair<double, double>> lights;  // luminance and contribution to the light
     double rest = 0;
     for (const auto& batch : samples) {
         for (const LuminaireSample& sample : batch) {
@@ -73,7 +73,7 @@ class Eye {
         std::vector<GlareSource> all;
         for (std::uint32_t light = 0; light < scene_.lights().size(); ++light) {
             const Light& lamp = *scene_.lights()[light];
-            if (!(lamp.power() > 0) || !lamp.bounds()) continue;  // the sky is no luminaire
+            if (!(lamp.power() > 0) || !lamp.bounds()) continue;  // excludes the sky
             const auto source = lamp.is_delta() ? look_at_point(light, lamp) : look_at(light, lamp);
             if (source) all.push_back(*source);
         }
@@ -108,8 +108,8 @@ class Eye {
         };
         const double flux = flux_over(0);
         if (!(flux > 0)) return std::nullopt;
-        // The luminous part. To first order it does not depend on the limit, which is an estimate, too; and
-        // where all is equally bright, any part of what is as bright as the limit will do.
+        // Weights samples by their share in the luminous part. To first order the result does not depend on
+        // the estimated limit. Weights inside and outside agree at the limit, which suits uniform luminance.
         const double limit = luminous_limit(samples);
         const auto luminous = [limit](const LuminaireSample& sample) {
             const double relative = sample.luminance / limit;
@@ -122,8 +122,8 @@ class Eye {
         source.solid_angle = per_sample(luminous).value;
         source.luminance = flux / source.solid_angle;
         source.position = flux / flux_over(1);
-        // The product of the mean luminance and the integral of L / p²: how much it errs is told by its first
-        // order in all three means.
+        // The estimate is the product of the mean luminance and the integral of L / p². Its half-width is
+        // that of the first-order expansion in all three means.
         const double over_p2 = flux_over(2);
         source.even = {source.luminance * over_p2, per_sample([&](const LuminaireSample& sample) {
                                                        return source.luminance * over_p2 *
@@ -135,15 +135,15 @@ class Eye {
         return source;
     }
 
-    // A far field with the luminous opening that its file states, evenly bright: as CIE 117 has all
-    // luminaires.
+    // Rates a far field as a luminaire of uniform luminance over the luminous opening that its file states,
+    // as CIE 117 treats all luminaires.
     std::optional<GlareSource> look_at_point(std::uint32_t light, const Light& lamp) const {
         const auto towards = lamp.sample_Li(at_, {0.5F, 0.5F});
         if (!towards) return std::nullopt;
         const double p = position_index(observer_, towards->w);
         const auto area = lamp.projected_opening(-towards->w);
         if (!area || !std::isfinite(p)) return std::nullopt;
-        RunningStats batches;  // I / d² as it arrives; they differ where media vary
+        RunningStats batches;  // I / d² as it arrives; batches differ where media vary
         constexpr int kInABatch = 64;
         for (std::size_t batch = 0; batch < kBatches; ++batch) {
             double sum = 0;
@@ -158,7 +158,7 @@ class Eye {
         GlareSource source;
         source.light = light;
         source.kind = std::string(lamp.kind());
-        source.solid_angle = *area / sqr(double{towards->distance});  // both > 0
+        source.solid_angle = *area / sqr(double{towards->distance});  // the area and the distance are > 0
         source.luminance = flux.value / source.solid_angle;
         source.position = p;
         source.even = source.seen = {source.luminance * flux.value / (p * p),
@@ -166,7 +166,7 @@ class Eye {
         return source;
     }
 
-    // What arrives here through panes and media; they are met as the eye sees them.
+    // Returns the light that arrives here through panes and media, which are attenuated as for camera paths.
     Rgb arriving(const LightSample& towards, Sampler& sampler) const {
         return passing(scene_, Ray{at_, towards.w, towards.distance}, medium_, sampler, false);
     }
@@ -174,7 +174,7 @@ class Eye {
     std::optional<LuminaireSample> draw(const Light& lamp, const LampSet& others, Sampler& sampler) const {
         const auto towards = lamp.sample_Li(at_, sampler.next2());
         const V2f u_blur = sampler.next2();
-        // A density is divided by: that of what was drawn.
+        // The sample is divided by its density, so a density of 0 is rejected.
         if (!towards || !(towards->pdf_w > 0)) return std::nullopt;
         LuminaireSample sample;
         sample.position = position_index(observer_, towards->w);
@@ -192,8 +192,8 @@ class Eye {
         return sample;
     }
 
-    // What the filter does not join to a luminaire: the sky, and lamps that are further from it than the
-    // filter is wide. Lamps that are nearer, as the chips of one module, are seen together.
+    // Returns the lights that the filter does not mix with a luminaire: the sky, and lamps further from it
+    // than the filter is wide. Nearer lamps, such as the chips of one module, are seen as one.
     LampSet others_than(const LightBounds& luminaire) const {
         LampSet others(scene_.lights().size());
         Box3f near = luminaire.box;
@@ -214,7 +214,7 @@ class Eye {
         return double{luminance(seen.radiance())};
     }
 
-    // Another direction, normally distributed around the first with twice the filter's variance.
+    // Samples a direction that is normally distributed around the first with twice the filter's variance.
     V3f blurred(const LightSample& towards, const V2f& u) const {
         const double sigma = std::sqrt(2.0) * options_.blur / kFwhmOverSigma / double{towards.distance};
         const double r = sigma * std::sqrt(-2 * std::log1p(-double{u.x})), phi = 2 * kPiD * double{u.y};
@@ -235,7 +235,7 @@ class Eye {
     std::int32_t medium_;
 };
 
-// Whether it is told from 0.
+// Tells whether the background differs significantly from 0.
 bool is_known(const Reading95& background) {
     return background.value > background.half_width;
 }
@@ -261,8 +261,8 @@ void check(const Observer& observer) {
     }
 }
 
-// Names the observer that sees most of lamps over mirrors or solid glass: these are no luminaires of a
-// rating.
+// Warns of the observer with the greatest share of lamps seen over mirrors or solid glass, which UGR has no
+// terms for.
 void warn_of_mirrored_lamps(const std::vector<SurfaceIlluminance>& eyes, Monitor& monitor) {
     constexpr double kLeastWarned = 0.01;  // of E_v
     const auto share = [](const SurfaceIlluminance& eye) {
@@ -293,7 +293,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         check(observer);
         const Frame frame(observer.view);
         CalculationSurface& eye = eyes.emplace_back();
-        constexpr double kTiny = 1e-4;  // m: a point
+        constexpr double kTiny = 1e-4;  // m, the size of a calculation surface that stands for a point
         eye.name = observer.name;
         eye.u = kTiny * V3d(frame.s);
         eye.v = kTiny * V3d(frame.t);
@@ -326,7 +326,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         how.threshold = options.threshold;
         how.pixels = options.view_pixels;
         how.precision = 0.25 * options.precision;
-        // Half of the time for all views, as much for each of those left; the other half for illuminance.
+        // All views share half of the time evenly; illuminance gets the other half.
         how.seconds = (0.5 * options.seconds - clock.seconds()) / static_cast<double>(observers.size() - i);
         job.integrator = integrator;
         const LuminanceView view = luminance_view(observers[i], job, how, monitor);
@@ -341,7 +341,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
     how.workers = options.workers;
     how.seconds = options.seconds - clock.seconds();
     how.precision = options.precision;
-    how.indirect = true;  // which is the background
+    how.indirect = true;  // the background luminance follows from indirect light
     const bool has_luminaires =
         std::any_of(job.scene.lights().begin(), job.scene.lights().end(),
                     [](const auto& light) { return light->power() > 0 && light->bounds(); });

@@ -21,7 +21,7 @@ std::string rating_text(const Reading95& rating) {
     return std::isfinite(rating.value) ? reading_text(rating) : "none";
 }
 
-// A number of a table; nothing where there is none.
+// Formats a number for a table; numbers that are not finite give an empty cell.
 std::string csv_number(double value, int digits) {
     return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : std::string();
 }
@@ -38,7 +38,7 @@ std::string glare_text(std::span<const GlareReport> reports) {
                     "E_v lx", "luminaires", daylight ? fmt::format(" {:>14}", "DGP") : "");
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
-        const V3f view = by.view + V3f(0);  // no -0
+        const V3f view = by.view + V3f(0);  // turns -0 into 0
         text +=
             fmt::format(fmt::runtime(kRow), plain_text(by.name), triple(by.eye), triple(view),
                         rating_text(report.ugr), rating_text(report.ugr_even), short_text(report.background),

@@ -1,4 +1,4 @@
-// Ratings of glare, for people, for spreadsheets and for programs.
+// Formats ratings of glare as text, CSV and JSON.
 #pragma once
 
 #include <span>
@@ -8,11 +8,11 @@
 
 namespace lucerna {
 
-// A table, a line for each observer.
+// Returns a table with one line for each observer.
 std::string glare_text(std::span<const GlareReport> reports);
-// The same under a line of column names (RFC 4180).
+// Returns one line for each observer under a line of column names (RFC 4180).
 std::string glare_csv(std::span<const GlareReport> reports);
-// With each luminaire's term, and each source of daylight.
+// Returns the ratings with the term of each luminaire and each source of daylight.
 std::string glare_json(std::span<const GlareReport> reports);
 
 }  // namespace lucerna

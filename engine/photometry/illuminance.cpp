@@ -20,18 +20,18 @@
 namespace lucerna {
 namespace {
 
-// Heads of a point, so that an interval of theirs is worth something, and pixels of an image, so that all
-// threads have tiles.
+// A point has enough sensor replicas for a reliable interval, and an image enough pixels for tiles for all
+// threads.
 constexpr int kLeastHeads = 16;
 constexpr std::int64_t kLeastPixels = 16384;
 constexpr int kWidth = 256;
-// Samples of all of a point's heads after the first round, so that its interval tells something, of a head at
-// least.
+// The first round takes so many samples over all replicas of a point, so that its interval is meaningful, and
+// at least so many per replica.
 constexpr int kFirstOfPoint = 256, kFirstOfHead = 4;
-// An interval is as wide as its heads happen to scatter: aiming a little lower spares a round.
+// Intervals scatter from round to round, so aiming a little below the wanted width often saves a round.
 constexpr double kAim = 0.95;
 
-// The luminance of an image's channels PREFIX.R .G .B.
+// Returns the luminance of an image's channels PREFIX.R .G .B.
 class LightOf {
   public:
     LightOf(const Image& image, const std::string& prefix) : image_(image), first_(find(prefix + "R")) {
@@ -49,7 +49,7 @@ class LightOf {
     std::size_t first_;
 };
 
-// Of a surface whose points are done.
+// Sums up a surface whose points are done.
 void sum_up(SurfaceIlluminance& done) {
     double mean = 0, variance = 0;
     done.direct = 0;
@@ -67,33 +67,32 @@ void sum_up(SurfaceIlluminance& done) {
     done.least = least->all;
     done.greatest = greatest->all;
     if (!(mean > 0)) return;
-    // Of a ratio of two estimates to first order, as if they did not depend on each other: of many points the
-    // least one is little of the mean.
+    // The uncertainty of the ratio is taken to first order, as if its two estimates were independent: among
+    // many points the darkest contributes little to the mean.
     const double u0 = done.least.value / mean;
     done.uniformity = {u0, std::hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
 }
 
-// Light of a point that its paths find by chance alone (SampleAccount::by_chance), and the rest of it.
+// Light of a point that paths find by chance alone (SampleAccount::by_chance), and the rest of the light.
 struct ChanceAtPoint {
     ChanceLight met;
-    std::vector<double> groups;  // of what was met, by light group of the scene
+    std::vector<double> groups;  // chance light by light group of the scene
     Reading95 rest, rest_indirect;
 };
 
-// The half-widths that more samples make narrower.
+// Half-widths that more samples reduce.
 struct PointScatter {
     double all, indirect;
 };
 
 struct Readings {
     std::vector<SurfaceIlluminance> surfaces;
-    // All surfaces' points follow one another in both. The second is what chance found, and is empty where it
-    // finds no light.
+    // Both list the points of all surfaces. `chance` is empty where no light is found by chance.
     std::vector<PointScatter> scatter;
     std::vector<ChanceAtPoint> chance;
 };
 
-// The surfaces' points as the pixels of an image, and back.
+// Maps the points of surfaces to the pixels of an image and back.
 class PointImage {
   public:
     PointImage(std::span<const CalculationSurface> surfaces, Job& job) : surfaces_(surfaces) {
@@ -121,7 +120,7 @@ class PointImage {
     Readings read(const RenderResult& result, const std::vector<std::string>& groups) const {
         const Image& parts = result.parts.value();
         const LightOf all(result.image, ""), direct(parts, std::string(layer_name(Layer::direct)) + ".");
-        // As their own sums: a difference would leave the rounding of what it takes off.
+        // Adds up indirect light from layers, as a difference from all light would leave its rounding error.
         std::vector<LightOf> others;
         for (const Layer part : {Layer::indirect, Layer::caustic, Layer::media})
             others.emplace_back(parts, std::string(layer_name(part)) + ".");
@@ -180,7 +179,7 @@ class PointImage {
         for (const std::string& name : groups) lights.emplace_back(image, kLightGroupPrefix + name + ".");
         return lights;
     }
-    // A difference of equal values is 0 but for the rounding of single precision.
+    // Returns `all` - `found`, or 0 where this is no more than single-precision rounding.
     static double heads_without(double all, double found) {
         constexpr double kRounding = 1e-5;
         const double rest = all - found;
@@ -202,7 +201,7 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     }
     return worst;
 }
-// Returns the same share of the half-widths that more samples make narrower; with `indirect`, those of
+// Returns the share of worst_of() for the half-widths that more samples reduce. With `indirect`, those of
 // indirect light count, too, as shares of indirect light.
 double worst_scatter_of(const Readings& readings, bool indirect) {
     double worst = 0;
@@ -218,8 +217,9 @@ double worst_scatter_of(const Readings& readings, bool indirect) {
     return worst;
 }
 
-// The radius over which light paths are blurred around a point: half of the distance of a surface's points,
-// but no more than a share of how far the point sees in the median direction of a few.
+// Returns the radius of the density estimate of light paths around a point: half of the spacing of a
+// surface's points, but at most a share of the median distance that the point sees, and that share if the
+// spacing is small.
 float blur_of(const CalculationSurface& surface, const Receiver& receiver, const Scene& scene) {
     constexpr double kOfSight = 0.05;
     constexpr int kDirections = 31;
@@ -239,7 +239,7 @@ float blur_of(const CalculationSurface& surface, const Receiver& receiver, const
     return static_cast<float>(spacing > reach / 4 ? std::min(spacing, reach) : reach);
 }
 
-// Estimates by light paths what the points' paths find by chance alone.
+// Estimates by light paths the light that the points' paths find by chance alone.
 ChanceLightAt by_light_paths(const Readings& readings, const Job& job, const IlluminanceOptions& options,
                              Monitor& monitor) {
     std::vector<float> radii;
@@ -256,19 +256,19 @@ ChanceLightAt by_light_paths(const Readings& readings, const Job& job, const Ill
     return chance_light_at(job.receivers.points, radii, rest, options.precision / 4, work);
 }
 
-// Adds light paths' estimate in the place of what was met by chance, with its own uncertainty.
+// Adds the light paths' estimate, which replaces the light met by chance, with its own uncertainty.
 Reading95 instead(const Reading95& rest, const ChanceLightAt::Mean& there) {
     return {rest.value + there.light.value,
             std::hypot(rest.half_width, kStandardErrors95 * there.light.standard_error) + there.blur};
 }
 
-// Takes what a surface's paths find by chance from light paths instead, where these know it better. Rare
-// meetings with a lamp do not tell how much they scatter, so their own standard error counts only where they
-// are many. Where neither knows the light, intervals hold what both leave open.
+// Replaces the light that a surface's paths find by chance with the estimate of light paths where it is more
+// precise. Rare hits of a lamp do not reveal their variance, so their standard error counts only if they are
+// many. Where neither estimate is reliable, the intervals cover both.
 void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAtPoint> chance,
                            std::span<PointScatter> scatter, const ChanceLightAt& there, std::size_t first) {
-    constexpr double kTold = 4;   // standard errors by which light paths tell it from 0
-    constexpr double kMany = 20;  // the same, of what was met: some 400 meetings
+    constexpr double kTold = 4;   // standard errors by which the light paths' estimate differs from 0
+    constexpr double kMany = 20;  // standard errors of the light met by chance: some 400 hits
     const std::size_t count = surface.points.size();
     const auto n = static_cast<double>(count);
     const ChanceLightAt::Mean of_surface = there.mean(first, count);
@@ -311,7 +311,7 @@ void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAt
     surface.by_light_paths = light.value;
     surface.never_met = missing_light(light, met, kTold);
     sum_up(surface);
-    // Paths from the lamps pass several points, whose errors are not independent.
+    // Light paths pass several points, whose errors are therefore not independent.
     surface.mean.half_width = instead({0, std::sqrt(rest2)}, of_surface).half_width;
 }
 void take_from_light_paths(Readings& readings, const ChanceLightAt& there) {
@@ -324,7 +324,7 @@ void take_from_light_paths(Readings& readings, const ChanceLightAt& there) {
     }
 }
 
-// Names the surface that has the greatest share of light that no path from a point met.
+// Warns of the surface with the greatest share of light that no path from a point met.
 void warn_of_blurred_light(const std::vector<SurfaceIlluminance>& surfaces, const std::string& unit,
                            Monitor& monitor) {
     constexpr double kLeastWarned = 0.001;  // of the mean
@@ -357,7 +357,7 @@ std::vector<LuminairePlace> luminaires_of(const Scene& scene) {
     return all;
 }
 
-// Cornish and Fisher's expansion around the normal quantile: to 1e-4 from 16 values on.
+// Evaluates Cornish and Fisher's expansion around the normal quantile, accurate to 1e-4 from 16 values on.
 double student_95(std::uint64_t n) {
     constexpr double z = kStandardErrors95;
     if (n < 2) return std::numeric_limits<double>::infinity();
@@ -436,7 +436,7 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
         rounds.grow(scatter / (kAim * options.precision), kNoEndOfSamples);
     }
     if (report.ended_by == "precision" && report.precision > options.precision)
-        report.ended_by = "light paths";  // no more samples would make their estimate better
+        report.ended_by = "light paths";  // more samples would not improve the light paths' estimate
     warn_of_blurred_light(report.surfaces, report.unit, monitor);
     report.seconds = clock.seconds();
     return report;

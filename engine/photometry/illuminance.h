@@ -1,11 +1,11 @@
-// Illuminance on calculation surfaces: at each point with its confidence interval, and what standards ask of
-// the whole (EN 12464-1, CIE 97): mean, least, greatest, uniformity.
+// Illuminance on calculation surfaces: the value at each point with its confidence interval, and the summary
+// that standards require (EN 12464-1, CIE 97): mean, least, greatest, uniformity.
 //
-// By the path tracer: it has no bias, so that an interval from how its samples scatter holds what it says.
-// Each point has heads of its own (Receivers, engine/render/job.h), whose samples do not depend on each
-// other; their means are nearly normal, and an interval is Student's for the mean of them. Only lamps that
-// paths meet seldom, over mirrors, lenses and solid glass, make them scatter in a way that few samples do not
-// tell: their light is taken from light paths, which know it better.
+// The path tracer computes it, because it is unbiased and the variance of its samples gives a valid interval.
+// Each point has several sensor replicas (Receivers, engine/render/job.h) with independent samples. Their
+// means are nearly normal, and Student's t gives the interval of their mean. Few samples do not reveal the
+// variance due to lamps that paths seldom meet, over mirrors, lenses and solid glass; light paths estimate
+// the light of these lamps.
 #pragma once
 
 #include <cstdint>
@@ -24,35 +24,35 @@
 
 namespace lucerna {
 
-// Standard errors in half of a normal value's 95 % confidence interval.
+// Half of a normal value's 95 % confidence interval, in standard errors.
 inline constexpr double kStandardErrors95 = 1.959963984540054;
 
-// An estimate and the half-width of its 95 % confidence interval (coverage factor k = 2 for many heads); lx,
-// or W/m² if lights count in W.
+// An estimate and the half-width of its 95 % confidence interval (coverage factor k = 2 for many replicas),
+// in lx, or in W/m² if lights are radiometric.
 struct Reading95 {
     double value = 0, half_width = 0;
 };
 
-// What the light of one point is made of; they add up to it.
+// The components of the light of one point; direct and indirect add up to `all`.
 struct PointParts {
     Reading95 all;
-    double direct = 0;   // from lamps and sky in a straight line
-    Reading95 indirect;  // all else
-    // Of that, from lamps that are seen over mirrors, lenses or solid glass alone.
+    double direct = 0;   // straight from lamps and sky
+    Reading95 indirect;  // all other light
+    // The share of indirect light from lamps that are seen over mirrors, lenses or solid glass alone.
     double mirrored = 0;
     std::vector<double> groups;  // by light group of the scene; empty if it has none
 };
 
 struct SurfaceIlluminance {
     CalculationSurface surface;
-    std::vector<PointParts> points;  // row by row: of (x, y) at y surface.points.x + x
+    std::vector<PointParts> points;  // (x, y) is at y * surface.points.x + x
     Reading95 mean;
-    double direct = 0;           // of the mean
-    std::vector<double> groups;  // of the mean
+    double direct = 0;           // direct light in the mean
+    std::vector<double> groups;  // the mean by light group
     Reading95 least, greatest;   // of the points' estimates, with those points' intervals
-    Reading95 uniformity;        // U_0 = least over mean
-    // Of the mean: light over specular surfaces that is estimated by light paths, as paths from the points
-    // hardly meet its lamps (engine/render/chance_light.h); and how much of it they never met.
+    Reading95 uniformity;        // U_0, the least value over the mean
+    // In the mean: the light over specular surfaces that light paths estimate, as paths from the points
+    // hardly meet its lamps (engine/render/chance_light.h), and the share of it that those paths never met.
     double by_light_paths = 0, never_met = 0;
     std::size_t index(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
@@ -65,19 +65,18 @@ struct IlluminanceOptions {
     std::uint64_t seed = 0;
     Workers workers;
     double seconds = std::numeric_limits<double>::infinity();
-    // Ends when no point's half-width is more than that share of its illuminance, or of its surface's mean
-    // where that is more.
+    // Ends when half-widths are within this share of the greater of the point's value and its surface's mean.
     double precision = 0.02;
-    bool indirect = false;  // the same holds for indirect illuminance, as a share of that
-    int most_samples = 0;   // of each head; > 0: so many, whatever the precision
+    bool indirect = false;  // also applies `precision` to indirect illuminance, as a share of that
+    int most_samples = 0;   // of each replica; > 0 sets the number whatever the precision
 };
 
-// A light that has a place.
+// A light that has a place in the scene.
 struct LuminairePlace {
     std::string kind;
-    std::string file;  // name of the light field, ray file or photometric file; empty: none
-    V3d place;         // world, scene units: the middle of its bounds
-    V3d axis;          // unit: which way it shines; 0 where it shines all around, or to two sides
+    std::string file;  // of the light field, ray file or photometric file; empty if none
+    V3d place;         // centre of its bounds; world, scene units
+    V3d axis;          // unit vector along which it shines; 0 where it shines all around or to two sides
     double flux = 0;   // in the scene's unit
 };
 std::vector<LuminairePlace> luminaires_of(const Scene& scene);
@@ -88,35 +87,36 @@ struct IlluminanceReport {
     std::vector<std::string> groups;  // the scene's light groups
     std::string unit;                 // "lx", "W/m^2"
     std::string flux_unit;            // "lm", "W"
-    double precision = 0;             // reached: the largest such share
-    // "precision", "time", "samples", "user", "forecast", "light paths" (which know less than asked for).
+    double precision = 0;             // the largest such share that was reached
+    // "precision", "time", "samples", "user", "forecast", or "light paths", which limit the precision.
     std::string ended_by;
     int heads = 0;    // of each point
-    int samples = 0;  // of each head
+    int samples = 0;  // of each replica
     std::uint64_t rays = 0;
     double seconds = 0;
 };
 
-// One warning names the surface with the greatest share of something; `others` ends its sentence with how
-// many more have a share above the least, and is empty where none has.
+// The surface with the greatest share of something, for a warning that names it. `others` ends its sentence
+// with the number of other surfaces whose share is above the least, and is empty if there are none.
 struct MostAffected {
     const SurfaceIlluminance* surface;
     std::string others;
 };
-// None where no share is above `least`.
+// Returns nothing if no share is above `least`.
 std::optional<MostAffected> most_affected(std::span<const SurfaceIlluminance> surfaces,
                                           const std::function<double(const SurfaceIlluminance&)>& share,
                                           double least);
 
-// The job's integrator, film and receivers are replaced. Throws InputError: no surface, no light, lights of
-// both units. Ends early, with what there is, when the monitor says so.
+// Computes illuminance at all points of the surfaces. Replaces the job's integrator, film and receivers.
+// Throws InputError if there is no surface, no light, or lights of both units. Ends early with the samples so
+// far when the monitor says so.
 IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, Job job,
                                  const IlluminanceOptions& options, Monitor& monitor);
 
-// Of the mean of `n` >= 2 normal values, over its standard error: the two-sided 95 % quantile of Student's t
-// with n - 1 degrees of freedom.
+// Returns the two-sided 95 % quantile of Student's t with n - 1 degrees of freedom: the half-width of the
+// interval of the mean of `n` >= 2 normal values, in standard errors.
 double student_95(std::uint64_t n);
-// The mean of at least two values that are nearly normal and do not depend on each other.
+// Returns the mean of at least two independent, nearly normal values.
 Reading95 reading_95(const RunningStats& values);
 
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 namespace lucerna {
 namespace {
 
-// Of UTF-8 without wide characters.
+// Returns the number of columns of UTF-8 text without wide characters.
 std::size_t columns_of(const std::string& text) {
     return static_cast<std::size_t>(
         std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
@@ -39,7 +39,7 @@ nlohmann::json json_of(const LampUncertainty& lamps, const Reading95& reading) {
             {"half_width_of_both", combined(reading, lamps)}};
 }
 
-// To a surface's numbers and its points.
+// Adds the lamps' uncertainty to a surface's numbers and its points.
 void add_lamps(nlohmann::json& of, const SurfaceIlluminance& surface, const SurfaceUncertainty& lamps) {
     of["lamps"] = {{"mean", json_of(lamps.mean, surface.mean)},
                    {"least", json_of(lamps.least, surface.least)},
@@ -51,7 +51,7 @@ void add_lamps(nlohmann::json& of, const SurfaceIlluminance& surface, const Surf
 
 }  // namespace
 
-// The first two of the interval's own.
+// Prints two significant digits of the half-width.
 std::string reading_text(const Reading95& reading) {
     if (!(reading.half_width > 0)) return fmt::format("{:.4g}", reading.value);
     const auto magnitude = [](double x) { return static_cast<int>(std::floor(std::log10(x))); };

@@ -18,10 +18,10 @@ namespace {
 constexpr double kCoverageFactor = 2;       // k
 constexpr double kNormal95 = 1.6448536269;  // the 95 % quantile of the standard normal distribution
 
-// What a number's values by the replicates say.
+// The variances of a number over the replicates.
 struct Scatter {
-    double variance = 0;     // s², of both
-    double monte_carlo = 0;  // of one run, the mean of all
+    double variance = 0;     // s², due to lamps and Monte Carlo noise
+    double monte_carlo = 0;  // Monte Carlo variance of one run, mean of all runs
 };
 
 Scatter scatter_of(std::span<const Reading95> by_replicate, int heads) {
@@ -36,8 +36,8 @@ Scatter scatter_of(std::span<const Reading95> by_replicate, int heads) {
     return scatter;
 }
 
-// An upper bound of s² below its expectation by chance would be one of next to nothing: such a one counts as
-// what it is without the lamps.
+// Without the maximum, an s² that is by chance far below its expectation would give an upper bound near 0.
+// The maximum is its expectation without uncertainty of the lamps.
 LampUncertainty bound_of(const Scatter& scatter, int freedom) {
     const double most =
         std::max(scatter.variance, scatter.monte_carlo) * freedom / chi_square_quantile(-kNormal95, freedom);
@@ -97,7 +97,7 @@ LampUncertainty lamp_uncertainty(std::span<const Reading95> by_replicate, int he
     const Scatter scatter = scatter_of(by_replicate, heads);
     if (!(scatter.variance * freedom > scatter.monte_carlo * chi_square_quantile(kNormal95, freedom)))
         return bound_of(scatter, freedom);
-    const double lamps = scatter.variance - scatter.monte_carlo;  // > 0: the quantile is above `freedom`
+    const double lamps = scatter.variance - scatter.monte_carlo;  // > 0, as the quantile is above `freedom`
     return {kCoverageFactor * std::sqrt(lamps), false, scatter.variance / (lamps * std::sqrt(2.0 * freedom))};
 }
 

@@ -11,9 +11,9 @@ constexpr double kDegree = kPiD / 180;
 
 double position_index(double from_vertical, double from_view) {
     const double t = from_vertical, s = from_view;
-    // Below the line of sight: [Iwata and Tokura 1997].
+    // Directions below the line of sight follow [Iwata and Tokura 1997].
     if (t > 90) {
-        const double offset = std::tan(s * kDegree);  // from the line of sight, over the distance along it
+        const double offset = std::tan(s * kDegree);  // lateral over axial distance
         return offset < 0.6 ? 1 + 0.8 * offset : 1 + 1.2 * offset;
     }
     return std::exp((35.2 - 0.31889 * t - 1.22 * std::exp(-2 * t / 9)) * 1e-3 * s +

@@ -1,4 +1,4 @@
-// An observer's eye, and how much less glaring light is away from its line of sight.
+// An observer's eye and the position index, by which light away from the line of sight glares less.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ struct Observer {
     V3d eye;   // world, scene units (metres)
     V3f view;  // unit: the line of sight
     V3f up;    // unit, not along `view`
-    // Of the scene's axes: pbrt's are left-handed, unless a scene mirrors them. Tells right from left.
+    // Handedness of the scene's axes; pbrt's are left-handed unless a scene mirrors them.
     bool right_handed = false;
 
     V3f right() const {  // unit
@@ -20,11 +20,11 @@ struct Observer {
     }
 };
 
-// Guth's position index of a direction, >= 1: above the line of sight by the fit of [Levin 1975], below it by
-// that of [Iwata and Tokura 1997]. `from_vertical`: the angle between the upright plane through the line of
-// sight and the plane of both directions; `from_view`: between the two; both degrees.
+// Returns Guth's position index of a direction, >= 1, by [Levin 1975] above the line of sight and [Iwata and
+// Tokura 1997] below it. `from_vertical` is the angle between the vertical plane through the line of sight
+// and the plane of both directions, `from_view` that between both; degrees.
 double position_index(double from_vertical, double from_view);
-// The same of a direction `w` in front of the observer (unit). Behind: infinite, nothing of it is seen.
+// Returns the position index of a unit vector `w`, or infinity if it points behind the observer.
 double position_index(const Observer& observer, const V3f& w);
 
 }  // namespace lucerna

@@ -11,11 +11,11 @@
 namespace lucerna {
 namespace {
 
-// The least and most that a round makes of the samples before it.
+// Bounds of the growth of the sample count from one round to the next.
 constexpr double kLeastGrowth = 1.25, kMostGrowth = 4;
 
-// Seconds: a forecast of less is not told, one of more ends the computation, but not before it is worth
-// something.
+// Seconds. A forecast below kShort is not reported and one above kTooLong ends the computation, but none
+// counts before kLeastForForecast.
 constexpr double kShort = 60, kTooLong = 3600, kLeastForForecast = 15;
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Path tracing until an interval is as narrow as wanted: rounds of samples, each going on from those before.
+// Path tracing in rounds of samples, each continuing the one before, until an interval is as narrow as
+// wanted.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@
 
 namespace lucerna {
 
-// How long it takes until an interval is as narrow as wanted, at the rate of the seconds so far.
+// The remaining time until an interval is as narrow as wanted, at the rate of the seconds so far.
 struct Forecast {
     enum class Verdict : std::uint8_t { go_on, tell, give_up };
     Verdict verdict;
@@ -20,21 +21,21 @@ Forecast forecast(double so_far, double reached, double wanted);
 
 class PathRounds {
   public:
-    // Of `job`, which must outlive this, by its path tracer or a default one, that measures `quantity`; its
-    // first round has `samples`. All rounds together end after so many seconds.
+    // Renders `job`, which must outlive this object, with its path tracer or a default one that measures
+    // `quantity`. The first round has `samples` per pixel. All rounds together end after `seconds`.
     PathRounds(Job& job, Quantity quantity, int samples, std::uint64_t seed, const Workers& workers,
                double seconds);
     PathRounds(const PathRounds&) = delete;
     PathRounds& operator=(const PathRounds&) = delete;
 
-    // With all samples so far. Ends early, with what there is, when the monitor says so.
+    // Returns the result of all samples so far. Ends early when the monitor says so.
     RenderResult render(Monitor& monitor);
-    // The next round has enough samples for intervals that were `too_wide` times as wide as wanted, within
-    // bounds that keep rounds few and their forecast sound; at most `most`.
+    // Sets the samples of the next round for intervals that were `too_wide` times as wide as wanted. Bounds
+    // on the growth keep rounds few and their forecast reliable. There are never more than `most` samples.
     void grow(double too_wide, int most);
-    // Whether more rounds are worth their time, where none is set (forecast()). Tells how long they take
-    // where that is long; where it is hours, warns that the computation ends for that reason. `reached` and
-    // `wanted` are shares.
+    // Tells whether more rounds are worth their time if no time limit is set (forecast()). Reports a long
+    // remaining time; if it is hours, warns that the computation ends for that reason. `reached` and `wanted`
+    // are relative half-widths.
     bool is_worth_going_on(double reached, double wanted, Monitor& monitor) const;
 
   private:

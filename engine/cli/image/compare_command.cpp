@@ -1,4 +1,4 @@
-// lucerna compare: how far images are from their reference, in numbers, pictures and a page.
+// lucerna compare: compares images with their reference, in numbers, pictures and a page.
 #include <cmath>
 #include <memory>
 
@@ -47,7 +47,7 @@ Examples:
 
 struct CompareCommand {
     std::vector<std::string> files;  // the last is the reference
-    std::string json;                // "-": to out, in place of the text
+    std::string json;                // "-": print to standard output instead of the text
     std::string html, signed_error, flip;
     std::optional<double> error_range;
     bool without_flip = false;
@@ -58,7 +58,7 @@ bool is_exr(const std::string& file) {
     return suffix_of(file) == ".exr";
 }
 
-// What a map may be: colours or values.
+// Declares a map's file, which contains either colours or values.
 void declare_map(const std::string& file, std::string_view option, CommandFiles& files) {
     if (file.empty()) return;
     if (!is_exr(file) && suffix_of(file) != ".png") {
@@ -83,7 +83,7 @@ void write_signed(const CompareCommand& command, const ComparisonReport& report,
         write_png_display(command.signed_error, diverging_picture(report.pictures.error, range));
         return;
     }
-    // t - r in the image's own unit.
+    // The difference t - r is in the image's own unit.
     Image difference = report.pictures.mean;
     for (std::size_t i = 0; i < difference.data.size(); ++i)
         difference.data[i] -= report.pictures.reference.data[i];
@@ -92,7 +92,7 @@ void write_signed(const CompareCommand& command, const ComparisonReport& report,
     write_exr(command.signed_error, difference);
 }
 
-// Channel "flip", and "hdr_flip" where it exists.
+// Writes the channel "flip", and "hdr_flip" if available.
 void write_flip(const CompareCommand& command, const ComparisonReport& report) {
     const FlipNumbers& best = report.hdr_flip ? *report.hdr_flip : *report.flip;
     if (!is_exr(command.flip)) {
@@ -114,7 +114,7 @@ void act(const CompareCommand& command, const CommandContext& context) {
         throw InputError(
             "REFERENCE is required: lucerna compare IMAGE ... REFERENCE; see lucerna compare --help");
     declare_files(command);
-    // Progress only where it can be redrawn: the output is for the numbers.
+    // Shows progress only where it can be redrawn, because the output is for the numbers.
     ConsoleMonitor monitor(context.err, context.err,
                            {context.around.terminal, !context.around.terminal, context.around.stop, {}});
     std::vector<NamedImage> images;
@@ -196,7 +196,7 @@ void add_compare_command(CLI::App& program, const CommandContext& context) {
     CLI::App& app =
         *program.add_subcommand("compare", "Compare images with a reference: errors, bias and noise");
     app.footer(kCompareFooter);
-    // One list, as CLI11 takes no list before a last word of its own.
+    // Uses one list, as CLI11 accepts no list before a separate last word.
     app.add_option(
            "IMAGE", command->files,
            "one or more OpenEXR images of the same render with different seeds, and then their REFERENCE")

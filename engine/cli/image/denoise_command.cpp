@@ -1,4 +1,4 @@
-// lucerna denoise: an image's layers into a clean image whose error is known.
+// lucerna denoise: turns an image's layers into a denoised image with an estimated error.
 #include "engine/denoise/denoise.h"
 
 #include <fmt/format.h>
@@ -53,7 +53,7 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     const double seconds = clock.seconds();
     describe_alike(denoised.image, image);
     denoised.image.attributes.erase("lucerna.broughtfrom");
-    // The render has measured what photons blur.
+    // Adds the blur of photons, which the render has measured.
     double blur = 0;
     if (const auto told = image.attributes.find("lucerna.blur"); told != image.attributes.end())
         std::from_chars(told->second.data(), told->second.data() + told->second.size(), blur);

@@ -1,4 +1,4 @@
-// lucerna falsecolour: an image's illuminance or luminance in colours, with a legend and isolines.
+// lucerna falsecolour: shows an image's illuminance or luminance in colours, with a legend and isolines.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -51,7 +51,7 @@ Examples:
   lucerna falsecolour room.exr -o direct.png --layer direct --map magma
   lucerna falsecolour error.exr -o error.png --map diverging)";
 
-constexpr double kShownShare = 0.99;  // of an image's pixels, by an automatic range
+constexpr double kShownShare = 0.99;  // of an image's pixels that an automatic range covers
 
 struct FalsecolourCommand {
     std::string image, output, layer;
@@ -110,7 +110,7 @@ void check(const FalsecolourCommand& command) {
 
 // --- values ---
 
-// What is shown of an image.
+// The values of an image that are shown.
 struct ShownValues {
     ValueGrid values;  // NaN where the image is not finite
     std::string unit;
@@ -130,7 +130,7 @@ std::vector<std::string> layers_of_colours(const Image& image) {
     return {layers.begin(), layers.end()};
 }
 
-// One of R, G and B of the image or of a layer: docs/reference/layers.md.
+// Tells whether a channel is R, G or B of the image or of a light layer (docs/reference/layers.md).
 bool is_light(const std::string& channel) {
     const bool colour = channel == "R" || channel == "G" || channel == "B" || channel.ends_with(".R") ||
                         channel.ends_with(".G") || channel.ends_with(".B");
@@ -149,7 +149,7 @@ std::string unit_of(const Image& image, const std::string& channel, const std::s
     return found->second;
 }
 
-// The channels that a layer's name means, three or one, and how each counts.
+// The one or three channels of a layer, with their weights.
 struct WeightedChannels {
     std::vector<std::size_t> channels;
     std::vector<double> weights;
@@ -223,7 +223,7 @@ void act(const FalsecolourCommand& command, const CommandContext& context) {
     CommandFiles files;
     files.reads(command.image);
     files.writes(command.output, "", "-o");
-    pictures(command.output);  // an .svg carries a PNG inside
+    pictures(command.output);  // an .svg contains a PNG
 
     const Image image = read_exr(command.image);
     ShownValues shown = values_of(image, command);

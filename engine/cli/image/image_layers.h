@@ -1,5 +1,4 @@
-// The layers of an image's file (docs/reference/layers.md): which of them are kept, and the denoised light
-// groups.
+// The layers of an image's file (docs/reference/layers.md): the selection to keep, and denoised light groups.
 #pragma once
 
 #include <optional>
@@ -13,29 +12,28 @@
 
 namespace lucerna {
 
-// Names of the image's light groups, in the order of their channels.
+// Returns the names of the image's light groups, in the order of their channels.
 std::vector<std::string> light_groups_of(const Image& image);
-// "lightgroup.NAME"
+// Returns "lightgroup.NAME".
 std::string layer_of_group(const std::string& group);
-// Channels `layer`.R .G .B as an image; none unless all three are there.
+// Returns channels `layer`.R .G .B as an image, or nothing unless all three exist.
 std::optional<Image> colours_of_layer(const Image& image, const std::string& layer);
 
-// Which layers of an image its file has: by layers_of_job()'s names; empty: all. Single channels may be
-// named, too.
+// The layers to keep in a file, by the names of layers_of_job() or of single channels. Empty means all.
 using LayerNames = std::vector<std::string>;
 
-// Denoises each light group whose halves are in the image, by itself, and adds denoised.lightgroup.NAME.R .G
-// .B, if some of them are chosen. `file` is named in errors.
+// Denoises separately each light group whose halves are in the image, and adds denoised.lightgroup.NAME.R .G
+// .B if some of them are chosen. Errors name `file`.
 void add_denoised_groups(Image& image, const LayerNames& chosen, const std::string& file,
                          const Workers& workers);
 
-// Names separated by commas or line breaks. "true", what a flag without a value has, is none of them.
+// Parses names separated by commas or line breaks. Ignores "true", the value of a flag without one.
 LayerNames parse_layers(const std::string& words);
-// The names that may be chosen of what a render of this job with all layers writes.
+// Returns the names that may be chosen from the layers of a render of this job with all layers.
 std::vector<std::string> layers_of_job(const Job& job);
-// Throws InputError for a name that is none of them.
+// Throws InputError for an unknown name.
 void require_layers(const Location& at, const LayerNames& chosen, const Job& job);
-// Leaves R, G, B, their variances and the chosen layers; none chosen: all.
+// Keeps R, G, B, their variances and the chosen layers, or all layers if none is chosen.
 void keep_layers(Image& image, const LayerNames& chosen);
 
 }  // namespace lucerna

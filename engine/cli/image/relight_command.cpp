@@ -1,4 +1,4 @@
-// lucerna relight: an image's light groups, dimmed and coloured, into an image, without rendering again.
+// lucerna relight: dims and colours an image's light groups without rendering again.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -44,7 +44,7 @@ Examples:
 
 const Location kOption{"--group"};
 
-// Linear sRGB factors.
+// Parses linear sRGB factors.
 Rgb parse_colour_change(const std::string& word) {
     if (word.starts_with('#')) {
         Rgb colour;
@@ -106,7 +106,7 @@ struct RelightCommand {
     std::vector<NamedChange> changes;
 };
 
-// By group: what each is multiplied by, in the space of the layers.
+// Returns the factor of each group, in the colour space of the layers.
 std::vector<Rgb> factors_of(const std::vector<std::string>& groups, const RelightCommand& command,
                             const ColourSpace* space) {
     if (groups.empty()) {
@@ -140,22 +140,21 @@ std::size_t channel_of(const Image& image, const std::string& name, const std::s
     return *channel;
 }
 
-// One sum over the groups has its channels under `prefix`, and those of each group under prefix and layer.
+// A sum over the groups, with channels under `prefix`, and those of each group under prefix and layer.
 struct Summed {
     std::string prefix;
     bool has_variance;
 };
 
-// Channels of the image that are R, G and B of what is summed, or their variances.
+// Returns the name of a channel of the sum, or of its variance.
 std::string channel_name(const Summed& summed, const std::string& layer, bool variance, int colour) {
     return summed.prefix + layer + (variance ? "variance." : "") + "RGB"[colour];
 }
 
-// Sums over the groups, and the groups, each multiplied.
+// Adds the sums over the groups, and the groups, with their factors.
 //
-// Variances of sums: groups share their samples, so that their errors may go together in any way, and the
-// most that the sum's deviation can be is the sum of theirs. Where all are multiplied alike, the image knows
-// the sum.
+// Groups share their samples, so their errors may be correlated in any way, and the standard deviation of the
+// sum is at most the sum of theirs. If all factors are equal, the image has the exact sum.
 void add_sums(const Image& image, const std::vector<std::string>& groups, const std::vector<Rgb>& factors,
               const Summed& summed, const std::string& file, Image& result) {
     std::vector<std::string> names;
@@ -180,7 +179,7 @@ void add_sums(const Image& image, const std::vector<std::string>& groups, const 
             alike = alike && factors[g][static_cast<int>(c)] == factors[0][static_cast<int>(c)];
         }
         const float common = factors[0][static_cast<int>(c)];
-        // A denoised image is not the sum of its denoised groups: it is denoised as a whole.
+        // The denoised image is denoised as a whole and differs from the sum of the denoised groups.
         const auto known_sum = alike && !summed.has_variance ? find_channel(image, names[c]) : std::nullopt;
         const auto known_variance =
             alike && summed.has_variance ? find_channel(image, names[3 + c]) : std::nullopt;
@@ -212,7 +211,7 @@ void add_sums(const Image& image, const std::vector<std::string>& groups, const 
     }
 }
 
-// Whether the image has the channels .R of what is summed for all groups.
+// Tells whether the image has the sum's .R channels for all groups.
 bool has_all(const Image& image, const std::vector<std::string>& groups, const std::string& prefix) {
     return std::ranges::all_of(groups, [&](const std::string& group) {
         return find_channel(image, prefix + layer_of_group(group) + ".R").has_value();
@@ -227,7 +226,7 @@ Image relit(const Image& image, const std::vector<std::string>& groups, const st
         add_sums(image, groups, factors, {"denoised.", false}, file, result);
     if (!has_all(image, groups, kHalfNames[0]) || !find_channel(image, feature_channels().front()))
         return result;
-    // lucerna denoise needs halves, the numbers of their samples, and features, which light does not change.
+    // lucerna denoise needs halves, their sample counts and features, which light does not change.
     for (const char* half : kHalfNames) add_sums(image, groups, factors, {half, true}, file, result);
     add_channels(result,
                  with_channels(image,
@@ -253,7 +252,7 @@ void act(const RelightCommand& command, const CommandContext& context) {
     describe_alike(result, image);
     result.space = space;
     result.attributes.erase("lucerna.broughtfrom");
-    // Exposed as the image was, so that what is dimmed is darker.
+    // Keeps the exposure of the original image, so that dimmed light is darker.
     const std::optional<Image> denoised = colours_of_layer(result, "denoised"),
                                before = colours_of_layer(image, "denoised");
     command.output.write(

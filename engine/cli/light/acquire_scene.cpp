@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kSecondsBetweenSaves = 60;
 
-// Names the work by what it is made of: the description, the scene's text, and, as meshes and included files
-// are not in that text, what the scene does with its first paths.
+// Hashes everything that determines the result: the description, the scene's text and the scene's behaviour
+// on its first paths, because the text does not contain meshes and included files.
 std::uint64_t key_of(const SceneEmitter& emitter, const Rig& rig, const Scene& scene,
                      const LuminaireParameters& parameters, const Workers& workers) {
     WordHash key;
@@ -46,7 +46,7 @@ double luminance_of(const V3d& flux) {
     return double{luminance(Rgb(V3f(flux)))};
 }
 
-// Traces and measures the blocks that are missing. On ranks, rank 0 has all sums then.
+// Traces and measures the missing blocks. Afterwards rank 0 has all sums.
 class BlockMeasurement {
   public:
     BlockMeasurement(const Scene& scene, const LuminaireParameters& parameters,
@@ -102,7 +102,7 @@ class BlockMeasurement {
     AcquisitionState& state_;
 };
 
-// Brings the sums to the flux of one lamp.
+// Scales the sums to the flux of one lamp.
 SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameters& parameters,
                            const AcquisitionState& state) {
     const double paths = static_cast<double>(parameters.paths);  // >= 1
@@ -111,10 +111,10 @@ SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameter
     const double share = emitter.flux > 0 ? emitter.flux / leaving : 1 / paths;
     const double forward = luminance_of(state.flux.forward);
     LightFieldInfo info;
-    // Nothing forwards: the field is black, and its colour of no matter.
+    // Without forward light the field is black, and its colour does not matter.
     if (forward > 0) {
         const Rgb light(V3f(state.flux.forward / forward));
-        // A field's file has its colour in linear sRGB, outside the gamut too.
+        // A field's file has its colour in linear sRGB, possibly outside the gamut.
         info.colour =
             parameters.colours.is_srgb() ? light : xyz_to_rgb(parameters.colours.light_to_xyz(light));
     }
@@ -140,7 +140,7 @@ SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameter
 
 namespace {
 
-// A flux that is stated is the lamp's whatever the scene counts in; the scene's own must be in its unit.
+// A stated flux has the lamp's unit whatever the scene's; otherwise the scene must be in the lamp's unit.
 void require_unit(const SceneEmitter& emitter, const Scene& scene) {
     const std::optional<FluxUnit> stated = scene.stated_unit();
     if (!stated || *stated == emitter.unit || emitter.flux > 0) return;
@@ -191,8 +191,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     if (workers.ranks && !workers.ranks->leads()) return {};
     try {
         return result_of(emitter, parameters, state);
-    } catch (const InputError&) {  // a fault of the luminaire: its sums are of no use, and in the way of a
-                                   // better one's
+    } catch (const InputError&) {  // its sums are useless and would block a corrected luminaire
         std::error_code none;
         if (!part.empty()) std::filesystem::remove(part, none);
         throw;

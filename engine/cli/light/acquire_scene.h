@@ -1,7 +1,7 @@
-// A luminaire traced by the engine, on the virtual measuring bench.
+// Traces a luminaire with the engine on the virtual measuring bench.
 //
-// The luminaire is a scene file; its light paths come in blocks, each of which is measured through both
-// opacities of the filter. Stopped work leaves its sums beside the output and goes on from there.
+// The luminaire is a scene file. Its light paths come in blocks, each measured through both opacities of the
+// filter. Interrupted work saves its sums beside the output and continues from them.
 #pragma once
 
 #include <cstdint>
@@ -22,11 +22,11 @@ struct SceneEmitter {
     std::filesystem::path file;      // scene text; light leaves along +z of its world
     std::int64_t rays = 20'000'000;  // light paths, 1 to 2^32
     std::uint64_t seed = 0;
-    FluxUnit unit = FluxUnit::watt;  // what the powers of the scene's lights count
-    double flux = 0;  // of all light that leaves the luminaire, in the unit; 0: as the scene has it
+    FluxUnit unit = FluxUnit::watt;  // unit of the powers of the scene's lights
+    double flux = 0;                 // of all light that leaves the luminaire, in `unit`; 0: the scene's
     std::int64_t block = std::int64_t{1} << 20;  // light paths between two chances to stop
-    SlabAxes side = {};   // of the luminaire, which is turned to the rig; light of the others is backward
-    bool strict = false;  // what the reader would replace or leave out with a warning is an error
+    SlabAxes side = {};   // side of the luminaire that faces the rig; light to other sides is backward
+    bool strict = false;  // turns warnings about replaced or omitted parts of the scene into errors
     // Called when the scene has been read, before any work. May be empty.
     std::function<void(const Job& job)> when_read = {};
 };
@@ -35,15 +35,15 @@ struct SceneAcquisition {
     FilterImages images;
     FluxAccount account;  // of the light that leaves the luminaire: total, backward, beside S, beside M …
     double emitted = 0;   // by the lights inside, in the unit
-    double absorbed = 0;  // inside
+    double absorbed = 0;  // in the luminaire
     SamplingNoise noise;  // of the field's coefficients
     std::int64_t paths = 0;
 };
 
-// Traces and measures. `part` keeps the sums of work that was stopped (empty: nothing is kept); it is read
-// when it belongs to the same luminaire, rig and seed, and removed by the caller when the result is written.
-// Throws InputError for a scene or a rig that is none, and when the user stops it (after writing `part`). Of
-// ranks, rank 0 has the result, and the part; all throw Stopped.
+// Traces and measures. `part` saves the sums of interrupted work (empty: nothing is saved). It is read if it
+// belongs to the same luminaire, rig and seed, and the caller removes it once the result is written. Throws
+// InputError for an invalid scene or rig, and Stopped when the user stops it (after writing `part`). In a
+// parallel job rank 0 has the result and the part, and all ranks throw Stopped.
 SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, const std::filesystem::path& part,
                                const Workers& workers, Monitor& monitor);
 

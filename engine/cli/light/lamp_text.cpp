@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace {
 
-// "12.3 %" of a whole that may be nothing.
+// Formats "12.3 %" of a whole, which may be 0.
 std::string percent(double part, double whole) {
     return whole > 0 ? fmt::format("{:.3g} %", 100 * part / whole) : std::string("-");
 }
@@ -23,7 +23,7 @@ std::string percent(double part, double whole) {
 struct Negative {
     float peak = 0;         // the largest coefficient
     std::size_t count = 0;  // negative coefficients
-    double sum = 0;         // of them
+    double sum = 0;         // their sum
 };
 
 Negative negatives(const LightField& field) {
@@ -38,7 +38,7 @@ Negative negatives(const LightField& field) {
     return found;
 }
 
-// What an even step in a plane's coordinate is on the plane.
+// Describes where even steps in a plane's coordinate are even on the plane.
 std::string evenness(const PlaneCoordinate& coordinate) {
     return coordinate.c > 0 ? fmt::format(" in the middle (about even in angle as seen from {})",
                                           length_text(coordinate.c))
@@ -55,8 +55,7 @@ void print_rig(std::ostream& out, const Rig& rig) {
                length_text(rig.distance), rig.basis == PixelBasis::hat ? "linear between them" : "each even");
     if (rig.filter_basis == FilterBasis::hat)
         fmt::print(out, "between views        linear: measured without an optical filter\n");
-    // D > 0 in every rig that a light field accepts. As seen from the middle of S: without the sensor's
-    // travel.
+    // D > 0 in every accepted rig. Angles are from the centre of S, without the sensor's travel.
     const auto angle = [&rig](int axis) {
         return std::atan(
             -rig.m_coordinate.on_plane((-0.5 * rig.pixels[axis] - rig.overhang()) * rig.pixel[axis]) /
@@ -69,7 +68,7 @@ void print_rig(std::ostream& out, const Rig& rig) {
                                                     rig.shift.x, rig.shift.y));
 }
 
-// A flux in a file's header, which may be 0 or NaN for "not stated".
+// Formats a flux of a file's header, where 0 or NaN means "not stated".
 std::string stated(double flux, std::string_view unit) {
     return flux > 0 && std::isfinite(flux) ? fmt::format("{:g} {}", flux, unit) : fmt::format("no {}", unit);
 }
@@ -80,7 +79,7 @@ void print_chromaticity(std::ostream& out, const V3d& xyz) {
     const std::optional<ColourTemperature> t = colour_temperature(xyz);
     if (t) {
         fmt::print(out, "colour temperature   {:.0f} K, Duv {:+.4f}\n", t->kelvin,
-                   std::fabs(t->duv) < 0.5e-4 ? 0.0 : t->duv);  // not -0.0000
+                   std::fabs(t->duv) < 0.5e-4 ? 0.0 : t->duv);  // avoids -0.0000
     } else {
         fmt::print(
             out, "colour temperature   no CCT: farther than {:g} from the Planckian locus, {:g} to {:g} K\n",
@@ -88,7 +87,7 @@ void print_chromaticity(std::ostream& out, const V3d& xyz) {
     }
 }
 
-// The box of the rays' starts and their mean direction, by flux.
+// The bounding box of the rays' origins and their mean direction, weighted by flux.
 struct RayBundle {
     Imath::Box<V3f> box;
     V3d direction{0, 0, 0};
@@ -118,9 +117,9 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     const double clamped = field.clamped_flux(workers);
     const double lamp = info.captured + info.missed;
     const Negative negative = negatives(field);
-    const double count = static_cast<double>(field.coefficients().size());  // a field has at least one
+    const double count = static_cast<double>(field.coefficients().size());  // at least 1
     print_rig(out, field.rig());
-    // What is emitted is max(0, h), scaled back to the flux that was measured.
+    // The emission is max(0, h), scaled back to the measured flux.
     fmt::print(out,
                "flux                 {:.6g} {} (clamping negative values adds {}; emission is scaled to "
                "compensate)\n",
@@ -145,7 +144,7 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     if (!info.provenance.empty()) fmt::print(out, "provenance           {}\n", info.provenance);
 }
 
-// The planes of one of several slabs, and what it holds.
+// Prints the planes and the content of one of several slabs.
 void print_slab(std::ostream& out, const Slab& slab, double lamp_flux, const Workers& workers) {
     const std::string_view unit = flux_unit_name(slab.field.info().unit);
     const double flux = slab.field.flux(), clamped = slab.field.clamped_flux(workers);
@@ -228,7 +227,7 @@ void print_errors(std::ostream& out, std::span<const PlaneError> errors) {
     for (const PlaneError& e : errors) {
         const std::string where = std::isinf(e.distance) ? "by direction" : length_text(e.distance);
         const std::string error = !(e.counts > 0)    ? "too few rays to measure"
-                                  : !(e.squared > 0) ? "too small to measure"  // below what the rays tell
+                                  : !(e.squared > 0) ? "too small to measure"  // below what the rays resolve
                                                      : fmt::format("{:.1f} %", 100 * e.relative());
         fmt::print(out, "  {:<18} {:<18} {:.1f} %\n", where, error, 100 * e.counts);
     }
@@ -255,7 +254,7 @@ std::string angles_text(const std::vector<double>& angles, std::string_view name
     return fmt::format("{} {} from {:g} to {:g}", angles.size(), name, angles.front(), angles.back());
 }
 
-// Where the brightest value of the grid lies.
+// Returns the angles of the grid's largest value.
 std::pair<double, double> brightest(const PhotometricGrid& grid) {
     const auto most = std::max_element(grid.candela.begin(), grid.candela.end()) - grid.candela.begin();
     const auto angles = static_cast<std::ptrdiff_t>(grid.polar.size());

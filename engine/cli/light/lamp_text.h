@@ -1,4 +1,4 @@
-// Lamps in words: what `lucerna light` and `lucerna info` say about them.
+// Prints lamps as text for `lucerna light` and `lucerna info`.
 #pragma once
 
 #include <ostream>
@@ -13,16 +13,16 @@
 
 namespace lucerna {
 
-// A light field; or of several slabs the whole, and then each.
+// Prints a light field, or a lamp of several slabs as a whole and then each slab.
 void print_lumigraph(std::ostream& out, const Lumigraph& lamp, const Workers& workers);
 void print_ray_set(std::ostream& out, const RaySet& rays);
-// Where the flux of a ray set went when it was projected.
+// Prints the flux balance of a projected ray set.
 void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit);
 
-// How far the light that a field casts is from the lamp's, plane by plane.
+// Prints the error of the light that a field casts, plane by plane.
 void print_errors(std::ostream& out, std::span<const PlaneError> errors);
 
-// Prints the contents of a photometric web for people.
+// Prints the contents of a photometric web.
 void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit unit);
 
 }  // namespace lucerna

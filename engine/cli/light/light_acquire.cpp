@@ -1,4 +1,4 @@
-// lucerna light acquire: a lamp on the virtual measuring bench.
+// lucerna light acquire: measures a lamp on the virtual measuring bench.
 #include <fmt/format.h>
 
 #include <bit>
@@ -53,7 +53,7 @@ Examples:
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
 
-// A lamp told by options alone.
+// A lamp that options alone describe.
 struct QuickLamp {
     std::string emitter = "disc";
     double radius = 0.025;  // metres
@@ -64,37 +64,37 @@ struct QuickLamp {
     Rgb colour{1.0F};    // luminance 1
     double setback = 0;  // metres
     V2i views{9, 9}, pixels{128, 128};
-    double distance = 0;  // metres; 0: chosen
+    double distance = 0;  // metres; 0: chosen automatically
     double capture = 0.98;
 };
 
 struct AcquireCommand {
     std::string rig;  // a file; empty: the quick lamp
     QuickLamp quick;
-    std::string photographs;      // a folder; empty: none are wanted
-    std::vector<SlabAxes> sides;  // of a scene that are measured; none: +z
-    bool strict = false;          // of the scene that the rig names
+    std::string photographs;      // a folder; empty: none are written
+    std::vector<SlabAxes> sides;  // measured sides of a scene; none: +z
+    bool strict = false;          // for the scene that the rig names
     bool filter = true;
     LampOutput lamp;
 };
 
-// The planes in front of the emitter, as choose_rig lays them for rays: one filter beyond the edge on every
-// side, M at five times the size and as wide as holds the share of the flux [Ashdown 1995].
+// Lays the planes in front of the emitter like choose_rig does for rays: S extends one filter beyond the edge
+// on every side; M is five emitter sizes away and wide enough for the share of the flux [Ashdown 1995].
 Rig lay_planes(const QuickLamp& lamp, const V2d& half) {
     Rig rig;
     rig.views = lamp.views;
     rig.pixels = lamp.pixels;
     rig.distance = lamp.distance > 0 ? lamp.distance : 10 * std::max(half.x, half.y);
     rig.centre.z = lamp.setback;
-    // A cos^N lobe holds 1 - cos^(N+1) θ of its flux within θ. The share 1 would be the whole plane; 0.9999
+    // A cos^N lobe has 1 - cos^(N+1) θ of its flux within θ. The share 1 would need the whole plane; 0.9999
     // is 89° from the axis for N = 1.
     const double share = std::min(lamp.capture, 0.9999);
     const double cos_edge = std::pow(1 - share, 1 / (lamp.exponent + 1));
     const double tan_edge = std::sqrt(1 - cos_edge * cos_edge) / cos_edge;  // share < 1, so the cosine is > 0
     for (int axis = 0; axis < 2; ++axis) {
-        // Behind S the emitter's light has spread when it gets there.
+        // An emitter behind S illuminates a larger area of S.
         const double covered = half[axis] + lamp.setback * tan_edge;
-        // Filters stand at ±(covered + Δ): (views - 1) Δ = 2 covered + 2 Δ; views >= 4 was checked.
+        // Filters stand at ±(covered + Δ): (views - 1) Δ = 2 covered + 2 Δ; views >= 4 is checked.
         rig.spacing[axis] = 2 * covered / (rig.views[axis] - 3);
         const double m_half = half[axis] + (rig.distance + lamp.setback) * tan_edge;
         rig.pixel[axis] = 2 * m_half / rig.pixels[axis];
@@ -136,7 +136,7 @@ RigDescription describe(const QuickLamp& lamp) {
     return description;
 }
 
-// A lamp with a formula, and the key of all that goes into its measurement.
+// An analytic lamp, and a hash of everything that determines its measurement.
 struct NamedEmitter {
     EmitterModel model;
     std::uint64_t key = 0;
@@ -172,7 +172,7 @@ Projector projector_of(const EmitterDescription& from) {
 NamedEmitter emitter_of(const RigDescription& description, Monitor& monitor) {
     const EmitterDescription& from = description.emitter;
     NamedEmitter emitter;
-    WordHash key;  // of the description, of the slide it names, and of the program
+    WordHash key;  // of the description, its slide and the program
     key.add(description_key(description));
     if (from.kind == EmitterDescription::Kind::projector) {
         const std::shared_ptr<const Image> slide =
@@ -199,8 +199,8 @@ void require_same_emitter(const Workers& workers, const NamedEmitter& emitter) {
                        {{"description (hash of it)", fmt::format("{:016x}", emitter.key)}});
 }
 
-// Runs `work`. Where the description is at fault the same command would fail again, and the mended one must
-// not find its way blocked by what is unfinished; what a full disk or the user cut off stays.
+// Runs `work`. Errors in the description remove the part, because the same command would fail again and the
+// part would block the corrected one. The part stays after a full disk or a stop by the user.
 template <typename Work>
 auto giving_up_part(const std::filesystem::path& part, Work&& work) {
     try {
@@ -217,14 +217,14 @@ auto giving_up_part(const std::filesystem::path& part, Work&& work) {
 }
 
 struct AcquireWork {
-    std::filesystem::path part;  // where what is unfinished is kept; empty but at rank 0
+    std::filesystem::path part;  // file of unfinished work; empty except at rank 0
     Workers workers;
     bool strict = false;                            // of a scene
     SlabAxes side;                                  // of a scene
     std::function<void(const Job& job)> when_read;  // of a scene
 };
 
-// What the sensor sees; work that was begun is taken up from the part.
+// Simulates the sensor; continues unfinished work from the part.
 FilterImages acquire_formula(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     const std::filesystem::path& part_file = work.part;
     const NamedEmitter emitter = emitter_of(description, monitor);
@@ -239,7 +239,7 @@ FilterImages acquire_formula(const RigDescription& description, const AcquireWor
         return giving_up_part(part_file, [&] {
             return acquire_filters(emitter.model, description.rig, work.workers, monitor, options);
         });
-    } catch (const std::bad_alloc&) {  // thrown before any work: nothing is worth keeping
+    } catch (const std::bad_alloc&) {  // thrown before any work, so nothing is worth keeping
         std::error_code none;
         if (part && part->columns() == 0) std::filesystem::remove(part_file, none);
         throw;
@@ -249,7 +249,7 @@ FilterImages acquire_formula(const RigDescription& description, const AcquireWor
     }
 }
 
-// A luminaire traced by the engine; says where its light went.
+// Traces a luminaire with the engine and prints its flux balance.
 FilterImages acquire_luminaire(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     const EmitterDescription& from = description.emitter;
     SceneEmitter emitter{from.scene, from.rays, from.seed, from.unit, from.flux};
@@ -276,7 +276,7 @@ FilterImages acquire_images(const RigDescription& description, const AcquireWork
     return acquire_formula(description, work, monitor);
 }
 
-// Rank 0's.
+// Distributes the images of rank 0.
 void share_images(Ranks& ranks, FilterImages& images) {
     Packer packer;
     if (ranks.leads()) images.fields(packer);
@@ -286,7 +286,7 @@ void share_images(Ranks& ranks, FilterImages& images) {
     images.fields(unpacker);
 }
 
-// Where what is unfinished of a side is kept.
+// Returns the file of a side's unfinished work.
 std::filesystem::path part_of(const AcquireCommand& command, const SlabAxes& side) {
     return command.lamp.file + (side.straight() ? "" : "." + side.name()) + ".part";
 }
@@ -306,7 +306,7 @@ void declare_files(const AcquireCommand& command, const RigDescription& descript
         check_photographs(description.rig, description.camera.value_or(CameraModel()), command.photographs);
 }
 
-// Through pinholes.
+// Measures through pinholes, without a filter.
 LightField acquire_canned(const RigDescription& description, const Workers& workers, Monitor& monitor) {
     const NamedEmitter emitter = emitter_of(description, monitor);
     require_same_emitter(workers, emitter);
@@ -341,13 +341,13 @@ void check_sides(const AcquireCommand& command, const RigDescription& descriptio
         throw InputError({"--photographs"}, "are those of a single side; cannot be combined with --sides");
 }
 
-// Of no effect without a scene, and that is a mistake.
+// Rejects --strict without a scene, where it would have no effect.
 void refuse_strict_without_scene(const AcquireCommand& command, const RigDescription& description) {
     if (!command.strict || description.emitter.kind == EmitterDescription::Kind::scene) return;
     throw InputError({"--strict"}, "applies only to a rig whose emitter is a scene");
 }
 
-// What the user is told, and asks: of ranks, rank 0 speaks, and all stop at the same places.
+// Messages and requests to stop: in a parallel job rank 0 prints, and all ranks stop at the same places.
 class Speaker {
   public:
     Speaker(const AcquireCommand& command, const CommandContext& context, Ranks* ranks)
@@ -370,8 +370,8 @@ class Speaker {
     std::optional<RanksMonitor> of_all_;
 };
 
-// What comes back from the camera of the description, if it has one; its photographs are written if they are
-// wanted, by rank 0.
+// Returns the images through the camera of the description, if any; rank 0 writes its photographs if
+// requested.
 FilterImages through_camera(FilterImages images, const RigDescription& description,
                             const AcquireCommand& command, const Workers& workers, Speaker& speaker) {
     const CameraModel camera = description.camera.value_or(CameraModel());
@@ -466,7 +466,7 @@ void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
              });
 }
 
-// A rig file says it all: an option beside it would be ignored, and that is a mistake.
+// Rejects options beside a rig file, which would be ignored.
 void refuse_options_beside_rig(const CLI::App& app, const std::string& rig) {
     for (const CLI::Option* option : app.get_options()) {
         const std::string name = option->get_name();

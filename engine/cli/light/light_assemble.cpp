@@ -1,4 +1,4 @@
-// lucerna light assemble: photographs of a real rig into a light field.
+// lucerna light assemble: turns photographs of a real rig into a light field.
 #include <fmt/ostream.h>
 
 #include <memory>
@@ -33,7 +33,7 @@ struct AssembleCommand {
         SlabAxes axes;
         std::string manifest;
     };
-    std::vector<Side> more;  // sessions of other sides
+    std::vector<Side> more;  // sessions of the other sides
     LampOutput lamp;
 };
 
@@ -54,7 +54,7 @@ void act_assemble(const AssembleCommand& command, const CommandContext& context)
     CommandFiles files;
     std::vector<SlabAxes> told;
     for (const auto& session : sessions) told.push_back(session.axes);
-    require_different_sides("--side", told);  // the first session's is +z
+    require_different_sides("--side", told);  // the first session is +z
     for (const auto& session : sessions) {
         require_readable(session.manifest);
         files.reads(session.manifest);
@@ -72,7 +72,7 @@ void act_assemble(const AssembleCommand& command, const CommandContext& context)
         assemblies.push_back(assemble(manifests[i], command.lamp.workers, monitor));
         sides.push_back(
             {sessions[i].axes, naming(sessions[i].manifest, [&] { return field_of(assemblies[i].images); })});
-        assemblies[i].images.positive = {}, assemblies[i].images.negative = {};  // held by the field
+        assemblies[i].images.positive = {}, assemblies[i].images.negative = {};  // the field has a copy
     }
     finish_lamp(join_sides(std::move(sides)), command.lamp, monitor, context);
     if (command.lamp.quiet) return;

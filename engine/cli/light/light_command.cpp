@@ -1,4 +1,4 @@
-// lucerna light: lamps into light fields, and what is in them.
+// lucerna light: makes light fields of lamps, and prints their contents.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -84,7 +84,7 @@ void add_light_command(CLI::App& program, const CommandContext& context) {
     add_light_farfield(light, context);
 }
 
-// lucerna light info: what is in a lamp's file.
+// lucerna light info: prints the contents of a lamp's file.
 
 namespace {
 

@@ -1,4 +1,4 @@
-// What the subcommands of lucerna light share; most of them have a file of their own, light_NAME.cpp.
+// Functions that the subcommands of lucerna light share; most subcommands are in files light_NAME.cpp.
 #pragma once
 
 #include <filesystem>
@@ -28,22 +28,22 @@ struct LampOutput {
 };
 
 void add_lamp_output(CLI::App& app, LampOutput& output);
-// The light field and the table beside it.
+// Declares the light field and the table beside it as outputs.
 void declare_lamp(const std::filesystem::path& file, std::string_view by, CommandFiles& files);
 ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context);
 
-// The three options that say how the planes are laid: --views, --pixels, --distance.
+// Adds --views, --pixels and --distance, which determine the planes.
 void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance);
 
-// Writes the field, or the slabs, and, as it belongs to the lamp, the table from which its particles are
-// drawn. Returned and tabulated is the field as a reader of the file will find it, rounded to halves.
+// Writes the field, or the slabs, and the lamp's table from which particles are sampled. Returns, and
+// tabulates, the field as a reader of the file gets it, rounded to halves.
 Lumigraph write_lamp(const Lumigraph& made, const std::filesystem::path& file, const Workers& workers,
                      Monitor& monitor);
-// The same, and prints what was written, unless the output is quiet.
+// Writes the lamp and prints its description unless the output is quiet.
 Lumigraph finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
                       const CommandContext& context);
 
-// Runs `work`; errors about what is in the file, but not about its format, do not know its name: they get it.
+// Runs `work` and adds the file's name to errors about its content, which lack the name.
 template <typename Work>
 auto naming(const std::string& file, Work&& work) {
     try {
@@ -56,7 +56,7 @@ auto naming(const std::string& file, Work&& work) {
     }
 }
 
-// "5mm,20mm": each part as parse(part) has it.
+// Parses a list like "5mm,20mm", each part by parse(part).
 template <typename Parse>
 auto parse_list(std::string_view word, Parse parse) {
     std::vector<std::invoke_result_t<Parse, std::string_view>> all;
@@ -68,7 +68,7 @@ auto parse_list(std::string_view word, Parse parse) {
     }
 }
 
-// Each adds itself to `lucerna light`.
+// Each function adds its subcommand to `lucerna light`.
 void add_light_import(CLI::App& light, const CommandContext& context);
 void add_light_acquire(CLI::App& light, const CommandContext& context);
 void add_light_emit(CLI::App& light, const CommandContext& context);
@@ -78,11 +78,12 @@ void add_light_project(CLI::App& light, const CommandContext& context);
 void add_light_view(CLI::App& light, const CommandContext& context);
 void add_light_farfield(CLI::App& light, const CommandContext& context);
 
-// A lamp's file, whatever it holds: told by its name's end.
+// The content of a lamp's file, whose type follows from the suffix.
 
 using LampFile = std::variant<Lumigraph, RaySet>;
 
-// .exr is a light field, or several of one lamp; else rays. Throws InputError naming file and cause.
+// Reads an .exr as a light field, or as several of one lamp, and other files as rays. Throws InputError
+// naming file and cause.
 inline LampFile read_lamp_file(const std::filesystem::path& file, Monitor& monitor) {
     if (suffix_of(file) == ".exr") return read_lumigraph(file);
     return read_rays(file, monitor);

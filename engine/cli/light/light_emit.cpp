@@ -1,4 +1,4 @@
-// lucerna light emit: a light field's light as rays for optics programs.
+// lucerna light emit: samples a light field as rays for optics programs.
 #include <fmt/ostream.h>
 
 #include <memory>
@@ -55,7 +55,7 @@ void act_emit(const EmitCommand& command, const CommandContext& context) {
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
     const LampEmission lamp(command.lamp, mode, command.seed, command.workers, monitor);
-    const Listening listening(context.around);  // so that what is half written goes away
+    const Listening listening(context.around);  // so that an unfinished file is removed
     const RayFileInfo info = lamp.write(command.output, static_cast<std::uint64_t>(command.rays), monitor);
     if (command.quiet) return;
     std::error_code unknown;

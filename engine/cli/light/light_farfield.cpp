@@ -1,4 +1,4 @@
-// lucerna light farfield: a lamp as it is seen from afar, as a polar diagram or a photometric file.
+// lucerna light farfield: computes a lamp's far field, as a polar diagram or a photometric file.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -23,13 +23,13 @@
 namespace lucerna {
 namespace {
 
-// The luminous intensity distribution as lighting people draw it: a polar diagram of two planes, as SVG.
+// Draws the luminous intensity distribution as a polar diagram of two planes, in SVG.
 
 using Imath::V2d;
 
 constexpr double kRadius = 250, kMargin = 50, kHead = 64, kFoot = 44;  // pixels
 constexpr double kWidth = 2 * (kRadius + kMargin);
-constexpr double kFaint = 0.02;  // of the peak: what is less above the horizon is not drawn
+constexpr double kFaint = 0.02;  // of the peak: smaller intensities above the horizon are not drawn
 constexpr double kStep = 0.5;    // degrees between the points of a curve
 
 std::string escaped(std::string_view text) {
@@ -48,7 +48,7 @@ std::string escaped(std::string_view text) {
     return result;
 }
 
-// A step of 1, 2 or 5 times a power of ten that goes four to eight times into `peak` > 0.
+// Returns 1, 2 or 5 times a power of ten that divides `peak` > 0 into four to ten steps.
 double nice_step(double peak) {
     const double rough = peak / 4;
     const double power = std::pow(10, std::floor(std::log10(rough)));
@@ -60,12 +60,12 @@ double nice_step(double peak) {
 
 struct Plot {
     const PhotometricWeb& web;
-    bool up, down;      // which half planes are drawn
-    double step, most;  // of the rings; their largest intensity
+    bool up, down;      // half planes that are drawn
+    double step, most;  // intensity between rings, and of the largest ring
     V2d centre;         // pixels
 
     double height() const { return kHead + kFoot + (up ? kRadius + 20 : 14) + (down ? kRadius + 20 : 14); }
-    // γ in degrees; to the right for `side` 1, to the left for -1.
+    // Returns the point at γ in degrees, to the right for `side` 1 and to the left for -1.
     V2d at(double gamma, double side, double share) const {
         const double angle = gamma * M_PI / 180;
         return centre + share * kRadius * V2d(side * std::sin(angle), std::cos(angle));
@@ -87,7 +87,7 @@ Plot plan(const PhotometricWeb& web) {
     return plot;
 }
 
-// Angles at which the drawn part begins and ends.
+// Returns the angles at which the drawn half planes begin and end.
 std::pair<double, double> drawn_angles(const Plot& plot) {
     return {plot.down ? 0 : 90, plot.up ? 180 : 90};
 }
@@ -100,7 +100,7 @@ void append_grid(std::string& svg, const Plot& plot, std::string_view unit) {
         const double share = static_cast<double>(ring) / rings;
         for (const double side : {-1.0, 1.0}) {
             const V2d from = plot.at(first, side, share), to = plot.at(last, side, share);
-            // From nadir to zenith the right half runs counterclockwise on the page.
+            // From nadir to zenith the right half is counterclockwise on the page.
             svg += fmt::format("<path d=\"M{:.2f} {:.2f}A{:.2f} {:.2f} 0 0 {} {:.2f} {:.2f}\"/>\n", from.x,
                                from.y, share * kRadius, share * kRadius, side > 0 ? 0 : 1, to.x, to.y);
         }
@@ -129,7 +129,7 @@ void append_grid(std::string& svg, const Plot& plot, std::string_view unit) {
     svg += "</g>\n";
 }
 
-// The plane's half at `right` on the right, the other one on the left, as one line.
+// Draws a plane as one line, with its half at `right` on the right and the other one on the left.
 void append_curve(std::string& svg, const Plot& plot, double right, std::string_view style) {
     const double first = plot.down ? 0 : 90, last = plot.up ? 180 : 90;
     svg += "<path fill=\"none\" ";
@@ -148,11 +148,11 @@ void append_curve(std::string& svg, const Plot& plot, double right, std::string_
     svg += plot.up && plot.down ? "Z\"/>\n" : "\"/>\n";
 }
 
-// Nadir is down; the plane C0-C180 is solid, C90-C270 dashed; the half without light is left away. `unit` is
-// that of the intensities, "cd" or "W/sr", `flux_unit` that of the flux.
+// Returns the diagram with nadir down, the plane C0-C180 solid and C90-C270 dashed; a half plane without
+// light is omitted. `unit` is that of the intensities, "cd" or "W/sr", and `flux_unit` that of the flux.
 std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, std::string_view unit,
                            std::string_view flux_unit) {
-    // The diagram speaks of C planes.
+    // The diagram shows C planes.
     const PhotometricWeb web = given.grid().planes == PhotometricPlanes::c ? given : resampled(given, 1, 5);
     const Plot plot = plan(web);
     std::string svg = fmt::format(
@@ -213,8 +213,8 @@ struct FarFieldOptions {
 struct Lamp {
     PhotometricWeb web;
     FluxUnit unit;
-    std::optional<AngularColours> colours;  // where they are several, or wanted in a file
-    double lumens_per_watt = 0;             // of a lamp in W, as its file says; 0: it does not
+    std::optional<AngularColours> colours;  // if there are several, or a file of them is requested
+    double lumens_per_watt = 0;             // of a lamp in W, according to its file; 0: not stated
 };
 
 Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
@@ -238,7 +238,7 @@ Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
     return {far_field(rays, options.grid), rays.unit, colours, rays.lumens_per_watt};
 }
 
-// Of rings of directions, every ten degrees as far as there is light to speak of.
+// Prints rings of directions every ten degrees where there is significant light.
 void print_colours(std::ostream& out, const AngularColours& colours) {
     constexpr double kShown = 0.01, kStated = 0.1;  // of the peak
     fmt::print(out,

@@ -1,4 +1,4 @@
-// lucerna light import: a ray file, or several that shine as one lamp, into a light field.
+// lucerna light import: turns one or more ray files of one lamp into a light field.
 #include <fmt/ostream.h>
 
 #include <algorithm>
@@ -61,16 +61,16 @@ Examples:
 
 struct ImportOptions {
     std::vector<std::string> rays;
-    std::vector<double> drives;        // one for each file; none: 1 each
-    std::vector<std::string> colours;  // one for each file, as 528nm, light.spd or file; none: as they say
-    std::vector<double> efficacies;    // one for each file, lm/W; 0: as it says. None: as they say
+    std::vector<double> drives;        // one per file; none: all 1
+    std::vector<std::string> colours;  // one per file, as 528nm, light.spd or file; none: as in the files
+    std::vector<double> efficacies;    // one per file, lm/W; 0: as in the file; none: all as in the files
     LumigraphOptions lumigraph;
     LampOutput lamp;
     int replicates = 0;
     std::uint64_t seed = 0;  // of the replicates
 };
 
-// "1,0.8,1.2"
+// Parses "1,0.8,1.2".
 std::vector<double> parse_numbers(const char* option, std::string_view word, double most) {
     return parse_list(word, [&](std::string_view part) { return parse_number({option}, part, 0, most); });
 }
@@ -84,7 +84,7 @@ bool is_spectrum_file(const std::string& word) {
     return !is_wavelength(word) && word != kAsTheFileSays;
 }
 
-// CIE XYZ per watt of "528nm" or of a spectrum's file.
+// Returns CIE XYZ per watt of "528nm" or of a spectrum's file.
 V3d parse_light(const std::string& word) {
     const Location at{"--colours"};
     if (is_wavelength(word)) {
@@ -110,7 +110,7 @@ V3d parse_light(const std::string& word) {
     return sum / watts;
 }
 
-// What the options say of a file's light.
+// Applies the options for a file's light.
 void state_light(const ImportOptions& options, std::size_t i, RaySet& set) {
     if (!options.colours.empty() && options.colours[i] != kAsTheFileSays)
         state_colour(set, parse_light(options.colours[i]));
@@ -131,13 +131,13 @@ std::vector<DrivenRays> read_parts(const ImportOptions& options, Monitor& monito
     return parts;
 }
 
-// One file as it is, or all as one lamp.
+// Returns the rays of a single file unchanged, or of all files as one lamp.
 RaySet lamp_rays(std::vector<DrivenRays> parts, const ImportOptions& options) {
     if (parts.size() == 1 && options.drives.empty()) return std::move(parts[0].set);
     return join_rays(std::move(parts));
 }
 
-// The rays of each file drawn anew.
+// Resamples the rays of each file.
 RaySet replicate_rays(const std::vector<DrivenRays>& parts, BootstrapKey key, const ImportOptions& options) {
     std::vector<DrivenRays> drawn;
     for (key.part = 0; key.part < parts.size(); ++key.part) {
@@ -147,7 +147,8 @@ RaySet replicate_rays(const std::vector<DrivenRays>& parts, BootstrapKey key, co
     return lamp_rays(std::move(drawn), options);
 }
 
-// One after the other, each with all choices made anew, as for the lamp. `lamp` is what its file holds.
+// Writes the replicates in order, each with all choices made anew, as for the lamp. `lamp` is the content of
+// its file.
 void write_replicates(const std::vector<DrivenRays>& parts, const Lumigraph& lamp,
                       const ImportOptions& options, Monitor& monitor) {
     const std::uint64_t hash = content_hash(lamp);
@@ -159,7 +160,7 @@ void write_replicates(const std::vector<DrivenRays>& parts, const Lumigraph& lam
             throw Stopped(
                 fmt::format("interrupted: {} of {} replicates are written", b - 1, options.replicates));
         }
-        // Lamps of one scene draw independently even with one seed.
+        // The hash makes lamps of one scene independent even with the same seed.
         const RaySet rays = replicate_rays(parts, {options.seed ^ hash, b, 0}, options);
         Lumigraph replicate = fit_lumigraph(rays, options.lumigraph, workers, of_replicate).lamp;
         for (Slab& slab : replicate.slabs()) {
@@ -172,7 +173,7 @@ void write_replicates(const std::vector<DrivenRays>& parts, const Lumigraph& lam
     }
 }
 
-// Where the flux went, and the errors to expect.
+// Prints the flux balance and the expected errors.
 void print_fit(std::ostream& out, const LumigraphFit& made) {
     const FluxUnit unit = made.lamp.unit();
     print_account(out, made.account, unit);
@@ -200,7 +201,7 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
     CommandFiles files;
     for (const std::string& word : options.colours) {
         if (word == kAsTheFileSays) continue;
-        parse_light(word);  // before the rays are read
+        parse_light(word);  // checks the word before the rays are read
         if (is_spectrum_file(word)) files.reads(word);
     }
     for (const std::string& file : options.rays) {

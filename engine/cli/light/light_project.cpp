@@ -1,4 +1,4 @@
-// lucerna light project: what a lamp casts on a screen that stands across its beam.
+// lucerna light project: computes the light that a lamp casts on a screen across its beam.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -47,9 +47,9 @@ Examples:
 
 struct ProjectCommand {
     std::string lamp, output;
-    SlabAxes side;                  // of the lamp, to which the screen stands; its axes are the screen's
+    SlabAxes side;                  // side of the lamp that faces the screen, whose axes are the screen's
     std::vector<double> distances;  // metres
-    bool heights = false;           // the distances are places in the frame of the lamp's file
+    bool heights = false;           // distances are positions in the frame of the lamp's file
     std::optional<V2d> size, centre;
     V2i pixels{512, 512};
     Reconstruction reconstruction = Reconstruction::exact;
@@ -57,7 +57,7 @@ struct ProjectCommand {
     Workers workers;
 };
 
-// Where the point from which distances count lies, along the side's axes in the frame of the lamp's file.
+// Returns the origin of distances, along the side's axes in the frame of the lamp's file.
 V3d origin_of(const ProjectCommand& command, const LampFile& lamp) {
     const auto* field = std::get_if<Lumigraph>(&lamp);
     if (!field) return V3d(0);
@@ -65,7 +65,7 @@ V3d origin_of(const ProjectCommand& command, const LampFile& lamp) {
                                                 : field->box().center());
 }
 
-// The rays as they are seen along the side's axes; those of +z as they are.
+// Transforms rays to the side's axes; leaves them unchanged for +z.
 LampFile seen_from(const SlabAxes& side, LampFile lamp) {
     auto* set = std::get_if<RaySet>(&lamp);
     if (!set || side.straight()) return lamp;
@@ -90,7 +90,7 @@ std::string_view irradiance_unit(FluxUnit unit) {
     return unit == FluxUnit::lumen ? "lx" : "W/m2";
 }
 
-// "beam.exr" -> "beam-20mm.exr"
+// Returns "beam-20mm.exr" for "beam.exr".
 std::filesystem::path name_of(const ProjectCommand& command, double distance) {
     std::filesystem::path file = command.output;
     if (command.distances.size() == 1) return file;
@@ -103,19 +103,19 @@ std::filesystem::path sheet_of(const ProjectCommand& command) {
     return png_beside(command.output);
 }
 
-// "beam-20mm.exr" -> "beam-20mm-chromaticity.exr"
+// Returns "beam-20mm-chromaticity.exr" for "beam-20mm.exr".
 std::filesystem::path beside(const std::filesystem::path& file, std::string_view suffix) {
     std::filesystem::path other = file;
     return other.replace_filename(fmt::format("{}-chromaticity{}", file.stem().string(), suffix));
 }
 
-// Irradiance; of a lamp of several colours, also of X and Z beside it, which is Y.
+// Irradiance as luminance Y, and X and Z for a lamp of several colours.
 struct ColouredPlane {
     PlaneIrradiance luminance;
     std::optional<PlaneIrradiance> x, z;
 };
 
-// A light field along +z by itself, in its own frame; else the lamp as a whole.
+// Tells whether the lamp is a single light field along +z, in its own frame.
 bool is_plain(const ProjectCommand& command, const Lumigraph& lamp) {
     return lamp.simple() && command.side.straight();
 }
@@ -127,7 +127,7 @@ ColouredPlane project_channels(const ProjectCommand& command, const LampFile& la
         const auto at_side = [&](const Lumigraph& seen) {
             if (is_plain(command, seen))
                 return project(seen.slabs()[0].field, patch, workers, monitor, command.reconstruction);
-            // In the frame of the lamp's file.
+            // The plane is placed in the frame of the lamp's file.
             const V3d origin = origin_of(command, lamp);
             PlanePatch placed = patch;
             placed.distance += origin.z;
@@ -146,9 +146,9 @@ ColouredPlane project_channels(const ProjectCommand& command, const LampFile& la
 
 ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, double distance,
                          Monitor& monitor) {
-    constexpr double kSamePlane = 1e-9;  // metres: a file may hold the plane's height as a float
+    constexpr double kSamePlane = 1e-9;  // metres, as a file may store the plane's height as a float
     const V3d origin = origin_of(command, lamp);
-    // Along the side's normal, which may be against the frame's axis.
+    // The height is along the side's normal, which may be opposite to the frame's axis.
     const double height = command.side.n.dot(V3d(1)) < 0 ? -distance : distance;
     double z = command.heights ? height - origin.z : distance;
     if (std::fabs(z) < kSamePlane) z = 0;
@@ -180,7 +180,7 @@ ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, do
     return project_channels(command, lamp, patch, monitor);
 }
 
-// Rows from the top; values below 0, which noise makes, stay in the file.
+// Returns the image with rows from the top. Negative values due to noise are kept.
 Image image_of(const ColouredPlane& coloured, const LampFile& lamp) {
     const PlaneIrradiance& plane = coloured.luminance;
     Image image = Image::rgb(plane.patch.pixels.x, plane.patch.pixels.y);
@@ -200,7 +200,7 @@ Image image_of(const ColouredPlane& coloured, const LampFile& lamp) {
     return image;
 }
 
-// Paints the image with its brightest parts just below white.
+// Paints the image with its brightest pixels just below white.
 void paint_exposed(const Image& image, Image& sheet, int left, int top) {
     std::vector<double> values;
     for (int y = 0; y < image.height; ++y) {
@@ -214,9 +214,9 @@ void paint_exposed(const Image& image, Image& sheet, int left, int top) {
     }
 }
 
-// Of an image of irradiance: u', v' and Δu'v' from the mean.
+// Returns u', v' and Δu'v' from the mean for an image of irradiance.
 Image chromaticity_of(const Image& image) {
-    constexpr float kLeast = 0.01F;  // of the brightest
+    constexpr float kLeast = 0.01F;  // of the brightest pixel
     V3d sum(0, 0, 0);
     float brightest = 0;
     for (int y = 0; y < image.height; ++y) {

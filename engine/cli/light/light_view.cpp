@@ -1,4 +1,4 @@
-// lucerna light view: all views of a light field on one sheet.
+// lucerna light view: shows all views of a light field on one sheet.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -29,14 +29,14 @@ Examples:
   lucerna light view bulb.exr --slab=-x -o left.png
   lucerna light view lamp.exr -o middle.png --views 5x5 --exposure 2)";
 
-constexpr double kBrightest = 0.999;  // share of the coefficients that are shown without being pressed
+constexpr double kBrightest = 0.999;  // share of the coefficients that are shown unclipped
 
 struct ViewCommand {
     std::string lamp, output;
-    V2i views{0, 0};               // the middle ones; 0: all
-    std::optional<SlabAxes> slab;  // of a lamp of several slabs; none: the only one
+    V2i views{0, 0};               // the central ones; 0: all
+    std::optional<SlabAxes> slab;  // for a lamp of several slabs; none: the only one
     double exposure = 1;
-    int side = 2048;  // pixels, at most
+    int side = 2048;  // maximum, pixels
 };
 
 // The range of views shown along one axis.
@@ -71,7 +71,7 @@ Image sheet_of(const LightField& field, const ViewCommand& command) {
         }
         return image;
     };
-    // Every view is shrunk by itself: a whole sheet of a large field would not fit into memory.
+    // Shrinks each view separately, as a whole sheet of a large field would not fit into memory.
     const int longest = std::max(across.count * rig.pixels.x, up.count * rig.pixels.y);
     const int factor = (longest + command.side - 1) / command.side;
     const V2i size((rig.pixels.x + factor - 1) / factor, (rig.pixels.y + factor - 1) / factor);
@@ -86,7 +86,7 @@ Image sheet_of(const LightField& field, const ViewCommand& command) {
         });
 }
 
-// The only slab, or the one that is wanted.
+// Returns the only slab, or the requested one.
 const LightField& field_shown(const Lumigraph& lamp, const ViewCommand& command) {
     std::string sides;
     for (const Slab& slab : lamp.slabs()) {

@@ -19,7 +19,7 @@ constexpr std::uint64_t kByteOrder = 0x0102030405060708;
 constexpr std::size_t kNumbers = 7 * 3 + 5 + 3;
 constexpr std::size_t kCounts = 4;
 
-// All of a state but the arrays: two, or six of several colours.
+// A state without its arrays, of which there are two, or six for several colours.
 struct Head {
     char magic[8];
     std::uint64_t byte_order;
@@ -28,12 +28,12 @@ struct Head {
     std::uint64_t coefficients;
     double numbers[kNumbers];
     std::uint64_t counts[kCounts];
-    std::uint64_t check;  // of the numbers, the counts and the arrays that follow
+    std::uint64_t check;  // checksum of the numbers, the counts and the following arrays
 };
 static_assert(sizeof(Head) == 8 * (6 + kNumbers + kCounts) && std::is_trivially_copyable_v<Head>,
               "no padding in the file");
 
-// Calls number(double&) and count(std::uint64_t&) for all that the head keeps; one list serves both ways.
+// Calls number(double&) and count(std::uint64_t&) for all entries of the head, for reading and writing.
 template <typename Number, typename Count>
 void for_each_entry(AcquisitionState& state, Number&& number, Count&& count) {
     Ledger& ledger = state.flux.ledger;
@@ -90,7 +90,7 @@ void save_state(const std::filesystem::path& file, const AcquisitionState& state
     head.coefficients = state.sums.positive.size();
     std::size_t number = 0;
     std::size_t count = 0;
-    auto& read = const_cast<AcquisitionState&>(state);  // only read
+    auto& read = const_cast<AcquisitionState&>(state);  // not modified
     for_each_entry(
         read, [&](double& x) { head.numbers[number++] = x; },
         [&](std::uint64_t& x) { head.counts[count++] = x; });
@@ -111,13 +111,13 @@ std::optional<AcquisitionState> load_state(const std::filesystem::path& file, st
     in.read(reinterpret_cast<char*>(&head), sizeof head);
     if (!in || std::memcmp(head.magic, kMagic, sizeof kMagic) != 0 || head.byte_order != kByteOrder)
         damaged(file);
-    if (head.blocks == 0) return std::nullopt;  // stopped before there was anything
+    if (head.blocks == 0) return std::nullopt;  // stopped before the first block
     if (head.key != key || head.coefficients != rig.coefficients()) {
         throw InputError({file.string()},
                          "belongs to another luminaire, rig, seed or number of rays; finish that acquisition "
                          "with its own description, or remove the file to start again");
     }
-    // The rig is the caller's own: what is allocated does not depend on the file.
+    // Uses the caller's rig, so that the file does not determine the allocation.
     AcquisitionState state{key, head.blocks, {}, FilterSums(rig)};
     std::size_t number = 0;
     std::size_t count = 0;

@@ -1,5 +1,5 @@
-// The sums of an acquisition that was stopped, on their way to being taken up again. A cache made by us, for
-// this machine's byte order, and never trusted.
+// The sums of an interrupted acquisition, for its continuation. The file is a cache in this machine's byte
+// order and is checked when it is read.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 namespace lucerna {
 
 struct AcquisitionState {
-    std::uint64_t key = 0;    // names the work: same key, same blocks
-    std::int64_t blocks = 0;  // done
+    std::uint64_t key = 0;    // hash of the work; equal keys have equal blocks
+    std::int64_t blocks = 0;  // number completed
     LuminaireFlux flux;
     FilterSums sums;
 };
@@ -21,8 +21,8 @@ struct AcquisitionState {
 // Replaces the file. Throws InputError.
 void save_state(const std::filesystem::path& file, const AcquisitionState& state);
 
-// The state in the file; none if there is no file. Throws InputError if it is damaged, or belongs to other
-// work than that of `key` and `rig`.
+// Returns the state in the file, or nothing if there is no file. Throws InputError if it is damaged or
+// belongs to work with another `key` or `rig`.
 std::optional<AcquisitionState> load_state(const std::filesystem::path& file, std::uint64_t key,
                                            const Rig& rig);
 

@@ -1,5 +1,5 @@
-// Compiled as the whole program is, so that the compiler says what it was told to use. Numbers and text only:
-// they are read before it is known that the processor could run code of this file.
+// Compiled with the options of the whole program, so that the compiler's macros state them. It contains only
+// numbers and text, because they are read before it is known that the processor can run code of this file.
 #include "engine/cli/main/processor.h"
 
 namespace lucerna {
@@ -50,7 +50,7 @@ constinit const InstructionSet kCompiledFor[] = {
 #ifdef __MOVBE__
     {"MOVBE", kLeaf1Ecx, 22, 0},
 #endif
-// What a native build may use beyond x86-64-v3 of itself, nobody having asked for it.
+// A native build may also use these sets beyond x86-64-v3.
 #ifdef __SSE4A__
     {"SSE4A", kExtended1Ecx, 6, 0},
 #endif

@@ -1,4 +1,4 @@
-// The process around run(): its streams, and what signals do.
+// The process around run(): its streams and signal handlers.
 #include <unistd.h>
 
 #include <csignal>
@@ -9,24 +9,24 @@
 
 namespace {
 
-// The only process-wide things: a signal handler can reach nothing else.
+// The only process-wide state, because a signal handler can reach nothing else.
 std::atomic<int> stop_asked{0};
 std::atomic<bool> listening{false};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
               "a signal handler may only touch lock-free atomics");
 
-// Asks a command to stop that listens; ends any other at once, and the second time any.
+// Asks a listening command to stop; ends any other command at once, and every command at the second signal.
 extern "C" void ask_to_stop(int signal) {
     int none = 0;
     if (listening && stop_asked.compare_exchange_strong(none, signal)) return;
     std::signal(signal, SIG_DFL);
-    raise(signal);  // comes when this returns
+    raise(signal);  // delivered when this returns
 }
 
 void listen_for(int signal) {
     struct sigaction before {};
     sigaction(signal, nullptr, &before);
-    if (before.sa_handler == SIG_IGN) return;  // nohup, or a background job of a script: it is to stay so
+    if (before.sa_handler == SIG_IGN) return;  // nohup, or a background job of a script: stays ignored
     struct sigaction action {};
     action.sa_handler = ask_to_stop;
     action.sa_flags = SA_RESTART;
@@ -39,7 +39,7 @@ void listen_for(int signal) {
 int main(int argc, char** argv) {
     const lucerna::FloatTraps traps(lucerna::kFaults);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) listen_for(signal);
-    // A closed pipe and a full disk are errors of a write, and cost no image.
+    // A closed pipe and a full disk are write errors that lose no image.
     for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
     return lucerna::run(argc, argv, std::cout, std::cerr,
                         {isatty(STDERR_FILENO) != 0, &stop_asked, &listening});

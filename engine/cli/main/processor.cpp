@@ -1,4 +1,4 @@
-// Compiled for x86-64 alone (CMakeLists.txt), and so without anything of the standard library that could be
+// Compiled for baseline x86-64 (CMakeLists.txt), hence without parts of the standard library that could be
 // inlined or shared with code that is not.
 #include "engine/cli/main/processor.h"
 
@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-// The register of a leaf of CPUID; 0 where the processor has no such leaf.
+// The registers of a CPUID leaf; 0 if the processor lacks the leaf.
 struct Registers {
     unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
 };
@@ -45,7 +45,8 @@ void refuse_unfit_processor() {
     _exit(1);
 }
 
-// Before what initialises shared libraries, too: they call functions of libm, and those are the program's.
+// Runs even before the initialisers of shared libraries, because they call functions of libm, which are the
+// program's.
 using Step = void (*)();
 [[gnu::section(".preinit_array"), gnu::used]] constinit Step first_of_all = refuse_unfit_processor;
 

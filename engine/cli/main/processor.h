@@ -1,8 +1,8 @@
-// Whether the processor has the instructions that the program is compiled to use; without them it would end
-// with SIGILL, and no word, at the first of them that it meets.
+// Checks that the processor has the instructions that the program is compiled to use. Without them the
+// program would end with SIGILL and no message.
 //
-// processor.cpp is compiled for the first of all x86-64 and looks before any other code of the program runs,
-// also before what initialises other files' globals and shared libraries.
+// processor.cpp is compiled for baseline x86-64. Its check runs before any other code of the program, also
+// before the initialisers of other files' globals and of shared libraries.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@
 
 namespace lucerna {
 
-// Words of CPUID that tell of instruction sets.
+// Registers of CPUID that state instruction sets.
 enum CpuidWord { kLeaf1Ecx, kLeaf7Ebx, kLeaf7Ecx, kLeaf7Edx, kLeaf7Part1Eax, kExtended1Ecx, kCpuidWords };
 
-// What a processor, and the system that runs on it, say of themselves.
+// CPUID and the state that the operating system saves.
 struct Processor {
     std::uint32_t words[kCpuidWords] = {};
     std::uint64_t kept = 0;  // registers that the system saves (XCR0)
 };
 inline constexpr std::uint64_t kYmm = 0x6,
-                               kZmm = 0xe6;  // of XCR0: what instructions on 256 and 512 bits need
+                               kZmm = 0xe6;  // bits of XCR0 that 256 and 512 bit instructions need
 
 struct InstructionSet {
     const char* name;
@@ -28,15 +28,15 @@ struct InstructionSet {
     std::uint64_t kept;
 };
 
-// Those that the compiler was told to use; ends with a name that is null.
+// The sets that the compiler was told to use, ending with a null name.
 extern const InstructionSet kCompiledFor[];
-// What to do where one is missing: the end of a sentence.
+// Advice for a missing set, the end of a sentence.
 extern const char* const kUnfitAdvice;
 
 Processor this_processor();
 
-// Writes the names of the sets that `processor` lacks, with commas between, into `names` of `size` bytes, as
-// many as it holds, and a null. False: it lacks none.
+// Writes the names of the sets that `processor` lacks, separated by commas, into `names` of `size` bytes,
+// truncated and null-terminated. Returns false if it lacks none.
 bool lacks(const Processor& processor, const InstructionSet* sets, char* names, std::size_t size);
 
 }  // namespace lucerna

@@ -1,23 +1,26 @@
-// Images of one size over each other: a slider between two of them, a flip, zoom, and the exposure of radiance.
+// Shows images of one size over each other, with a slider between two of them, a flip, zoom, and the exposure
+// of radiance.
 //
 //   const strip = imageStrip(element, images, { left, right, stops });
 //
-// images: [{ name, src, kind }], src a data: URL of a PNG; kind "picture" (shown as it is), "radiance" (mantissas above,
-// exponents below; shown at the strip's exposure) or "coded" (the bytes of one `channel` are entries of the table of colours
-// that lookup() gives; value(byte) is their text). left, right: numbers of the images shown first. stops: the exposure at
-// first. Resolves, by strip.ready, once all images are there. No dependencies, no network, no globals but imageStrip.
+// images is [{ name, src, kind }], where src is a data: URL of a PNG. kind is "picture" (shown as it is),
+// "radiance" (mantissas above, exponents below; shown at the strip's exposure) or "coded" (the bytes of one
+// `channel` are indices of the colour table that lookup() returns; value(byte) is their text). left and right
+// are the indices of the first two images, stops is the initial exposure. strip.ready resolves once all
+// images are loaded. There are no dependencies, no network access and no globals but imageStrip.
 //
-// For pages of many images: factor: each pixel of the image stands for factor x factor of the first one's. listed: false: not
-// among what can be chosen. With lazy: true only images that are shown are unpacked; strip.show(left, right) shows others.
-// choose(side, number) is told what somebody chose in place of showing it, drawn() that the view has changed.
+// Options for pages of many images: With factor, each pixel of the image stands for factor x factor pixels of
+// the first one. listed: false excludes an image from the choice. With lazy: true only visible images are
+// decoded; strip.show(left, right) shows others. choose(side, number) is called instead of showing a user's
+// choice, drawn() after a change of the view.
 (function () {
     'use strict';
 
-    const KNEE = 0.8, DESATURATION = 0.15;  // as the engine's own pictures (tone.h): exact up to that share of white
-    const NOT_FINITE = 255;    // the exponent of what is not a number
+    const KNEE = 0.8, DESATURATION = 0.15;  // as in the engine's own pictures (tone.h): exact up to that share of white
+    const NOT_FINITE = 255;  // exponent of values that are not finite
     const NOT_FINITE_COLOUR = [255, 0, 255];
 
-    // Bytes of sRGB for linear values in [0, 1], in steps that are finer than a byte's where the curve is steepest.
+    // Bytes of sRGB for linear values in [0, 1], in steps finer than a byte where the curve is steepest.
     const STEPS = 16384;
     const encoded = Uint8Array.from({ length: STEPS + 1 }, (_, i) => {
         const x = i / STEPS;
@@ -25,7 +28,8 @@
     });
     const byte = (x) => encoded[x <= 0 ? 0 : x >= 1 ? STEPS : Math.round(x * STEPS)];
 
-    // Linear radiance times exposure to bytes of sRGB; bright colours roll off to white and keep their hue.
+    // Converts linear radiance times exposure to bytes of sRGB; bright colours roll off to white and keep
+    // their hue.
     function shown(r, g, b, out, at) {
         r = Math.max(0, r), g = Math.max(0, g), b = Math.max(0, b);
         const peak = Math.max(r, g, b);
@@ -41,7 +45,7 @@
         out[at + 2] = byte(white + scale * b);
     }
 
-    // 2^(exponent - 128) / 256 of an exponent's byte.
+    // The scale 2^(exponent - 128) / 256 for each exponent byte.
     const SCALES = Float64Array.from({ length: 256 }, (_, e) => Math.pow(2, e - 128) / 256);
 
     function load(src) {
@@ -62,7 +66,7 @@
         return { canvas, data: context.getImageData(0, 0, canvas.width, canvas.height) };
     }
 
-    // One image: its canvas as shown at the exposure, and its value at a pixel.
+    // One image: its canvas at the exposure, and its value at a pixel.
     class Layer {
         constructor(entry, image) {
             this.entry = entry;
@@ -92,7 +96,7 @@
             return [0, 1, 2].map((i) => (this.source[at + i] + 0.5) * scale);
         }
 
-        // Makes the canvas what is to be shown, unless it is.
+        // Updates the canvas if the exposure or the colours changed.
         develop(stops) {
             if (this.kind === 'picture') return;
             const how = this.kind === 'radiance' ? stops : this.entry.lookup();
@@ -124,7 +128,7 @@
             }
         }
 
-        // Of a pixel of the first image.
+        // Returns the text of a pixel of the first image.
         text(x, y) {
             const pixel = Math.floor(y / this.factor) * this.width + Math.floor(x / this.factor);
             if (this.kind === 'coded') return this.entry.value(this.source[4 * pixel + this.entry.channel]);
@@ -145,8 +149,8 @@
         constructor(element, images, options) {
             this.entries = images;
             this.options = options;
-            this.layers = [];   // as far as they are there
-            this.loading = [];  // promises of them
+            this.layers = [];  // loaded layers
+            this.loading = [];  // promises of the layers
             this.left = options.left || 0;
             this.right = options.right === undefined ? Math.min(1, images.length - 1) : options.right;
             this.stops = options.stops || 0;
@@ -162,7 +166,7 @@
             });
         }
 
-        // The layer of an image, unpacked when it is needed first.
+        // Returns the layer of an image, which is decoded when it is first needed.
         need(i) {
             if (!this.loading[i]) {
                 this.loading[i] = load(this.entries[i].src).then((image) => {
@@ -244,7 +248,7 @@
             new ResizeObserver(() => this.draw()).observe(view.parentElement);
         }
 
-        // Whether the key means something here.
+        // Handles a key; returns whether it has a meaning here.
         key(name) {
             const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
             if (name === 'f') this.flip();
@@ -282,7 +286,7 @@
             this.draw();
         }
 
-        // All of one image, then all of the other.
+        // Shows all of one image, then all of the other.
         flip() {
             this.slide(this.split < 0.5 ? 1 : 0);
         }
@@ -294,7 +298,7 @@
             this.draw();
         }
 
-        // About the pointer, if there is one, else about the middle.
+        // Zooms about the pointer, if there is one, otherwise about the centre.
         magnify(factor, event) {
             if (!this.layers[0]) return;
             const before = event ? this.place(event) : null;
@@ -314,12 +318,12 @@
             this.draw();
         }
 
-        // Pixels of the screen per pixel of the image.
+        // Returns pixels of the screen per pixel of the image.
         scale() {
             return this.zoom * this.view.clientWidth / this.layers[0].width;
         }
 
-        // Where on the image the pointer is, in its pixels.
+        // Returns the pointer's position in pixels of the image.
         place(event) {
             const box = this.view.getBoundingClientRect(), scale = this.scale(), first = this.layers[0];
             return [(event.clientX - box.left - box.width / 2) / scale + this.centre[0] * first.width,
@@ -353,7 +357,7 @@
             if (this.options.drawn) this.options.drawn();
         }
 
-        // The part of image i that the strip looks at, filling a canvas of the same shape, between two of its columns.
+        // Paints the visible region of image i into a canvas of the same shape, between two of its columns.
         paint(canvas, i, from, to) {
             const layer = this.layers[i], first = this.layers[0];
             if (!layer || !first) return;

@@ -1,7 +1,8 @@
-// The page of `lucerna study`: studyPage(study) builds it from the numbers and pictures that stand in it.
+// The page of `lucerna study`: studyPage(study) builds it from its numbers and pictures.
 //
-// study: { title, seeds, methods, scenes: [{ name, width, height, stops, reference, points }], code, signed, flip }, as
-// engine/cli/study/study_page.cpp writes it. The page keeps no state but what is shown, and asks nothing of a network.
+// study is { title, seeds, methods, scenes: [{ name, width, height, stops, reference, points }], code,
+// signed, flip }, written by engine/cli/study/study_page.cpp. The page stores only what is shown and uses no
+// network.
 (function (parts) {
     'use strict';
 
@@ -15,7 +16,7 @@
             this.study = study;
             this.hidden = new Set();  // methods
             this.measure = 'error';
-            this.shown = 'image';     // of a point: or error, or flip
+            this.shown = 'image';  // of a point: image, error or flip
             study.points = study.scenes.flatMap((scene) => scene.points.map((p) => Object.assign(p, { scene })));
             this.target = this.firstTarget();
             this.paintRange(0.5);
@@ -31,7 +32,7 @@
             this.ready = Promise.all(this.scenes.map((one) => one.images.update()));
         }
 
-        // The least that every scene has a point for, else the least that any has.
+        // Returns the smallest target that a point of every scene reaches, or else that any point reaches.
         firstTarget() {
             const reached = (all) => TARGETS.find((t) => this.study.scenes[all ? 'every' : 'some'](
                 (scene) => parts.fastest(scene.points, t)));
@@ -43,7 +44,7 @@
         describe(point) {
             return `${point.method}, ${parts.settings(point)}: ${parts.seconds(point.seconds)}, error ${parts.percent(point.error)}`;
         }
-        // What hovering says.
+        // Returns the lines of a tooltip.
         lines(point) {
             const bias = parts.bias(point), noise = parts.noise(point);
             const lines = [point.method, parts.settings(point),
@@ -99,7 +100,7 @@
             }
         }
 
-        // What the colours of maps mean.
+        // Adds the legend of the maps' colours.
         scale(bar) {
             this.scaleBar = parts.make('span', bar, { className: 'map-scale' });
             this.scaleLeast = parts.make('span', this.scaleBar);
@@ -127,7 +128,7 @@
             context.putImageData(row, 0, 0);
         }
 
-        // Colours of coded errors, of which `range` is in full colour.
+        // Sets the colours of coded errors; `range` has full colour.
         paintRange(range) {
             this.range = range;
             this.errorColours = new Uint8Array(3 * 256);
@@ -181,7 +182,7 @@
         }
         isFastest(point) { return this.of(point.scene).fastest === point; }
 
-        // `point`: null is the scene's reference.
+        // A null `point` is the scene's reference.
         choose(point, side, scene) {
             const { images } = this.of(point ? point.scene : scene);
             images.choose(point, side);

@@ -1,10 +1,10 @@
-// The images of one scene of a study: two of them under a slider, and a row of small ones that look at the same part.
+// The images of one scene of a study: two of them under a slider, and a row of small ones of the same region.
 //
 //   const images = new studyParts.Images(element, scene, page)
 (function (parts) {
     'use strict';
 
-    // Among a strip's images the reference is number 0, and of point i of the scene:
+    // In a strip the reference has index 0; these are the offsets of the images of a scene's point.
     const SHOWN = { image: 1, error: 2, flip: 3 };
     const CELL = 150;  // pixels of the screen across a small image
 
@@ -19,7 +19,7 @@
             this.left = null;   // a point; null: the reference
             this.right = null;
             const large = parts.make('div', element, { className: 'large' });
-            // As large as a window shows at once.
+            // Limits the size to what a window shows at once.
             large.style.maxWidth = `max(30rem, 75vh * ${scene.width / scene.height})`;
             this.film = parts.make('div', element, { className: 'film' });
             this.film.setAttribute('role', 'group');
@@ -47,7 +47,7 @@
             return entries;
         }
 
-        // The number, among the strip's images, of what is shown of a point.
+        // Returns the strip's index of what is shown of a point.
         number(point) {
             const i = this.points.indexOf(point);
             if (i < 0) return 0;
@@ -81,7 +81,7 @@
                 (factor > 1 ? ` Shrunk: a pixel stands for up to ${factor} × ${factor}.` : '');
         }
 
-        // The reference, what nothing beats, and what else is looked at; fastest first.
+        // Returns the reference, Pareto-optimal points and the selected ones, fastest first.
         filmed() {
             const wanted = (p) => p.best || p === this.left || p === this.right;
             return [null, ...this.points.filter((p) => wanted(p) && !this.page.hidden.has(p.method))
@@ -117,7 +117,7 @@
             this.strip.paint(cell.canvas, this.number(cell.point), 0, cell.canvas.width);
         }
 
-        // Once per frame at most: a slider that is dragged asks for it more often.
+        // Paints at most once per frame, as dragging the slider asks more often.
         paintFilm() {
             if (this.asked || !this.cells) return;
             this.asked = true;

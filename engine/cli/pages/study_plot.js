@@ -1,8 +1,10 @@
-// A plot of a study on logarithmic axes, drawn by D3: seconds to the right, errors upwards, a line per method.
+// A plot of a study on logarithmic axes, drawn by D3: seconds to the right, errors upwards, a line per
+// method.
 //
 //   const plot = new studyParts.Plot(figure, page, { points, title, series, front, target })
 //
-// series(point) → [{ y, least, most, below, hollow }]: what is drawn of a point; what is without y and below is not there.
+// series(point) returns the marks of a point, [{ y, least, most, below, hollow }]; marks without y and below
+// are omitted.
 (function (parts) {
     'use strict';
 
@@ -12,7 +14,7 @@
 
     parts.symbol = (method, size) => d3.symbol().type(SYMBOLS[method % SYMBOLS.length]).size(size)();
 
-    // From the least to the most, with some air, over at least a factor of three.
+    // Returns the range of the values with some margin, over at least a factor of three.
     function domain(values) {
         const [least, most] = d3.extent(values.filter((v) => v > 0));
         if (least === undefined) return [0.01, 1];
@@ -20,7 +22,7 @@
         return [least / air, most * air];
     }
 
-    // 1, 2 and 5 where there is room for their labels, decades alone where there is not; all nine steps as marks.
+    // Labels 1, 2 and 5 if there is room, otherwise decades only; marks all nine steps.
     function ticks(scale) {
         const [least, most] = scale.domain(), decades = Math.log10(most / least);
         const labelled = decades > 3.2 ? [1] : decades > 1.1 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 7];
@@ -45,7 +47,7 @@
             this.title = this.figure.append('figcaption');
             this.svg = this.figure.append('svg').attr('role', 'group');
             this.tip = this.figure.append('div').attr('class', 'tip').attr('aria-hidden', 'true').style('display', 'none');
-            this.current = 0;  // the point that Tab comes to
+            this.current = 0;  // the point that Tab focuses
             new ResizeObserver(() => this.draw()).observe(figure);
         }
 
@@ -89,7 +91,7 @@
                 .attr('y', height - 4).attr('text-anchor', 'middle').text('seconds of one image');
         }
 
-        // Beyond this staircase nothing was measured.
+        // Draws the staircase of the Pareto front, beyond which nothing was measured.
         front(shown, width) {
             const value = this.what.front(), best = parts.front(shown.filter((p) => value(p) > 0), value);
             if (!best.length) return;
@@ -148,7 +150,7 @@
             this.mark();
         }
 
-        // Which points are looked at, and which is the fastest.
+        // Marks the selected points and the fastest one.
         mark() {
             this.svg.selectAll('g.point').classed('chosen', (m) => this.page.isChosen(m.point))
                 .classed('fastest', (m) => this.page.isFastest(m.point))

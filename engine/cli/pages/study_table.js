@@ -1,8 +1,9 @@
-// The table of all points of a study: a column per setting, sorted by any.
+// The table of all points of a study, with a column per setting, sortable by any.
 (function (parts) {
     'use strict';
 
-    // { name, text(point), value(point) }: what is shown, and what is sorted by; null sorts last.
+    // Columns are { name, text(point), value(point) }: the text shown and the sort key, where null sorts
+    // last.
     function columns(study) {
         const number = (text) => Number(/^[\d.e+-]+s$/.test(text) ? text.slice(0, -1) : text);
         const numbered = (text) => (text !== '' && isFinite(number(text)) ? number(text) : text);

@@ -1,9 +1,9 @@
-// How a study's page writes its numbers, and what it works out from them. The parts of the page share one object.
+// Formats a study's numbers and derives others. The scripts of the page share one object.
 window.studyParts = {};
 (function (parts) {
     'use strict';
 
-    // Three digits, and no exponent where people would write none.
+    // Formats three digits, without an exponent where people would not write one.
     function digits(x) {
         if (x === 0) return '0';
         const size = Math.abs(x);
@@ -21,7 +21,7 @@ window.studyParts = {};
         return digits(s / 3600) + ' h';
     };
 
-    // Bias as far as it is known: { value } where it stands out of its noise, else { below } or nothing.
+    // Returns the known bias: { value } if it is significant, otherwise { below } or nothing.
     parts.bias = (point) => {
         const b = point.bias2;
         if (!b) return {};
@@ -43,7 +43,7 @@ window.studyParts = {};
         const room = 2 * (point.error2_error || 0), square = point.error * point.error;
         return { value: point.error, least: Math.sqrt(Math.max(0, square - room)), most: Math.sqrt(square + room) };
     };
-    // The share of the squared error that more time does not mend.
+    // Returns the share of the squared error that more time does not reduce.
     parts.biasShare = (point) => {
         const b = parts.bias(point);
         return b.value === undefined || !(point.error > 0) ? null : Math.min(1, b.value * b.value / (point.error * point.error));
@@ -54,7 +54,7 @@ window.studyParts = {};
         flip: { name: 'FLIP', of: (point) => point.flip, text: digits },
     };
 
-    // Points that no other is both faster and better than, fastest first.
+    // Returns the Pareto-optimal points, fastest first.
     parts.front = (points, value) => points
         .filter((p) => !points.some((q) => q.seconds <= p.seconds && value(q) <= value(p) &&
             (q.seconds < p.seconds || value(q) < value(p))))
@@ -64,11 +64,11 @@ window.studyParts = {};
         .filter((p) => p.error <= target)
         .reduce((best, p) => (best && best.seconds <= p.seconds ? best : p), null);
 
-    // A render ends after samples per pixel, or after a time in seconds ("5s").
+    // Tells whether a setting ends a render: samples per pixel, or a time in seconds ("5s").
     parts.endsRender = (key) => key === 'spp' || key === 'time';
 
-    // What belongs on one line: a method's points that differ in nothing but their samples or times, in their order; all
-    // of a method's in the description's order, where that would leave none but single points.
+    // Groups points into lines: points of a method that differ only in samples or time, in that order; or, if
+    // that leaves only single points, all points of a method in the description's order.
     parts.lines = (points) => {
         const samples = (point) => parseFloat(point.set.find(([key]) => parts.endsRender(key))[1]);
         const bySamples = (list) => list.slice().sort((a, b) => samples(a) - samples(b));

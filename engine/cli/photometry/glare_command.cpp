@@ -1,4 +1,4 @@
-// lucerna glare: ratings of glare at observers' eyes.
+// lucerna glare: rates glare at observers' eyes.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -48,7 +48,7 @@ Examples:
   lucerna glare room.pbrt --height 1.2 --plan ugr.svg
   lucerna glare office.pbrt --eye "desk=1,1.2,3:1,1.2,0" --image view.exr)";
 
-constexpr std::size_t kDefaultViews = 4;  // the horizontal axes
+constexpr std::size_t kDefaultViews = 4;  // along the horizontal axes
 
 struct Eye {
     std::string name;
@@ -114,20 +114,20 @@ std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) 
     return observers;
 }
 
-// What a plan shows of a report.
+// The rating that a plan shows.
 struct RatingMap {
     const char* unit;
     ScaleRange range;
     double (*rating)(const GlareReport& report);  // NaN: none
 };
-// From no glare that is noticed to glare that is not to be borne [CIE 117:1995, EN 17037:2018].
+// The ranges extend from imperceptible to intolerable glare [CIE 117:1995, EN 17037:2018].
 const RatingMap kUgrMap{"UGR", {10, 31}, [](const GlareReport& report) { return report.ugr.value; }};
 const RatingMap kDgpMap{"DGP", {0.2, 0.6}, [](const GlareReport& report) {
                             return report.daylight ? report.daylight->dgp.value : NAN;
                         }};
-constexpr std::string_view kDgp = "dgp";  // in the name of its plan
+constexpr std::string_view kDgp = "dgp";  // in the file name of its plan
 
-// At each point of a grid the greatest rating of all its views; NaN where there is none.
+// Returns the greatest rating of all views at each point of a grid; NaN if there is none.
 std::vector<double> worst_ratings(std::span<const GlareReport> of_grid, std::size_t views,
                                   const RatingMap& map) {
     std::vector<double> worst;

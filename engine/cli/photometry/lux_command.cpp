@@ -1,4 +1,4 @@
-// lucerna lux: illuminance on calculation surfaces.
+// lucerna lux: computes illuminance on calculation surfaces.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -142,7 +142,7 @@ IlluminanceReport by_far_field(const LuxCommand& command, std::span<const Calcul
         floor = std::max(floor, made.info().grid_error);
         return made;
     };
-    CommandFiles same;  // as those of the first reading
+    CommandFiles same;  // the files of the first reading
     Job job = common.read(workers, same, monitor);
     if (lamps == 0) {
         throw InputError({command.common.scene},
@@ -150,7 +150,7 @@ IlluminanceReport by_far_field(const LuxCommand& command, std::span<const Calcul
                          "or ray file with its far field");
     }
     IlluminanceOptions options = command.options;
-    options.seed ^= 0x9e3779b97f4a7c15U;  // independent of the first
+    options.seed ^= 0x9e3779b97f4a7c15U;  // independent of the first computation
     options.seconds = seconds;
     return illuminance_on(surfaces, std::move(job), options, monitor);
 }
@@ -172,7 +172,7 @@ PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
     return plan;
 }
 
-// None, with a warning, of too few.
+// Returns no uncertainty, with a warning, if there are too few replicates.
 MeasurementUncertainty uncertainty_of(const IlluminanceReport& report,
                                       const std::vector<IlluminanceReport>& by_replicate, int asked,
                                       Monitor& monitor) {
@@ -197,7 +197,7 @@ PlanFigure uncertainty_plan(const IlluminanceReport& report, const MeasurementUn
     return plan;
 }
 
-// An image that holds itself denoised, too, is shown so.
+// Replaces R, G and B by the denoised image if there is one.
 void show_denoised(Image& image) {
     for (const std::string name : {"R", "G", "B"}) {
         const auto measured = find_channel(image, name), denoised = find_channel(image, "denoised." + name);

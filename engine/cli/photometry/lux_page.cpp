@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace {
 
-// Cells of text; the first row is the heading. Numbers stand to the right.
+// Returns a table of text cells; the first row is the heading, and numbers are right-aligned.
 std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t text_columns) {
     std::string html = "<table>\n";
     for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -54,10 +54,10 @@ std::string uncertainty(const IlluminanceReport& report, const MeasurementUncert
     return html;
 }
 
-// Of a unit vector, to the hundredth.
+// Formats a unit vector to two decimals.
 std::string direction_text(const V3d& axis) {
     if (axis == V3d(0)) return "all around";
-    const auto rounded = [](double x) { return std::round(100 * x) / 100 + 0.0; };  // no -0
+    const auto rounded = [](double x) { return std::round(100 * x) / 100 + 0.0; };  // turns -0 into 0
     return fmt::format("({:g}, {:g}, {:g})", rounded(axis.x), rounded(axis.y), rounded(axis.z));
 }
 
@@ -94,7 +94,7 @@ std::string settings(const IlluminanceReport& report, const LuxPage& page) {
         2);
 }
 
-// Where the axes of a surface's plan lie in the scene.
+// Describes the position of a plan's axes in the scene.
 std::string place_text(const CalculationSurface& surface) {
     const auto point = [](const V3d& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z); };
     const V3d& corner = surface.corner;

@@ -1,5 +1,5 @@
-// The report of a room: a table of its calculation surfaces, a plan of each, its luminaires, and how all of
-// it was computed.
+// The report of a room: a table of its calculation surfaces, a plan of each, its luminaires, and the settings
+// of the computation.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,8 @@
 
 namespace lucerna {
 
-// A plan of a surface: u to the right, v upwards, in metres from its corner, with the luminaires above it.
+// Returns a plan of a surface: u to the right, v upwards, in metres from its corner, with the luminaires
+// above it.
 PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report);
 
 struct LuxPage {
@@ -23,7 +24,7 @@ struct LuxPage {
     std::vector<PlanFigure> more_plans = {};
     MeasurementUncertainty uncertainty = {};
 };
-// One HTML file that needs nothing beside it, and runs no script.
+// Returns one self-contained HTML file without scripts.
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page);
 
 }  // namespace lucerna

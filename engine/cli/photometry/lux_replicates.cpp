@@ -10,7 +10,8 @@
 namespace lucerna {
 namespace {
 
-// Phases are those of a replicate; what the scene's reader has to say it said of the lamps themselves.
+// Reports the phases of a replicate, but not the reader's warnings, which were already reported for the lamps
+// themselves.
 class ReplicateMonitor final : public Monitor {
   public:
     ReplicateMonitor(Monitor& monitor, int replicate, int count)
@@ -64,7 +65,7 @@ std::vector<IlluminanceReport> by_replicates(const PhotometryOptions& common,
                                              int count, RunTimes& times, Monitor& monitor) {
     const std::uint64_t seed = options.seed;
     options.most_samples = whole.samples;
-    constexpr int kLeastSamples = 2;  // of a replicate that is worth its reading
+    constexpr int kLeastSamples = 2;  // of a replicate that is worth reading the scene
     const double least = kLeastSamples * whole.seconds / whole.samples;
     std::vector<IlluminanceReport> reports;
     for (int b = 1; b <= count && !monitor.stopped(); ++b) {
@@ -74,7 +75,7 @@ std::vector<IlluminanceReport> by_replicates(const PhotometryOptions& common,
         by_replicate.overrides.lamp_file = [b](const std::filesystem::path& lamp) {
             return replicate_file(lamp, b);
         };
-        CommandFiles same;  // as those of the first reading
+        CommandFiles same;  // the files of the first reading
         Job job = by_replicate.read(options.workers, same, of_replicate);
         options.seconds = times.by_replicate(least);
         options.seed = seed ^ (0x9e3779b97f4a7c15U * static_cast<std::uint64_t>(b + 1));
@@ -83,7 +84,7 @@ std::vector<IlluminanceReport> by_replicates(const PhotometryOptions& common,
             if (report.ended_by == "user") break;
             reports.push_back(std::move(report));
         } catch (const Stopped&) {
-            break;  // not one sample in its time
+            break;  // no sample was completed in time
         }
     }
     return reports;

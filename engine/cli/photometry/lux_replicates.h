@@ -1,4 +1,4 @@
-// lucerna lux --replicates: illuminance by each bootstrap replicate of a scene's lamps.
+// lucerna lux --replicates: computes illuminance with each bootstrap replicate of a scene's lamps.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +14,12 @@
 
 namespace lucerna {
 
-// The time of a command, shared out among its runs: what one leaves is the others'.
+// Distributes a command's time among its runs; each run leaves its unused time to the following ones.
 class RunTimes {
   public:
-    // A run by the lamps themselves, one by their far fields if wanted, and one by each replicate. Each of
-    // the first two gets a third of what all replicates get: the Monte Carlo noise of the numbers themselves
-    // counts in full, that of the replicates is taken off.
+    // Plans a run with the lamps themselves, one with their far fields if requested, and one with each
+    // replicate. The first two get a third each of the total time of the replicates, because the Monte Carlo
+    // noise of the results counts in full, while that of the replicates is subtracted.
     RunTimes(const Stopwatch& clock, double seconds, bool far_field, int replicates)
         : clock_(clock),
           seconds_(seconds),
@@ -27,9 +27,9 @@ class RunTimes {
           shares_(of_lamps_ * (far_field ? 2 : 1) + replicates) {}
 
     double left() const { return seconds_ - clock_.seconds(); }
-    // Of the next run; may be 0 or less.
+    // Returns the time of the next run, possibly <= 0.
     double by_lamps() { return next(of_lamps_); }
-    // At least `least`, if that is left: with little time there are fewer replicates.
+    // Returns at least `least` if that is left, so that little time means fewer replicates.
     double by_replicate(double least) { return std::min(left(), std::max(next(1), least)); }
 
   private:
@@ -42,18 +42,18 @@ class RunTimes {
     const Stopwatch& clock_;
     double seconds_;
     double of_lamps_;
-    double shares_;  // that are left
+    double shares_;  // of the remaining runs
 };
 
-// How many replicates there are of each of these light fields; of some more than of others: of the fewest,
-// with a warning. Declares them as inputs. Throws InputError: no light field, one with fewer than
-// kLeastReplicates, or one whose replicates are not its own.
+// Returns how many replicates these light fields have, the smallest number with a warning if it differs
+// between them. Declares the replicates as inputs. Throws InputError if there is no light field, one has
+// fewer than kLeastReplicates, or its replicates belong to another lamp.
 int replicates_of(const std::set<std::filesystem::path>& lamps, const std::string& scene, CommandFiles& files,
                   Monitor& monitor);
 
-// The points of `whole` once more by each of the replicates 1 to `count`, each of all lamps at once, with as
-// many samples, or those that there is time for, and random numbers of its own. Those that were completed
-// before the time ended or the user stopped.
+// Computes the points of `whole` with each of the replicates 1 to `count`, each of all lamps at once, with as
+// many samples as time allows, at most those of `whole`, and independent random numbers. Returns those
+// completed before the time ended or the user stopped.
 std::vector<IlluminanceReport> by_replicates(const PhotometryOptions& common,
                                              std::span<const CalculationSurface> surfaces,
                                              const IlluminanceReport& whole, IlluminanceOptions options,

@@ -1,4 +1,4 @@
-// What the commands have in common that work out photometric values of a scene, lux and glare.
+// Options that lux and glare, the commands for photometric values, share.
 #pragma once
 
 #include <optional>
@@ -16,22 +16,22 @@ struct PhotometryOptions {
     SceneOverrides overrides;
     bool quiet = false;
 
-    // Declares the scene and what both write.
+    // Declares the scene and the outputs of both commands.
     void declare(CommandFiles& files) const;
-    // A monitor for progress where it can be redrawn: the output is for the numbers.
+    // Returns a monitor that shows progress only where it can be redrawn, as the output is for the numbers.
     ConsoleSettings console(const CommandContext& context) const {
         return {context.around.terminal, quiet || !context.around.terminal, context.around.stop, {}};
     }
-    // In linear sRGB, whose luminance is that of light. Its files are declared, too.
+    // Reads the scene in linear sRGB, whose luminance is that of light, and declares its files.
     Job read(const Workers& workers, CommandFiles& files, Monitor& monitor) const;
-    // "-" for --json is standard output, which then has nothing else.
+    // "-" for --json prints JSON, and nothing else, to standard output.
     bool prints_json() const { return json == "-"; }
 };
 
-// SCENE and -o, of which `each` says what a line is for; --json, which writes `everything`.
+// Adds SCENE; -o, with one line per `each`; and --json, which writes `everything`.
 void add_photometry_files(CLI::App& app, PhotometryOptions& options, const std::string& each,
                           const std::string& everything);
-// --seed, --threads, --unit, --skip-missing, --strict, --quiet
+// Adds --seed, --threads, --unit, --skip-missing, --strict and --quiet.
 void add_photometry_options(CLI::App& app, PhotometryOptions& options, std::uint64_t& seed, Workers& workers);
 
 }  // namespace lucerna

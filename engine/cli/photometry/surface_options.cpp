@@ -58,7 +58,7 @@ CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
     surface.u = corners[1] - corners[0];
     surface.v = corners[2] - corners[0];
     surface.kind = options.kind;
-    const V3d above = surface.u.cross(surface.v).normalized();  // zero of a surface that is refused below
+    const V3d above = surface.u.cross(surface.v).normalized();  // zero if degenerate, rejected below
     surface.up = V3f(above);
     if (options.facing && !has_facing(options.kind)) input_error(at, "{}", no_facing_text(options.kind));
     surface.normal = V3f(options.facing.value_or(above));
@@ -70,11 +70,11 @@ CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
 
 namespace {
 
-// Across a box, at its lower end.
+// Returns the horizontal plane at the lower end of a box.
 CalculationSurface horizontal_plane(const SurfaceOptions& options, const Imath::Box<V3d>& box, int up,
                                     const std::string& name, const Location& at) {
     std::array<V3d, 3> corners{box.min, box.min, box.min};
-    for (int side = 1; side <= 2; ++side) {  // up is the first x the second
+    for (int side = 1; side <= 2; ++side) {  // up is the first side x the second
         const int axis = (up + side) % 3;
         const double width = box.max[axis] - box.min[axis];
         if (!(width > 2 * options.margin)) {
@@ -134,7 +134,7 @@ std::pair<std::string, std::string> parse_named(const Location& at, std::string_
 
 namespace {
 
-// "X,Y,Z", each read by `number`.
+// Parses "X,Y,Z", each by `number`.
 template <typename Number>
 V3d parse_triple(const Location& at, std::string_view word, std::string_view what, Number&& number) {
     V3d p;
@@ -180,7 +180,7 @@ void warn_outside(const Scene& scene, const std::string& what, std::span<const V
         monitor.warn(what + ": the scene has no surfaces, and only the lamps' own light arrives");
         return;
     }
-    const V3d slack(1e-3 * double{diagonal(scene)});  // a point on the floor is inside
+    const V3d slack(1e-3 * double{diagonal(scene)});  // points on the floor count as inside
     const V3d least = V3d(bounds.min) + scene.origin() - slack,
               most = V3d(bounds.max) + scene.origin() + slack;
     const auto outside = std::count_if(points.begin(), points.end(), [&](const V3d& p) {

@@ -73,7 +73,8 @@ void Checkpointing::attach(const Job& job, RenderOptions& render) {
     render.keep = [this](Checkpoint checkpoint) { keep(std::move(checkpoint)); };
 }
 
-// A disk that is full now may have room later, and the image is worth more than its checkpoint.
+// Remembers a failure and goes on, because a full disk may have room later and the image is worth more than
+// its checkpoint.
 void Checkpointing::keep(Checkpoint checkpoint) {
     checkpoint.facts = facts_;
     try {

@@ -1,4 +1,4 @@
-// --checkpoint and --resume: when the file is written and read, and what must be the same.
+// --checkpoint and --resume: writes and reads the file, and checks that it belongs to the render.
 #pragma once
 
 #include <exception>
@@ -14,37 +14,37 @@
 
 namespace lucerna {
 
-// Facts of a picture that follow from --denoise and --layers; kNoLayers is the value without them.
+// Facts of an image that follow from --denoise and --layers; kNoLayers is the value without them.
 constexpr std::string_view kHalvesFact = "sets of samples", kPartsFact = "separation of light",
                            kNoLayers = "none";
 
 struct CheckpointOptions {
-    std::filesystem::path save;    // empty: nothing is kept, unless a render is resumed
-    std::filesystem::path resume;  // empty: from the start
+    std::filesystem::path save;    // empty: none, unless a render is resumed
+    std::filesystem::path resume;  // empty: from scratch
     double every = 30;             // seconds
 
-    // The file that is written; empty: none. What is resumed is kept up to date.
+    // Returns the file that is written, or an empty path. A resumed file is kept up to date.
     const std::filesystem::path& kept() const { return save.empty() ? resume : save; }
 };
 
-// What must be the same for an image to go on: program, files, seed, integrator and its settings, film. Reads
-// all files of the scene. Throws InputError.
+// Returns the facts that must agree to continue an image: program, files, seed, integrator and its settings,
+// film. Reads all files of the scene. Throws InputError.
 Facts picture_facts(const Job& job, std::uint64_t seed);
-// The same of what all parts of a picture show (FilmSettings::is_part()), whichever of them the job renders.
+// Returns the facts of the whole image whichever part of it (FilmSettings::is_part()) the job renders.
 Facts whole_picture_facts(const Job& job, std::uint64_t seed);
 
 class Checkpointing {
   public:
-    // Reads the checkpoint that is to be resumed. None is there, and it is the one that will be written: the
-    // render begins anew. Throws InputError.
+    // Reads the checkpoint to resume. If it does not exist and is also the one to write, the render starts
+    // from scratch. Throws InputError.
     Checkpointing(const CheckpointOptions& options, Monitor& monitor);
 
-    // Has `render` resume and keep. Refers to this object. Throws InputError if the checkpoint is of another
-    // render.
+    // Makes `render` resume and save checkpoints; refers to this object. Throws InputError if the checkpoint
+    // belongs to another render.
     void attach(const Job& job, RenderOptions& render);
     double earlier_seconds() const { return resumed_ ? resumed_->seconds : 0; }
 
-    // After the image is safe: throws InputError if the last checkpoint could not be written.
+    // Throws InputError if the last checkpoint could not be written. Call it once the image is safe.
     void finish() const;
 
   private:
@@ -54,7 +54,7 @@ class Checkpointing {
     Monitor& monitor_;
     std::optional<Checkpoint> resumed_;
     Facts facts_;
-    std::exception_ptr failed_;  // the last attempt
+    std::exception_ptr failed_;  // from the last attempt
 };
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// lucerna merge: parts of a picture, rendered one by one, into the picture.
+// lucerna merge: combines separately rendered parts of an image.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -34,7 +34,7 @@ struct MergeCommand {
     Workers workers;
 };
 
-// Of what a render without layers writes; the rest its parts kept for a denoiser alone.
+// Tells whether a render without layers writes the channel; parts keep the others for the denoiser only.
 bool is_of_the_image(const std::string& channel) {
     return channel == "R" || channel == "G" || channel == "B" || channel.starts_with("variance.");
 }

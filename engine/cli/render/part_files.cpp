@@ -38,7 +38,7 @@ Facts facts_in(const std::string& text) {
 struct Part {
     std::filesystem::path file;
     ImagePart which;
-    PixelBox view;  // of the picture, what all parts show
+    PixelBox view;  // the region of the whole image that all parts cover together
     Facts facts;
     Image image;
 };
@@ -74,7 +74,7 @@ Part read_part(const std::filesystem::path& file) {
     return part;
 }
 
-// Parts that differ in their layers differ in options of the command, which say more than the film's facts.
+// Names the options of the command for parts with different layers, as they say more than the film's facts.
 void require_same_layers(const Part& first, const Part& other, const FactDifference& difference,
                          std::string_view fact, std::string_view options) {
     if (difference.name != fact) return;
@@ -104,7 +104,7 @@ void require_same_picture(const Part& first, const Part& other) {
     }
 }
 
-// The first of them.
+// Lists the first of the numbers.
 std::string listed(std::span<const int> numbers) {
     constexpr std::size_t kShown = 20;
     const auto shown = numbers.first(std::min(numbers.size(), kShown));

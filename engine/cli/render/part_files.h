@@ -1,4 +1,4 @@
-// Images of parts of a picture (engine/render/image_part.h): what their headers tell, and the picture of all.
+// Images of parts (engine/render/image_part.h): the facts in their headers, and the merged image.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@
 
 namespace lucerna {
 
-// For the header of a part's image: which part, and of what. `layers`: the picture keeps those that are
-// chosen.
+// Returns a part's header: its number and the facts of the whole image. `layers` tells whether the image
+// keeps the chosen layers.
 std::map<std::string, std::string> part_attributes(const ImagePart& part, const Job& job, std::uint64_t seed,
                                                    bool layers, const LayerNames& chosen);
 
 struct MergedParts {
-    Image image;                // all channels of the parts, as they were stored
-    bool keeps_layers = false;  // its halves and features are the picture's, not for a denoiser alone
-    LayerNames chosen;          // of the picture's
+    Image image;                // all channels of the parts, as stored
+    bool keeps_layers = false;  // halves and features belong to the image and not only to the denoiser
+    LayerNames chosen;          // layers of the image
 };
 
-// Throws InputError that names the files and parts: one is none of a picture, or of another one than the
-// first, unfinished, there twice, or missing.
+// Throws InputError naming files and parts if a file is no part, belongs to another image than the first, is
+// unfinished, occurs twice, or is missing.
 MergedParts merge_parts(const std::vector<std::filesystem::path>& files);
 
 }  // namespace lucerna

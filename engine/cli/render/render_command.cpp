@@ -1,4 +1,4 @@
-// lucerna render: a scene file into an image.
+// lucerna render: renders a scene file to an image.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -105,20 +105,20 @@ Examples:
   lucerna render watch.pbrt --colour-space acescg --png
   mpirun --hostfile machines --map-by ppr:1:node --bind-to none lucerna render room.pbrt --spp 1024 --png)";
 
-// Often enough for an eye that waits.
+// Frequent enough for a viewer who waits.
 constexpr double kDisplayEvery = 1;  // seconds
 
 struct RenderCommand {
     std::string scene;
     std::string output;
     bool png = false;
-    std::string layers_asked;  // empty: no --layers; else "true" or names, of each --layers in a line
+    std::string layers_asked;  // empty: no --layers; else "true" or names, one line per --layers
     bool layers = false;
     LayerNames chosen;            // of the layers; empty: all
-    std::optional<bool> denoise;  // none: where it is of use
+    std::optional<bool> denoise;  // none: where it is useful
     std::optional<ImagePart> part;
     std::optional<PixelBox> crop;
-    bool adaptive = true;  // where there are two halves
+    bool adaptive = true;  // if there are two halves
     PictureOptions picture;
     SceneOverrides overrides;
     RenderOptions options;
@@ -130,8 +130,8 @@ struct RenderCommand {
     bool quiet = false;
 };
 
-// The scene's own name for the image, in the current folder: a scene file does not choose where we write.
-// Parts of one picture are rendered side by side and get names of their own.
+// Returns the scene's image name in the current folder, as a scene file does not choose the folder. Parts of
+// one image are rendered concurrently and get names of their own.
 std::filesystem::path default_output(const FilmSettings& film, const std::optional<ImagePart>& part) {
     std::filesystem::path name = film.filename.filename().replace_extension(".exr");
     if (part)
@@ -182,7 +182,7 @@ ImagePart parse_part(const Location& at, const std::string& word) {
     return {static_cast<int>(parse_whole(at, word.substr(0, slash), 1, of)), of};
 }
 
-// What srun starts many times without MPI would render, and write, the same image as often.
+// Rejects processes that srun starts without MPI, as each would render and write the same image.
 void require_own_part(const RenderCommand& command) {
     const int processes = processes_without_mpi();
     if (processes > 1 && !command.part) {
@@ -194,7 +194,7 @@ void require_own_part(const RenderCommand& command) {
     }
 }
 
-// Parts of one picture are of as many samples, of one method, whatever each takes.
+// Requires parts of an image to have the same samples and method, whatever time each takes.
 void require_part_of_a_picture(const RenderCommand& command) {
     if (!command.part) return;
     if (has_limit(command.options.limits)) {
@@ -209,7 +209,7 @@ void require_part_of_a_picture(const RenderCommand& command) {
     }
 }
 
-// Those that the command line names, before the scene names more.
+// Declares the files that the command line names, before the scene names more.
 void declare_files(const RenderCommand& command, CommandFiles& files) {
     files.reads(command.scene);
     if (!command.stats.empty()) files.writes(command.stats, "", "--stats");
@@ -225,22 +225,22 @@ void declare_files(const RenderCommand& command, CommandFiles& files) {
     const CheckpointOptions& checkpoint = command.checkpoint;
     if (!checkpoint.kept().empty()) {
         files.writes(checkpoint.kept(), "", checkpoint.save.empty() ? "--resume" : "--checkpoint");
-        // What is gone on from may be kept up to date.
+        // The resumed checkpoint may be the one that is updated.
         if (!checkpoint.resume.empty() && !same_file(checkpoint.resume, checkpoint.kept()))
             files.reads(checkpoint.resume);
     }
     if (!command.output.empty()) declare_image(command, command.output, files);
 }
 
-// Stopped before any tile was done: an empty image must not replace an earlier one.
+// Returns false if the render stopped before any tile was done, as an empty image must not replace an earlier
+// one.
 bool has_light_or_is_whole(const RenderResult& result) {
     return result.report.complete || result.report.samples_done > 0 ||
            std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
 }
 
-// What is left to do after the render: denoising, and writing the image. Compressing noise does some 50 MB/s
-// on a machine of today. A guess, for an end in time; where it is wrong by a factor of two nobody will
-// notice.
+// Estimates the time after the render for denoising and writing the image, for ending in time. Noise is
+// compressed at some 50 MB/s on a current machine; an error by a factor of two does not matter.
 double writing_seconds(const RenderCommand& command, const Job& job) {
     const FilmSettings& film = job.film;
     const V2i size = film.rendered_size();
@@ -251,8 +251,8 @@ double writing_seconds(const RenderCommand& command, const Job& job) {
     return (denoising + (command.png ? 0.8e-6 : 0.5e-6)) * size.x * size.y;
 }
 
-// Where a picture is made for people, or time or error ends the render, unless it is to go on another day:
-// then the command line alone says what is rendered.
+// Tells whether to show the denoised image by default: for a picture, or if time or error ends the render,
+// but not with a checkpoint, where the command line alone determines what is rendered.
 bool shows_denoised(const RenderCommand& command) {
     const bool asked_to_show = command.png || has_limit(command.options.limits);
     return command.denoise.value_or(asked_to_show && command.checkpoint.kept().empty());
@@ -261,7 +261,7 @@ bool denoises(const RenderCommand& command) {
     return command.layers || shows_denoised(command);
 }
 
-// With the denoised light that the image has without --layers, too.
+// Returns the chosen layers and the denoised image that is written without --layers.
 LayerNames kept_layers(const RenderCommand& command) {
     LayerNames names = command.chosen;
     if (!names.empty() && shows_denoised(command))
@@ -269,7 +269,7 @@ LayerNames kept_layers(const RenderCommand& command) {
     return names;
 }
 
-// What is to be had again, bit for bit, is not chosen by the clock.
+// Tells whether the method may be chosen by timing, which makes a render irreproducible.
 bool may_choose(const RenderCommand& command) {
     const SceneOverrides& asked = command.overrides;
     return has_limit(command.options.limits) && asked.integrator.empty() && asked.set.empty() &&
@@ -280,27 +280,27 @@ bool may_choose(const RenderCommand& command) {
 // The files of an image.
 class Pictures {
   public:
-    // `attributes`: for the image's header, beside what it was and did.
+    // `attributes` are additional ones for the image's header.
     Pictures(const RenderCommand& command, std::filesystem::path image,
              std::map<std::string, std::string> attributes)
         : command_(command), image_(std::move(image)), attributes_(std::move(attributes)) {}
 
     const std::filesystem::path& image() const { return image_; }
-    // Puts what was rendered, and how, into the image's attributes: an image may fill the memory, and is not
-    // copied for that.
+    // Writes the image with the facts of the render as attributes. Modifies the image in place, because a
+    // copy may exceed the memory.
     void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
         if (command_.png) {
             const Image& picture = shown(result);
             write_png(png_beside(image_), picture, command_.picture.look(picture));
         }
-        // A part keeps all layers: lucerna merge denoises the whole image and keeps the chosen layers.
+        // A part keeps all layers, as lucerna merge denoises the whole image and keeps the chosen layers.
         FileLayers layers{command_.layers || command_.part, command_.layers, {}};
         if (!command_.part) layers.chosen = kept_layers(command_);
         complete_image(facts, job, layers, command_.options.workers, result);
         result.image.attributes.insert(attributes_.begin(), attributes_.end());
         write_exr(image_, result.image);
     }
-    // What was written, for people.
+    // Returns lines on the written files for the user.
     std::vector<std::string> said(const RunFacts& facts, const RenderResult& result) const {
         const RenderReport& report = result.report;
         const std::string passes =
@@ -361,14 +361,14 @@ std::string stopped_text(const RenderReport& report, int asked) {
                : fmt::format("stopped: {} of {} samples per pixel were done", report.samples_done, asked);
 }
 
-// The file's name with the number of its frame; the first frame's is as it was given.
+// Appends the number of the frame to the file's name, except for the first frame.
 std::filesystem::path of_frame(const std::filesystem::path& file, int frame) {
     if (file.empty() || frame == 1) return file;
     return file.parent_path() /
            fmt::format("{}-{}{}", file.stem().string(), frame, file.extension().string());
 }
 
-// What a frame is rendered with: each writes files of its own.
+// Returns the command for a frame, which writes files of its own.
 RenderCommand of_frame(const RenderCommand& command, int frame) {
     RenderCommand own = command;
     own.output = of_frame(command.output, frame).string();
@@ -380,18 +380,18 @@ RenderCommand of_frame(const RenderCommand& command, int frame) {
     return own;
 }
 
-// What the frames of one scene file share.
+// State that the frames of one scene file share.
 struct Frames {
     SceneFrames scene;
     CommandFiles files;                       // of all frames so far
-    std::set<std::filesystem::path> written;  // the images of those before
+    std::set<std::filesystem::path> written;  // images of earlier frames
     ConsoleMonitor& monitor;
     const CommandContext& context;
-    Ranks* ranks;     // null: this process is alone
+    Ranks* ranks;     // null for a single process
     SceneCopy* copy;  // null: every rank reads the files itself
 };
 
-// The next frame of the scene file, if one is left, as the command line has it rendered.
+// Returns the next frame of the scene file, if any, with the options of the command line.
 std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
     std::optional<Job> job = scene.next();
     if (!job) return job;
@@ -401,7 +401,7 @@ std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
     request.spp = command.overrides.spp;
     request.crop = command.crop;
     request.denoise = denoises(command);
-    // Which pixels of a picture need most samples no part of it knows.
+    // Adaptive sampling needs the whole image, which no part knows.
     request.adaptive = command.adaptive && !command.part;
     request.layers = command.layers;
     apply(request, command.options.limits, *job);
@@ -409,12 +409,12 @@ std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
     return job;
 }
 
-// On other ranks than 0: what render_frame() does with them. False: there is no other frame for them.
+// Does the part of render_frame() of ranks other than 0. Returns false if there is no further frame for them.
 bool follow_frame(const RenderCommand& command, Frames& frames) {
     Ranks& ranks = *frames.ranks;
     std::optional<Job> job = next_job(command, frames.scene);
     if (!job) return false;
-    const Listening listening(frames.context.around);  // rank 0 says when it ends
+    const Listening listening(frames.context.around);  // rank 0 decides when it ends
     require_same_facts(ranks, "render a different picture", picture_facts(*job, command.options.seed));
     if (may_choose(command)) share_settings(ranks, job->integrator);
     RenderOptions options;
@@ -427,13 +427,13 @@ bool follow_frame(const RenderCommand& command, Frames& frames) {
     return ranks.agree(false);
 }
 
-// Reads and renders the next frame of the scene file, if one is left. `clock` runs since its time began.
-// False: it was the last that the user wants.
+// Reads and renders the next frame of the scene file, if any. `clock` runs since its time began. Returns
+// false after the last frame that the user wants.
 bool render_frame(const RenderCommand& command, Frames& frames, int frame, const Stopwatch& clock) {
     ConsoleMonitor& monitor = frames.monitor;
     CommandFiles& files = frames.files;
 
-    // Read.
+    // Reads the frame.
     Checkpointing checkpointing(command.checkpoint, monitor);
     RunFacts facts{command.scene, command.options.seed, command.options.workers.threads};
     const Stopwatch reading;
@@ -457,7 +457,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     files.reads(job.files);
     files.reads(job.caches);
 
-    // Render, showing the image as it improves. From here on there is something to keep.
+    // Renders, showing the image as it improves. From here on there are results to keep.
     const Listening listening(frames.context.around);
     if (frames.ranks)
         require_same_facts(*frames.ranks, "render a different picture", picture_facts(job, facts.seed));
@@ -481,7 +481,8 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     };
     options.show = [&](const RenderResult& result) {
         note();
-        // What cannot be shown now may be later: the render is worth more.
+        // A failure to show the image is not fatal, as the render is worth more and a later attempt may
+        // succeed.
         try {
             RenderResult shown = result;
             pictures.write(facts, job, shown);
@@ -502,7 +503,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     if (hidden) warn_of_missing_light(job, *hidden, result, monitor);
     note();
 
-    // Write.
+    // Writes the image.
     const bool keep = has_light_or_is_whole(result);
     std::vector<std::string> said;
     if (keep) {

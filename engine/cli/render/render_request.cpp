@@ -12,7 +12,7 @@
 namespace lucerna {
 namespace {
 
-// How much is done before a limit ends it, where the request has a say.
+// Sets the samples before a limit ends the render, if the request states them.
 void limit_samples(const RenderRequest& request, const Limits& limits, Job& job) {
     if (request.passes > 0) {
         const int samples = make_integrator(job.integrator)->samples_per_pass();
@@ -27,7 +27,7 @@ void limit_samples(const RenderRequest& request, const Limits& limits, Job& job)
     }
 }
 
-// In the place of the scene's own.
+// Replaces the scene's own crop.
 void crop(const PixelBox& to, FilmSettings& film) {
     if (to.end.x > film.width || to.end.y > film.height) {
         throw InputError({"--crop"}, fmt::format("pixels up to ({}, {}) are outside a picture of {} x {}",
@@ -57,7 +57,7 @@ void complete_image(const RunFacts& facts, const Job& job, const FileLayers& lay
     if (result.denoised) add_channels(image, *result.denoised, "denoised.");
     if (layers.halves && result.layers) add_layers(image, *result.layers);
     if (layers.parts && result.parts) add_channels(image, *result.parts, "");
-    // A part is denoised when it is merged: the filters need pixels that other parts have.
+    // A part is denoised when it is merged, as the filters need pixels of other parts.
     if (result.denoised) add_denoised_groups(image, layers.chosen, facts.scene.string(), workers);
     keep_layers(image, layers.chosen);
 }

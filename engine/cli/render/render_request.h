@@ -1,4 +1,4 @@
-// What a command, or a program, asks of a scene's job, and what it gets in the image's file.
+// The requests of a command, or a program, for a scene's job, and the layers of the image's file.
 #pragma once
 
 #include <map>
@@ -18,24 +18,24 @@ bool has_limit(const Limits& limits);
 
 struct RenderRequest {
     int passes = 0;  // of an integrator that works in passes; 0: not given
-    int spp = 0;     // which the job has already; 0: not given
+    int spp = 0;     // samples that the job already has; 0: not given
     std::optional<PixelBox> crop;
-    bool denoise = false;  // samples are of two halves
-    bool adaptive = true;  // of two halves: more samples where there is more noise
+    bool denoise = false;  // samples form two halves
+    bool adaptive = true;  // with two halves: more samples where there is more noise
     bool layers = false;
 };
 
-// Changes what the job asks for. Given a limit and neither samples nor passes, the limit alone ends the
-// render. Throws InputError for passes of an integrator that has none, and for a box beyond the picture.
+// Applies the request to the job. With a limit and neither samples nor passes, only the limit ends the
+// render. Throws InputError for passes of an integrator without them, and for a crop beyond the image.
 void apply(const RenderRequest& request, const Limits& limits, Job& job);
 
-// These layers are written beside R, G, B, their variances and the denoised light.
+// The layers written beside R, G, B, their variances and the denoised image.
 struct FileLayers {
-    bool halves = false;     // the layers of which the denoised light is made
+    bool halves = false;     // layers from which the denoised image is made
     bool parts = false;      // all other layers
-    LayerNames chosen = {};  // of all these and the denoised light
+    LayerNames chosen = {};  // of all these and the denoised image
 };
-// Puts them into the image, and as attributes what was rendered, and how.
+// Adds the layers to the image, and the facts of the render as attributes.
 void complete_image(const RunFacts& facts, const Job& job, const FileLayers& layers, const Workers& workers,
                     RenderResult& result);
 

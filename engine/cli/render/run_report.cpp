@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Parameters with their own types, not as text.
+// Returns parameters with their own types instead of text.
 Json settings_json(IntegratorSettings settings) {
     Json json = Json::object();
     for (const Field& field : fields(settings)) {
@@ -88,7 +88,7 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
                                  {"waited_seconds", traffic.waited},
                                  {"seconds", traffic.seconds}};
     }
-    // File names need not be UTF-8; a foreign byte must not cost the statistics.
+    // File names need not be UTF-8; an invalid byte must not lose the statistics.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -131,7 +131,7 @@ std::string options_text(const IntegratorSettings& settings) {
     return text;
 }
 
-// What the numbers beside the methods are: expectations of whole renders, from trials that are much shorter.
+// Describes the numbers beside the methods, expectations for whole renders from much shorter trials.
 std::string expectations_text(const Limits& limits) {
     return limits.error > 0
                ? fmt::format("expected times to {:g} %, from short trials", 100 * limits.error)
@@ -154,8 +154,8 @@ std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Moni
     monitor.info(std::isnan(choice->error)
                      ? fmt::format("tried    {}", choice->tried)
                      : fmt::format("tried    {} ({})", choice->tried, expectations_text(options.limits)));
-    // What more samples do not mend is half of the error at most and leaves that much less for noise.
-    // (Of two halves of samples the render measures it itself.)
+    // Leaves the limit for noise after subtracting the error that more samples do not reduce, at most half of
+    // it. With two halves of samples the render measures it itself.
     if (!job.film.two_halves)
         options.limits.error =
             std::sqrt(std::max(sqr(options.limits.error) - sqr(choice->beyond_noise), 0.0));
@@ -164,7 +164,7 @@ std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Moni
 
 namespace {
 
-// Linux lists every processor; they are of one kind.
+// Linux lists every processor, all of one kind.
 std::string processor_name() {
     std::ifstream in("/proc/cpuinfo");
     for (std::string line; std::getline(in, line);) {

@@ -1,4 +1,4 @@
-// A scene's files, sent by rank 0 to ranks that share no disk with it (--broadcast-scene).
+// A scene's files, which rank 0 sends to ranks that share no disk with it (--broadcast-scene).
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@
 
 namespace lucerna {
 
-// On other ranks than 0 files are in a temporary folder, as long as this lives, each under its whole path:
-// relative names among them lead to the same files as at rank 0. Calls are collective.
+// On ranks other than 0, files are in a temporary folder during the object's lifetime, each under its full
+// path, so that relative names among them lead to the same files as at rank 0. Calls are collective.
 class SceneCopy {
   public:
-    // Throws InputError where no folder can be made.
+    // Throws InputError if no folder can be created.
     explicit SceneCopy(Ranks& ranks);
     ~SceneCopy();
     SceneCopy(const SceneCopy&) = delete;
@@ -22,9 +22,9 @@ class SceneCopy {
     struct Places {
         std::filesystem::path scene, maps;  // maps: empty if there are none
     };
-    // Rank 0: these and the scene's `files`, of those that exist the ones not sent before.
+    // Sends, at rank 0, these files and the scene's `files`, as far as they exist and were not sent before.
     void send(const Places& places, std::vector<std::filesystem::path> files);
-    // Other ranks: where they are. Throws InputError where one cannot be written.
+    // Returns the places on the other ranks. Throws InputError if a file cannot be written.
     Places receive();
 
   private:

@@ -1,4 +1,4 @@
-// lucerna import: a model of another format into a scene.
+// lucerna import: converts a model of another format to a scene.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -36,7 +36,7 @@ struct ImportCommand {
     bool quiet = false;
 };
 
-// What is there stays, unless the user says otherwise: a scene is text that people edit.
+// Refuses to overwrite files unless the user allows it, because a scene is text that people edit.
 void check(const ImportCommand& command, CommandFiles& files) {
     require_readable(command.model);
     const std::string suffix = suffix_of(command.model);

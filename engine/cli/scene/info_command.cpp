@@ -1,4 +1,5 @@
-// lucerna info: what a scene, an image, a lamp or a file of photon maps holds; which integrators there are.
+// lucerna info: prints the contents of a scene, an image, a lamp or a file of photon maps, and lists
+// integrators.
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
@@ -29,7 +30,7 @@
 namespace lucerna {
 namespace {
 
-// Scenes in words: what `lucerna info` says about them.
+// Functions that print scenes.
 
 constexpr std::size_t kMostListed = 20;  // lights, materials
 
@@ -136,7 +137,7 @@ void print_surfaces(std::ostream& out, const Scene& scene) {
     fmt::print(out, "origin       ({:g}, {:g}, {:g})\n", origin.x, origin.y, origin.z);
 }
 
-// What each method would make of the scene before its first ray.
+// Prints the preparation of each method for the scene before its first ray.
 void print_descriptions(std::ostream& out, const Job& job) {
     fmt::print(out, "integrator   {}", integrator_name(job.integrator));
     for (const auto& [name, value] : describe(job.integrator)) fmt::print(out, " {}={}", name, value);
@@ -152,7 +153,7 @@ void print_descriptions(std::ostream& out, const Job& job) {
     }
 }
 
-// `ignored`: the warnings with which the scene was read.
+// `ignored` are the warnings from reading the scene.
 void print_scene(std::ostream& out, const Job& job, const std::vector<std::string>& ignored) {
     print_surfaces(out, job.scene);
     print_lights(out, job.scene, job.film.colours);
@@ -180,7 +181,7 @@ struct InfoOptions {
 
 // --- scenes ---
 
-// Keeps what the reader warns of, to be said with the rest.
+// Collects the reader's warnings, to be printed with the rest.
 class NotingMonitor final : public Monitor {
   public:
     explicit NotingMonitor(Monitor& console) : console_(console) {}

@@ -12,7 +12,7 @@
 namespace lucerna {
 namespace {
 
-// The space of the photons' power, as the facts name it; sRGB where they name none.
+// Returns the colour space of the photons' power that the facts state, by default sRGB.
 WorkingSpace colours_of(const MapOrigin& origin) {
     for (const auto& [name, value] : origin.facts) {
         if (name == kColourSpaceFact) return WorkingSpace::named(value).value_or(WorkingSpace());

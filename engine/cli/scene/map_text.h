@@ -1,4 +1,4 @@
-// Saved photon maps in words: what `lucerna info` says about them.
+// Prints saved photon maps as text for `lucerna info`.
 #pragma once
 
 #include <ostream>

@@ -1,4 +1,4 @@
-// lucerna study: methods × settings × seeds × scenes against a reference.
+// lucerna study: measures methods × settings × seeds × scenes against a reference.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -56,18 +56,18 @@ Examples:
   lucerna study direct.toml -o out/direct
   lucerna study direct.toml -o out/direct --threads 1)";
 
-// Seeds of methods begin at 0; the reference must share none with them.
+// Seeds of methods begin at 0; the reference has a seed of its own.
 constexpr std::uint64_t kReferenceSeed = std::uint64_t{1} << 40;
 
 struct StudyCommand {
     std::string file, folder;
     bool strict = false;
-    std::optional<FluxUnit> unit;  // none: as each scene says
+    std::optional<FluxUnit> unit;  // none: each scene's own
     bool quiet = false;
     Workers workers;
 };
 
-// Every render, in the order in which results need them.
+// Returns all renders in the order in which results need them.
 std::vector<StudyWork> work_of(const StudyDescription& description) {
     std::vector<StudyWork> all;
     for (const StudyScene& scene : description.scenes) {
@@ -87,17 +87,17 @@ std::string work_text(const StudyWork& work) {
 
 class Study {
   public:
-    // `ranks`: null, or rank 0's.
+    // `ranks` is null, or that of rank 0.
     Study(const StudyDescription& description, StudyRuns& runs, Ranks* ranks, Monitor& monitor)
         : description_(description), runs_(runs), monitor_(monitor), all_(work_of(description)) {
-        if (description.scenes.size() > 1) {  // of one scene the first render finds out
-            Monitor silent;                   // its warnings come with its renders
+        if (description.scenes.size() > 1) {  // with one scene the first render checks it
+            Monitor silent;                   // the renders repeat its warnings
             runs_.check(all_, silent);
         }
         if (ranks) made_ = made_by(*ranks);
     }
 
-    // Less than all where the monitor wished to stop: of ranks, those that were made by then.
+    // Returns fewer than all results if the monitor stopped; with ranks, those made by then.
     std::vector<StudyResult> all() {
         std::vector<StudyResult> results;
         for (const StudyScene& scene : description_.scenes) {
@@ -120,7 +120,7 @@ class Study {
         }
         return results;
     }
-    // Of the scenes that have results.
+    // References of the scenes that have results.
     const std::vector<std::filesystem::path>& references() const { return references_; }
     const StudyOrigin& origin() const { return origin_; }
     std::size_t rendered() const { return rendered_; }
@@ -192,14 +192,14 @@ class Study {
     StudyRuns& runs_;
     Monitor& monitor_;
     std::vector<StudyWork> all_;
-    std::size_t next_ = 0;  // of all_
+    std::size_t next_ = 0;  // index in all_
     std::size_t rendered_ = 0, found_ = 0;
     std::optional<std::vector<std::optional<StudyRun>>> made_;  // by ranks
     std::vector<std::filesystem::path> references_;
     StudyOrigin origin_;
 };
 
-// A word of a shell's command line.
+// Quotes a word for a shell's command line.
 std::string shell_word(const std::string& word) {
     constexpr std::string_view kPlain =
         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
@@ -218,7 +218,7 @@ std::string repeated(const StudyCommand& command) {
                        command.unit ? fmt::format(" --unit {}", unit_name(*command.unit)) : "", threads);
 }
 
-// On other ranks than 0.
+// Does the work of ranks other than 0.
 void follow(const StudyCommand& command, const CommandContext& context, Ranks& ranks) {
     const StudyDescription description = read_study(command.file);
     CommandFiles none;

@@ -46,7 +46,7 @@ Json point_json(const StudyResult& r, const PointPictures& pictures) {
             {"maps", picture_json(pictures.maps)}};
 }
 
-// Of the scene's reference, a share of 1; 0 if it does not say.
+// Returns the noise of the scene's reference, a fraction; 0 if not stated.
 double reference_noise(const std::vector<StudyResult>& results, const std::string& scene) {
     const auto found = std::find_if(results.begin(), results.end(),
                                     [&](const StudyResult& result) { return result.scene == scene; });
@@ -70,7 +70,7 @@ Json scene_json(const StudyReport& report, std::size_t i) {
     return scene;
 }
 
-// 256 colours of a map, as the pictures of `compare` have them.
+// Returns 256 colours of a map, as in the pictures of `compare`.
 template <typename Colour>
 Json palette_json(Colour&& colour) {
     Json palette = Json::array();
@@ -99,7 +99,7 @@ Json study_data(const StudyReport& report) {
     return data;
 }
 
-// JSON that no tag within it ends.
+// Returns JSON that is safe from tags in it.
 std::string script_json(const Json& json) {
     std::string text;
     for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace)) {
@@ -116,7 +116,7 @@ std::string listed(const Things& things, const char* between) {
     return fmt::format("{}", fmt::join(things, between));
 }
 
-// Where, when and by what; what makes times of one page differ in kind is said aloud.
+// Returns a table of machines, dates and program; warns if times of the page are not comparable.
 std::string origin_html(const StudyReport& report) {
     const StudyOrigin& origin = report.origin;
     const auto row = [](const char* name, const std::string& value) {

@@ -14,10 +14,10 @@
 namespace lucerna {
 namespace {
 
-// Noise does not compress: three bytes of mantissa, and exponents, of which eight in a row are often alike.
-// As base64, four bytes stand for three.
+// Estimates for incompressible noise: three bytes of mantissa, and exponents, of which eight in a row are
+// often equal. Base64 uses four bytes for three.
 constexpr double kRadianceBytes = 3.6 * 4 / 3, kMapBytes = 2.2 * 4 / 3;
-constexpr double kPictureOverhead = 400;  // a file's headers
+constexpr double kPictureOverhead = 400;  // file headers
 
 constexpr double kLargest = 2048.0 * 2048, kSmallest = 32.0 * 32, kSmallestBest = 64.0 * 64;
 
@@ -27,7 +27,7 @@ double pixels_under(const PictureLoad& scene, double cap) {
     return across(scene.width) * across(scene.height);
 }
 
-// Display-referred, so that png_bytes() writes the codes as they are.
+// Returns a display-referred picture, so that png_bytes() writes the codes unchanged.
 Image coded(const Image& error, const Image& flip_map) {
     constexpr ErrorCode kCode;
     Image picture = Image::rgb(error.width, error.height);
@@ -59,7 +59,7 @@ class ScenePictureWriter {
         const Image shown = comparable_pair(reference_.image, reference_.image, reference_.name,
                                             reference_.name, scene.mask_above)
                                 .reference;
-        // In the quarters of a stop in which the page's slider moves.
+        // Rounds to quarters of a stop, the steps of the page's slider.
         pictures_.stops = std::round(4 * std::log2(double{auto_exposure(shown)})) / 4;
         exposure_ = static_cast<float>(std::exp2(pictures_.stops));
         pictures_.width = shown.width;
@@ -151,7 +151,7 @@ PictureCaps picture_caps(const std::vector<PictureLoad>& scenes, double budget) 
         largest = std::max(largest, static_cast<double>(scene.width) * scene.height);
     PictureCaps caps;
     for (double best = std::min(kLargest, largest); best >= kSmallestBest; best /= 2) {
-        // Points that something beats are looked at seldom, maps are coarse by nature: they go first.
+        // Points that are not Pareto-optimal are viewed seldom and maps are coarse, so both shrink first.
         for (double rest = best; rest >= kSmallest; rest /= 2) {
             for (const double share : {1.0, 0.25}) {
                 caps = {best, share * best, rest};
@@ -159,7 +159,7 @@ PictureCaps picture_caps(const std::vector<PictureLoad>& scenes, double budget) 
             }
         }
     }
-    // Of thousands of points.
+    // Only studies of thousands of points get here.
     for (caps.rest = 0; caps.best > 1 && most_bytes(scenes, caps) > budget; caps.best /= 2)
         caps.maps = caps.best / 2;
     return caps;

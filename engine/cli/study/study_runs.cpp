@@ -25,7 +25,7 @@
 namespace lucerna {
 namespace {
 
-// Whether the image is kept with the light of lamps that are seen, which tells their pixels.
+// Tells whether the image keeps the light of visible lamps, which identifies their pixels.
 bool keeps_lamps(const StudyWork& work) {
     return work.is_reference && work.scene->mask_lamps;
 }
@@ -41,7 +41,7 @@ std::string name_of(const Job& job, const StudyWork& work) {
     return fmt::format("{:016x}", hash.value());
 }
 
-// Whether a file's name is one that name_of() gives to a render or to its notes.
+// Tells whether name_of() could give this name to a render or to its notes.
 bool is_run(const std::string& file) {
     const std::filesystem::path name(file);
     const std::string hash = name.stem().string();
@@ -49,7 +49,7 @@ bool is_run(const std::string& file) {
            hash.find_first_not_of("0123456789abcdef") == hash.npos;
 }
 
-// The notes are written last: where they are, so is the image.
+// Reads notes, which are written last, so that their image is complete.
 std::optional<StudyRun> noted(const std::filesystem::path& notes, const std::filesystem::path& image) {
     std::error_code status;
     if (!std::filesystem::exists(notes, status) || !std::filesystem::exists(image, status)) return {};
@@ -68,7 +68,7 @@ std::optional<StudyRun> noted(const std::filesystem::path& notes, const std::fil
     }
 }
 
-// What the render says of itself, and where and when it was made.
+// Returns the render's statistics with its machine and date.
 std::string notes_text(const std::string& statistics, const Ranks* ranks) {
     auto json = nlohmann::ordered_json::parse(statistics);
     json["machine"] = machine_text();
@@ -77,7 +77,7 @@ std::string notes_text(const std::string& statistics, const Ranks* ranks) {
     return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-// On another rank than 0, whose user it asks; what is to be said is said there.
+// The monitor of ranks other than 0: polls rank 0 for a stop and sends warnings there.
 class DistantMonitor final : public Monitor {
   public:
     explicit DistantMonitor(Ranks& ranks) : ranks_(ranks) {}
@@ -90,7 +90,7 @@ class DistantMonitor final : public Monitor {
     std::vector<std::string> warnings_;
 };
 
-// Threads of ranks on one host that have fewer processors wait for each other, and that is in the times.
+// Warns of hosts with more threads than processors, where waiting distorts the times.
 void warn_of_crowded_hosts(Ranks& ranks, Monitor& monitor) {
     Packer packer;
     packer(static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));
@@ -155,7 +155,7 @@ std::optional<StudyRuns::Made> StudyRuns::make(const StudyWork& work, Monitor& m
     Made made;
     RenderOptions options{work.seed, command_.workers};
     if (work.point->seconds > 0) {
-        // The time of reading is part of it, as it is of the time that is measured.
+        // The limit includes the time of reading, as the measured time does.
         options.limits.seconds = work.point->seconds - facts.read_seconds;
         apply({}, options.limits, job);
     }
@@ -236,7 +236,7 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
         require_same_facts(ranks, "render a different picture", picture_facts(read(work, own), work.seed));
     }
     find_kept();
-    std::optional<Listening> listening(std::in_place, command_.around);  // rank 0 says when it ends
+    std::optional<Listening> listening(std::in_place, command_.around);  // rank 0 decides when it ends
     ranks.listen_to([&monitor] { return monitor.stopped(); });
 
     std::mutex mutex;
@@ -265,7 +265,7 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
         unpacker(made);
         come_in(item, rank, made);
     };
-    // A render at a time, which takes the threads.
+    // Each rank makes one render at a time, with all its threads.
     ranks.work({1}, std::move(loop), [&](std::int64_t item) {
         std::optional<Made> made = make(all[static_cast<std::size_t>(item)], own, listening);
         if (!made) return false;

@@ -1,4 +1,5 @@
-// The renders of a study: each is made once, kept by what it was made of, and found again the next time.
+// The renders of a study. Each is made once, stored under a hash of its inputs, and found again the next
+// time.
 #pragma once
 
 #include <cstddef>
@@ -24,13 +25,13 @@ namespace lucerna {
 struct StudyRun {
     std::filesystem::path image;
     double seconds = 0;         // reading, preparation and image
-    bool found = false;         // it was there already
-    std::string machine, date;  // run_report.h; where and when it was made; empty: not known
+    bool found = false;         // already stored
+    std::string machine, date;  // place and date of the render (run_report.h); empty: unknown
     int threads = 0;
-    std::string host;  // of the rank that made it; empty: made by one process alone
+    std::string host;  // of the rank that made it; empty: made by a single process
 };
 
-// One render of a study, of what outlives this.
+// One render of a study. Its scene and point must outlive it.
 struct StudyWork {
     const StudyScene* scene;
     const StudyPoint* point;
@@ -40,40 +41,39 @@ struct StudyWork {
 
 class StudyRuns {
   public:
-    // What a study's renders work under. Both outlive this.
+    // The environment of a study's renders. `files` and `around` must outlive this object.
     struct Command {
         CommandFiles& files;
         const Surroundings& around;
         Workers workers;
-        bool strict;  // what a scene's reader would replace or leave out with a warning is an error
+        bool strict;  // turns warnings about replaced or omitted parts of a scene into errors
         std::optional<FluxUnit> unit;  // SceneOverrides::unit
-        Ranks* ranks;                  // null: this process alone
+        Ranks* ranks;                  // null for a single process
     };
-    // `folder` is made if it is not there, by rank 0. Throws InputError.
+    // Rank 0 creates `folder` if it is missing. Throws InputError.
     StudyRuns(std::filesystem::path folder, const Command& command);
 
-    // Reads every scene once, so that a fault in the last one does not come out after the renders of the
-    // others. Throws InputError that names the scene's place in the description.
+    // Reads every scene once, so that an error in the last one is found before the renders of the others.
+    // Throws InputError naming the scene's place in the description.
     void check(std::span<const StudyWork> all, Monitor& monitor);
 
-    // None if the monitor wished to stop; nothing is kept of that render then. A render is named by a hash of
-    // the scene's files, every setting, the seed and the version: whatever changes one of them makes a new
-    // one. Throws InputError.
+    // Makes or finds a render. Returns nothing, and stores nothing, if the monitor stopped it. Its name is a
+    // hash of the scene's files, all settings, the seed and the version, so a change of any of them makes a
+    // new render. Throws InputError.
     std::optional<StudyRun> run(const StudyWork& work, Monitor& monitor);
 
-    // The same for all of a study, by ranks: each renders by itself what it gets, one after the other, and
-    // its times are those of its own host. `when_made`, at rank 0 and from any thread but never two: what
-    // came in. Returns there what was made or found, by work; none where the monitor of rank 0 wished to
-    // stop. Collective.
+    // Makes or finds all renders of a study by ranks. Each rank renders its share alone, one after the other,
+    // with the times of its own host. Rank 0 calls `when_made` for each result, from any thread but one at a
+    // time, and returns the runs by work, empty where its monitor stopped. Collective.
     using WhenMade = std::function<void(const StudyWork& work, const StudyRun& run, int rank)>;
     std::vector<std::optional<StudyRun>> run_by_ranks(std::span<const StudyWork> all, Monitor& monitor,
                                                       const WhenMade& when_made);
 
   private:
-    // A render that is not kept yet.
+    // A render that is not stored yet.
     struct Made {
-        std::string name;              // by what it was made of
-        std::vector<std::byte> image;  // a file's; empty: it was there already
+        std::string name;              // hash of its inputs
+        std::vector<std::byte> image;  // content of the file; empty: already stored
         std::string notes;
         std::vector<std::string> warnings;
 
@@ -82,7 +82,7 @@ class StudyRuns {
             archive(name, image, notes, warnings);
         }
     };
-    // `listening`: from when there is something to keep.
+    // `listening` is set once there are results to keep.
     std::optional<Made> make(const StudyWork& work, Monitor& monitor, std::optional<Listening>& listening);
     StudyRun keep(const Made& made) const;
     Job read(const StudyWork& work, Monitor& monitor);
@@ -93,7 +93,7 @@ class StudyRuns {
     std::filesystem::path folder_;
     Command command_;
     std::set<std::filesystem::path> scenes_;  // whose files the command knows
-    std::set<std::string> kept_;              // by name, as rank 0 found them
+    std::set<std::string> kept_;              // names, as found by rank 0
 };
 
 }  // namespace lucerna
