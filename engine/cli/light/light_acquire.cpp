@@ -199,8 +199,9 @@ void require_same_emitter(const Workers& workers, const NamedEmitter& emitter) {
                        {{"description (hash of it)", fmt::format("{:016x}", emitter.key)}});
 }
 
-// Runs `work`. Errors in the description remove the part, because the same command would fail again and the
-// part would block the corrected one. The part stays after a full disk or a stop by the user.
+// Runs `work`. Removes the file of unfinished work after an error in the description, because the same
+// command would fail again and the file would block the corrected one. Keeps it after a full disk or a stop
+// by the user.
 template <typename Work>
 auto giving_up_part(const std::filesystem::path& part, Work&& work) {
     try {
