@@ -49,7 +49,7 @@ class LightOf {
     std::size_t first_;
 };
 
-// Sums up a surface whose points are done.
+// Computes the mean, extremes and uniformity of a surface whose points are done.
 void sum_up(SurfaceIlluminance& done) {
     double mean = 0, variance = 0;
     done.direct = 0;

@@ -53,7 +53,7 @@ Examples:
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
 
-// A lamp that options alone describe.
+// A lamp that the command line describes without a rig file.
 struct QuickLamp {
     std::string emitter = "disc";
     double radius = 0.025;  // metres
@@ -225,7 +225,7 @@ struct AcquireWork {
     std::function<void(const Job& job)> when_read;  // of a scene
 };
 
-// Simulates the sensor; continues unfinished work from the part.
+// Simulates the sensor, and continues unfinished work from its file.
 FilterImages acquire_formula(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     const std::filesystem::path& part_file = work.part;
     const NamedEmitter emitter = emitter_of(description, monitor);
