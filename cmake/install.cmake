@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 install(TARGETS lucerna RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 install(TARGETS lucerna_pictures lucerna_mpi LIBRARY DESTINATION ${LUCERNA_MODULES} COMPONENT program)
 
-# Made of the program's own tables of options, by the program.
+# The program makes this from its own tables of options.
 set(manual ${PROJECT_BINARY_DIR}/lucerna.1)
 set(completion ${PROJECT_BINARY_DIR}/lucerna.bash)
 add_custom_command(TARGET lucerna POST_BUILD
@@ -22,7 +22,7 @@ add_library(lucerna::lucerna ALIAS lucerna_all)
 set_target_properties(lucerna_all PROPERTIES EXPORT_NAME lucerna)
 target_link_libraries(lucerna_all INTERFACE ${modules})
 
-# Programs outside find the modules that are loaded where a program of ours does: by their RUNPATH.
+# Outside programs find the loaded modules as the project's programs do: by their RUNPATH.
 target_link_options(lucerna_base INTERFACE
     "$<INSTALL_INTERFACE:LINKER:-rpath,$<INSTALL_PREFIX>/${LUCERNA_MODULES}>")
 

@@ -1,5 +1,5 @@
-// Renders a scene whose lamps shine brighter, or dimmer: reads it, scales their flux, writes an OpenEXR
-// image. usage: render SCENE.pbrt FACTOR IMAGE.exr
+// Renders a scene with brighter or dimmer lamps: reads it, scales their flux, writes an OpenEXR image. usage:
+// render SCENE.pbrt FACTOR IMAGE.exr
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -20,10 +20,10 @@ int main(int argc, char** argv) try {
         std::fputs("render: FACTOR must be a number from 0 to 1000000\n", stderr);
         return EXIT_FAILURE;
     }
-    lucerna::Monitor monitor;        // prints nothing; a class of yours shows progress and warnings
+    lucerna::Monitor monitor;        // prints nothing; a derived class shows progress and warnings
     const lucerna::Workers workers;  // as many threads as there are processors
 
-    // Read the scene, with other lamps. All else of it can be overridden as on the command line.
+    // Reads the scene with other lamps. SceneOverrides can replace everything that the command line can.
     lucerna::SceneOverrides overrides;
     overrides.edit = [factor](lucerna::SceneParts& parts) {
         for (auto& light : parts.lights)
@@ -31,7 +31,7 @@ int main(int argc, char** argv) try {
     };
     const lucerna::Job job = lucerna::read_scene(argv[1], overrides, workers, monitor);
 
-    // Render by the scene's own method, with its number of samples.
+    // Renders with the scene's own method and number of samples.
     lucerna::RenderOptions options;
     options.workers = workers;
     const lucerna::RenderResult result = lucerna::render(job, options, monitor);

@@ -16,7 +16,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "kdtree/box_tree.h"
 
 namespace lucerna {

@@ -137,8 +137,7 @@ class Triangles {
         std::vector<LightBounds> bounds;
         for (const Part& part : parts_) {
             bounds.push_back(bounds_of(part.triangles));
-            bounds.back().power =
-                static_cast<float>(part.by_area.total() / area());  // > 0, because there are parts
+            bounds.back().power = static_cast<float>(part.by_area.total() / area());  // > 0: there are parts
         }
         return bounds;
     }
@@ -328,8 +327,7 @@ class FlatLight final : public Light {
         if (part == kNoCell) return std::nullopt;
         const double per_area = double{pdf_w} * area;
         return PartPdf{part, static_cast<float>(per_area / shape_.area()),
-                       static_cast<float>(
-                           per_area / shape_.area_of(part))};  // the part holds the place, so its area is > 0
+                       static_cast<float>(per_area / shape_.area_of(part))};  // area > 0: it holds the place
     }
 
     Shape shape_;

@@ -54,8 +54,7 @@ struct Known {
         explicit Pieces(const float (&e)[2][2]) {
             y[0] = 0;
             count = 1;
-            const auto add_root = [this](double at_one,
-                                         double at_zero) {  // root of at_one b + at_zero (1 - b)
+            const auto add_root = [this](double at_one, double at_zero) {  // of at_one b + at_zero (1 - b)
                 if ((at_one < 0) == (at_zero < 0) || at_one == at_zero) return;
                 y[static_cast<std::size_t>(count++)] = Basis::inverse(at_zero / (at_zero - at_one));
             };

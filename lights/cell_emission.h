@@ -33,8 +33,7 @@ class Placement {
     V3d point(const V3d& p) const { return origin_ + vector(p); }
     V3d vector(const V3d& v) const { return v.x * axis_[0] + v.y * axis_[1] + v.z * axis_[2]; }
     V3d to_local_vector(const V3d& v) const {
-        return V3d(v.dot(axis_[0]), v.dot(axis_[1]), v.dot(axis_[2])) /
-               scale2_;  // > 0: checked by the constructor
+        return V3d(v.dot(axis_[0]), v.dot(axis_[1]), v.dot(axis_[2])) / scale2_;  // > 0: constructor
     }
     V3d to_local_point(const V3d& p) const { return to_local_vector(p - origin_); }
     V3d normal() const { return axis_[2] / std::sqrt(scale2_); }

@@ -54,8 +54,7 @@ bool is_cell_table(const std::filesystem::path& file) {
 // Appends a table's bytes in file order: its header, whose buffer must outlive `parts`, and its arrays.
 void CellTable::append_bytes(std::vector<std::byte>& header_bytes,
                              std::vector<std::span<const std::byte>>& parts) const {
-    CellTable& self =
-        const_cast<CellTable&>(*this);  // only read; const_cast lets both directions share one list of arrays
+    CellTable& self = const_cast<CellTable&>(*this);  // only read; both ways share one list
     ConditionalTables* const tables[] = {&self.u_, &self.v_, &self.s_, &self.t_};
     FileHeader header{};
     std::memcpy(header.magic, kMagic, sizeof kMagic);

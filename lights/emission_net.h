@@ -54,7 +54,9 @@ class EmissionNet {
     Point joint(std::uint32_t path, const sobol::Words& words) const {
         const auto x = sobol::scrambled(words, seeds_);
         return {x[4],
-                {{x[0], x[1]}, {x[2], x[3]}, owen_scramble_reversed(path, salt_)}};  // a salt for each path
+                {{x[0], x[1]},
+                 {x[2], x[3]},
+                 owen_scramble_reversed(path, salt_)}};  // the salt, one for each path
     }
     Point pairs_at(std::uint32_t path) const;
     // Returns a point of a (0,2)-sequence whose index is shuffled such that blocks of 2^k stay blocks.
@@ -67,8 +69,7 @@ class EmissionNet {
     Kind kind_;
     sobol::Words seeds_{};  // one per Sobol dimension
     std::uint32_t salt_;
-    std::array<std::array<std::uint32_t, 3>, 3>
-        pairs_{};  // a shuffle and two scrambles each for place, direction and light
+    std::array<std::array<std::uint32_t, 3>, 3> pairs_{};  // shuffle and scrambles of place, direction, light
 };
 
 inline EmissionNet::EmissionNet(std::uint64_t seed, Purpose purpose, std::uint32_t pass, Kind kind)

@@ -30,7 +30,7 @@ FieldColour::FieldColour(const LightField& field, const Workers& workers, const 
     if (!field.coloured()) return;
     const V3d& weight = field.colour_channels().weight;
     weight_ = V3f(weight);
-    // A channel of weight 0 has hardly any light; its limit is twice what a channel with weight can reach.
+    // A channel of weight 0 has hardly any light; its limit is twice that of Y.
     for (int c = 0; c < 3; ++c) most_[c] = weight_[c] > 0 ? 1 / weight_[c] : 2 / weight_.y;
 
     // Integrates max(0, W), and max(0, W) times the colour, over all cells.

@@ -270,8 +270,7 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
         return double{edge[static_cast<std::size_t>(end)]} - double{edge[static_cast<std::size_t>(begin)]};
     };
     // Densities are relative to their mean.
-    mean_ =
-        1 / (rig.cell_volume() * static_cast<double>(table.cells()));  // a field has cells, so cells() > 0
+    mean_ = 1 / (rig.cell_volume() * static_cast<double>(table.cells()));  // a field has cells
     const double mean = table.flux() * mean_;
     const auto columns = [&](int a) {
         return static_cast<std::size_t>(axes_[static_cast<std::size_t>(a)].columns);
@@ -504,7 +503,7 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     const auto follow = [&](const Quarters& light, int chosen, int level) {
         const float total = total_of(light);
         const float p =
-            total > 0 ? light[static_cast<std::size_t>(chosen)] / total : 0.0F;  // 0: no flux at all
+            total > 0 ? light[static_cast<std::size_t>(chosen)] / total : 0.0F;  // 0 without any flux
         path.whole *= double{p};
         if (level < part_level_) path.part *= double{p};
     };

@@ -8,8 +8,8 @@
 // The pyramid holds these means, for blocks of 2^k x 2^k intervals of S times 2^l x 2^l columns of M, for all
 // k and l. A point of S is drawn for x by descent: from all of S to one of four quarters by what they send to
 // x, down to an interval, and there to one of 8 x 8 squares by h itself, evaluated from its coefficients. A
-// tenth of the draws goes by flux alone, regardless of x. This defensive mixture keeps the density above a
-// tenth of the one that ignores x, so that it is never 0 where h is not.
+// tenth of the draws goes by flux alone, regardless of x. This defensive mixture keeps the density at a
+// tenth or more of the one that ignores x, so that it is never 0 where h is not.
 //
 // In Setup A columns of M are counted from the position of the sensor, so that light that travels far keeps
 // its column from one interval to the next. The bell that joins the views is then part of the intervals'

@@ -103,8 +103,8 @@ void read_included_tilt(Numbers& numbers) {
 }
 
 // Returns the body given by the signs of width, length and height, or none if no edition defines them. A
-// negative size belongs to a round cross-section. What one edition does not define is read as another one
-// does.
+// negative size belongs to a round cross-section. Signs that one edition does not
+// define are read as in another one.
 //
 //                    1986, 1991        1995               2002, 2019
 //     disc, ellipse  -d 0 0, -w l 0    -d 0 0, -w l 0     -d -d 0, -w -l 0

@@ -146,8 +146,7 @@ float LightField::luminance_of(std::size_t i) const {
     const ColourChannels::Pair& pair = colour_.pairs[i];
     const double others = colour_.weight.x * double{from_stored(pair.x, colour_.scale_x)} +
                           colour_.weight.z * double{from_stored(pair.z, colour_.scale_z)};
-    return static_cast<float>((double{coefficients_[i]} - others) /
-                              colour_.weight.y);  // weight.y > 0: Y carries flux
+    return static_cast<float>((double{coefficients_[i]} - others) / colour_.weight.y);  // > 0: Y carries flux
 }
 
 LightField LightField::channel(int c) const {
@@ -258,8 +257,7 @@ float LightField::approximate_radiance(const V2d& on_s, const V2d& on_m) const {
                 // coefficients are 0.
                 if (scaled.e[i][j] == 0) continue;
                 const V2d filter(rig_.filter(0, cell.n - 1 + i), rig_.filter(1, cell.o - 1 + j));
-                const double g =
-                    rig_.geometric_term(filter, pixel);  // > 0, as the pixel is at a finite position
+                const double g = rig_.geometric_term(filter, pixel);  // > 0 at finite positions
                 scaled.e[i][j] =
                     static_cast<float>(double{scaled.e[i][j]} / g * (rig_.slope(filter, pixel) / here));
             }

@@ -188,8 +188,7 @@ struct ColourChannels {
 // (measurement/held_out.h).
 struct PlaneError {
     double distance;  // of the plane from S [m]; INFINITY: by direction
-    double squared =
-        0;  // expected ∫ (difference)² over ∫ irradiance²; an estimate, which noise may make negative
+    double squared = 0;  // expected ∫ (difference)² over ∫ irradiance²; noise may make the estimate negative
     double counts = 0;  // for comparison, the relative noise (a root) of counting all rays in these cells
     double relative() const { return std::sqrt(std::max(0.0, squared)); }
 };
@@ -331,8 +330,7 @@ void LightField::for_each_pixel(const V2d& on_s, const V2d& on_m, Visit&& visit)
 // 1024]; writing and reading again changes neither it nor the coefficients.
 double storage_scale(std::span<const float> coefficients);
 inline half stored_half(float coefficient, double scale) {
-    return half(static_cast<float>(double{coefficient} /
-                                   scale));  // dividing by a power of 2 is exact but for underflow
+    return half(static_cast<float>(double{coefficient} / scale));  // a power of 2: exact but for underflow
 }
 inline float from_stored(half stored, double scale) {
     return static_cast<float>(static_cast<double>(static_cast<float>(stored)) * scale);

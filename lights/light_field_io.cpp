@@ -352,8 +352,15 @@ LightField read_field(In& in, const Imf::Header& header, int version, std::uintm
     return LightField(rig, coefficients[0], coefficients[1], coefficients[2], std::move(info), weight);
 }
 
+int checked_parts(const std::filesystem::path& file) {
+    const ExrParts parts = check_exr_header(file);
+    if (!parts.scan_lines) throw InputError("not a light field: its pixels are not in scan lines");
+    return parts.count;
+}
+
 LightField read_single_field(const std::filesystem::path& file) {
-    check_exr_header(file, ExrKind::light_field);
+    if (checked_parts(file) > 1)
+        throw InputError("an OpenEXR file of several parts; expected a single light field");
     Imf::InputFile in(file.c_str());
     const int version = read_version(in.header());
     if (version == kOfSlab)
@@ -417,7 +424,7 @@ class SlabReader {
 };
 
 Lumigraph read_slabs(const std::filesystem::path& file) {
-    const bool several = check_exr_header(file, ExrKind::light_fields) > 1;
+    const bool several = checked_parts(file) > 1;
     const std::uintmax_t bytes = std::filesystem::file_size(file);
     if (!several) {
         Imf::InputFile in(file.c_str());

@@ -184,8 +184,8 @@ float LightTree::importance(const Node& node, const V3f& x, const V3f& n) const 
 float LightTree::first_child_probability(std::uint32_t node, const V3f& x, const V3f& n) const {
     const float first = importance(nodes_[node + 1], x, n);
     const float second = importance(nodes_[nodes_[node].next], x, n);
-    // If both are 0, neither can send anything, which -1 tells. The sum does not overflow, because the powers
-    // are shares of the total, and divisors are at least 1e-30.
+    // If both are 0, neither can send anything, as -1 indicates. The sum does not overflow, because the
+    // powers are shares of the total, and divisors are at least 1e-30.
     return first + second > 0 ? first / (first + second) : -1.0F;
 }
 

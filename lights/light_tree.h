@@ -77,11 +77,9 @@ class LightTree {
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> beside_;  // lights without a place
     std::vector<std::uint32_t> suns_;
-    std::vector<Position> positions_;  // one per light
-    std::vector<std::uint64_t>
-        turns_;  // path from the root to each leaf: bit i is set if the second child is taken at depth i
-    std::vector<const Light*>
-        estimating_;  // one per light: the light itself if it estimates what arrives, or null
+    std::vector<Position> positions_;   // one per light
+    std::vector<std::uint64_t> turns_;  // the path to each leaf: bit i is set for a second child at depth i
+    std::vector<const Light*> estimating_;  // per light: itself if it estimates what arrives, or null
 };
 
 // Chooses one of many lights in proportion to power.

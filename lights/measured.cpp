@@ -88,7 +88,7 @@ class PlacedSlab {
         return line.way.z > 0 ? d : -d;
     }
 
-    // Returns the line through `from` along which light arrives against `against`, or none if it misses S.
+    // Returns the line through `from` whose light travels along -against, or none if it misses S.
     std::optional<Line> line_of(const V3d& from, const V3d& against) const {
         const Rig& rig = field_.rig();
         const V3d o = placement_.to_local_point(from);
@@ -131,8 +131,7 @@ class PlacedSlab {
         const V3d x(line.on_s.x + line.way.x, line.on_s.y + line.way.y, line.way.z);
         return pyramid_->density(x, line.on_s);
     }
-    // Returns densities per solid angle at the end of the way [slab's frame]: pdf_a R² / cosθ, without
-    // scale².
+    // Returns densities per solid angle at the way's end [slab's frame]: pdf_a R² / cosθ; scale² cancels.
     PartPdf per_solid_angle(const Line& line, const FieldPyramid::Density& density) const {
         const double r2 = line.way.length2();
         // There is radiance, so the way has a length and way.z is not 0.

@@ -56,7 +56,7 @@ struct PhotometricInfo {
     std::vector<std::pair<std::string, std::string>> keywords;  // in the file's order
     std::string provenance;                                     // one line
     double lamp_lumens = 0;   // of all lamps, as stated; 0: absolute photometry
-    double output_ratio = 0;  // light output ratio of the luminaire, as stated, in [0, 1]; 0: not stated
+    double output_ratio = 0;  // light output ratio of the luminaire, as stated, a share of 1; 0: not stated
     double watts = 0;         // electrical input; 0: not stated
     // For a web made from a light field, the difference of the two over all directions, relative to the flux.
     // It is caused by the smoothing of the grid.

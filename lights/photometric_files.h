@@ -1,4 +1,4 @@
-// Photometric files, IES and EULUMDAT, read into a web and written from one.
+// Photometric files: IES and EULUMDAT are read into a web, IES is written from one.
 #pragma once
 
 #include <filesystem>

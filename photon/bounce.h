@@ -1,4 +1,4 @@
-// What becomes of a particle where it bounces: which class the bounce is of, what shading normals do to it.
+// Classifies the bounces of particles, and corrects them for shading normals.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ inline BounceClass classify(const Bsdf& bsdf, const V3f& wo, const BsdfSample& s
     return {specular, scale};
 }
 
-// What particles must be told about shading normals, so that they see the surface that the path tracer sees.
+// The correction for shading normals, by which particles see the same surface as the path tracer.
 
 // Both ratios below have no limit at grazing angles, where they weigh next to nothing; this bounds them.
 inline constexpr float kMostShadingRatio = 8;

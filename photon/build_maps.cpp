@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::int64_t kPathsPerChunk = 4096;  // fixed, so that results do not depend on threads
 
-// What is beyond the bounces that wanted maps can take is not followed. Without any map the ledger is what is
-// wanted.
+// Paths are not followed beyond the bounces that the wanted maps can take. Without any map they are followed
+// for the ledger.
 PathUse use_of(const MapParameters& parameters) {
     const auto wanted = [&](MapKind kind) { return parameters.wanted[static_cast<std::size_t>(kind)]; };
     if (wanted(MapKind::global) || wanted(MapKind::volume)) return PathUse::all;
@@ -35,8 +35,9 @@ struct ChunkPhotons : LightPathVisitor {
 
     ChunkPhotons() = default;
     ChunkPhotons(const MapParameters& of, std::int64_t paths) : parameters(&of) {
-        // Room for a photon of each path: arrays that grow in steps leave twice their size to the system,
-        // page by page, and threads wait for each other there. What is not filled is never touched.
+        // Reserves memory for a photon of each path: arrays that grow in steps return twice their size to the
+        // system, page by page, and threads wait for each other there. Reserved pages that stay empty are
+        // never touched.
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
             if (of.wanted[kind]) batches[kind].reserve(static_cast<std::size_t>(paths));
         }

@@ -46,7 +46,7 @@ struct MapParameters {
     const LearnedEmission* emission = nullptr;
 };
 
-// What became of the hits of one class.
+// The numbers of hits of one class that were stored and dropped.
 struct DepositCount {
     std::uint64_t stored = 0;
     std::uint64_t not_wanted = 0;    // the map of their class is not built, or does not take them
@@ -76,20 +76,21 @@ struct PhotonMaps {
 PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters, const Workers& workers,
                              Monitor& monitor);
 
-// What maps depend on beside the scene, by name. Maps in files are `photonmap`'s, which sets neither
-// caustic_chains nor most_bounces, and whose light paths are then emitted plainly: these are not part of it.
+// Returns by name all parameters that maps depend on beside the scene. Maps in files are those of
+// `photonmap`, which sets neither caustic_chains nor most_bounces and then emits light paths by power: these
+// are not among them.
 Facts map_facts(const MapParameters& parameters);
 
 // The rays of a photon pass, for measuring: what the pass asks of the scene, without what it makes of it.
 
 // Every ray that build_photon_maps traces for the parameters' `paths` (targets are not looked at), path after
-// path. Only for scenes without borders between media, whose search for the medium around a vertex traces
+// path. Only for scenes without medium interfaces, whose search for the medium around a vertex traces
 // others.
 std::vector<Ray> rays_of_light_paths(const Scene& scene, const MapParameters& parameters);
 
 // Photon maps on disk: built once, looked at from many places.
 
-// What maps in a file were made for.
+// The scene and the parameters that maps in a file were made for.
 struct MapOrigin {
     std::string scene;   // name of its file, to be shown
     std::string unit;    // of flux
@@ -100,7 +101,7 @@ struct MapOrigin {
 // Where a render takes its maps from and where it leaves them; empty: builds them, leaves none.
 struct MapFiles {
     std::filesystem::path load, save;
-    // Of the scene that is rendered; render() fills them in.
+    // Name and facts of the rendered scene; render() fills them in.
     std::string scene = {};
     Facts scene_facts = {};
 
@@ -115,7 +116,7 @@ inline constexpr const char* kMapsSuffix = ".photons";
 // Replaces the file. Throws InputError.
 void save_maps(const std::filesystem::path& file, const PhotonMaps& maps, const MapOrigin& origin);
 
-// What a file holds, whatever it was made for.
+// The content of a file, whatever it was made for.
 struct SavedMaps {
     MapOrigin origin;
     std::array<std::optional<Photons>, kMapKinds> maps;

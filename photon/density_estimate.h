@@ -27,8 +27,8 @@ struct DensityEstimateSettings {
     MetricKind metric = MetricKind::projected;
     Boundary boundary = Boundary::none;
     ProbeEffort probes = {};  // of Boundary::probes
-    // Of the photons found those count whose paths have bounced so often at most; the others take their part
-    // in how large the disc is, and bring nothing.
+    // Largest number of bounces of the photons that count. The other photons contribute to the size of the
+    // disc, but not to the value.
     int most_bounces = kMaxBounces;
     bool sharper = false;  // whether DensityEstimateResult::sharper is wanted
 };
@@ -40,7 +40,7 @@ inline float largest_radius(float diagonal, float set = 0) {
     return set > 0 ? set : kDefaultRadius * diagonal;
 }
 
-// What Boundary::probes needs: the scene, and random numbers; without it they do nothing.
+// The scene and random numbers for Boundary::probes, which does nothing without them.
 struct Probing {
     const Scene& scene;
     Sampler sampler;  // the estimate's own, whose numbers nobody else draws
@@ -48,7 +48,7 @@ struct Probing {
 
 inline constexpr float kSharper = 0.25F;
 
-// What an estimate rests on, beside its value.
+// An estimate with the quantities that it rests on.
 struct DensityEstimateResult {
     Rgb value{0.0F};  // radiance, W/(m² sr), or irradiance, W/m²
     // The same by the photons in the disc's inner part alone, kSharper of its radius, if that is wanted: with
@@ -62,9 +62,9 @@ struct DensityEstimateResult {
     int deepest = 0;   // bounces before a photon that counts, at the most; told where they are limited
 };
 
-// What the last bounces of the longest paths bring, where paths are limited (most_bounces): `beyond[j]` is
-// the irradiance, W/m² of luminance, by photons that have bounced more than most_bounces - 1 - j times. What
-// is left without them is the light of paths that are shorter by j + 1.
+// The light of the last bounces of the longest paths, if path lengths are limited (most_bounces): `beyond[j]`
+// is the irradiance, W/m² of luminance, by photons that have bounced more than most_bounces - 1 - j times.
+// The irradiance without them is that of paths that are shorter by j + 1.
 struct LateLight {
     static constexpr std::size_t kLevels = 6;
     std::array<float, kLevels> beyond{};
@@ -127,7 +127,7 @@ class DensityEstimate {
     template <typename Carry>
     DensityEstimateResult sample_point_estimate(const TangentMetric& metric, const V3f& x,
                                                 Carry&& carry) const;
-    // Of photons already found.
+    // Sums photons that were found before.
     template <typename Carry>
     DensityEstimateResult sum(const Disc& disc, std::span<const Neighbour> found, Carry&& carry) const;
     std::span<const ProbedPhoton> pick(const Disc& disc, std::span<const Neighbour> found, float shift,

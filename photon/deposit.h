@@ -8,8 +8,8 @@
 // If asked for, the Caustic map also takes L(S+D)+S+D from the Global map: caustics of surfaces that are
 // themselves lit by caustics and nothing else.
 //
-// Scattering in a medium counts as D: what it sends to a surface is indirect light. Of the Volume map's
-// photons those that come straight from a light can be left out, for methods that sample the lights along a
+// Scattering in a medium counts as D: what it sends to a surface is indirect light. Photons of
+// the Volume map that come straight from a light can be left out, for methods that sample the lights along a
 // ray.
 #pragma once
 
@@ -28,7 +28,7 @@ inline std::string_view map_name(MapKind kind) {
     return names[static_cast<int>(kind)];
 }
 
-// Of a hit on a surface.
+// Returns the map of a hit on a surface.
 inline MapKind map_of(const PathClass& path, bool caustic_chains = false) {
     if (caustic_chains && path.specular_last && !path.left_caustic_chain) return MapKind::caustic;
     if (path.non_specular > 0) return MapKind::global;

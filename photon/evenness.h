@@ -25,7 +25,7 @@ namespace lucerna {
 
 class EvennessTest {
   public:
-    // Of a disc with unit normal n.
+    // Tests a disc with unit normal n.
     explicit EvennessTest(const V3f& n) : frame_(n) { sums_.fill(V3d(0.0)); }
 
     // A photon that crosses the disc at `offset` from its centre, at the share rho2 in [0,1] of the squared

@@ -4,9 +4,8 @@
 // Irradiance says all there is to know to a Lambertian surface that is shaded by its own normal, and to no
 // other: what enters a varnish goes by the angle, a bent normal weighs light from either side differently,
 // and gloss shows where it comes from. Here the hemisphere is cut into sectors of equal projected solid
-// angle, a cap around the normal and three rings of four quadrants. What arrives in one counts
-// as if all of it came from its mean direction: the error is of second order in the spread of light within a
-// sector.
+// angle, a cap around the normal and three rings of four quadrants. The light of a sector counts as if all of
+// it came from its mean direction: the error is of second order in the spread of light within a sector.
 #pragma once
 
 #include <algorithm>
@@ -38,8 +37,7 @@ class IncidentLight {
             for (std::size_t c = 0; c < 3; ++c) {
                 const auto channel = static_cast<int>(c);
                 const float all = irradiance_[channel];
-                // Of the whole, to 16 bits: whatever the unit, a sector's share is right to 1e-5 of the
-                // whole.
+                // Shares of 16 bits: whatever the unit, a sector's share is accurate to 1e-5 of the sum.
                 shares_[i][c] = static_cast<std::uint16_t>(
                     all > 0 ? sectors[i].irradiance[channel] / all * kWhole + 0.5F : 0.0F);
             }

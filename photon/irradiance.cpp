@@ -5,7 +5,7 @@
 
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/scene/path_limits.h"
 #include "kdtree/box_tree.h"
 #include "photon/deposit.h"
@@ -31,9 +31,9 @@ float far_enough(const NearLight& near, float all) {
                                : INFINITY;
 }
 
-// How far it is along the surface to whatever stands on it, at most `most`. What is thinner than the gaps
-// between the rays is missed.
-float room_around(const Scene& scene, const SurfacePoint& at, float most) {
+// Returns the distance along the surface to the nearest object that stands on it, at most `most`. Objects
+// thinner than the gaps between the rays are missed.
+float free_distance(const Scene& scene, const SurfacePoint& at, float most) {
     constexpr int kRays = 8;
     constexpr float kBetweenRays =
         0.92F;  // cos(π/8): a wall across two rays is nearer than where they meet it
@@ -164,7 +164,7 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
             values_[i] = {light,
                           own.radius,
                           within,
-                          scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
+                          scene_ ? free_distance(*scene_, at, own.radius) : INFINITY,
                           shares_of_shorter(late, luminance(light.irradiance())),
                           static_cast<BounceCount>(deepest)};
         }
@@ -233,7 +233,7 @@ bool IrradiancePoints::is_hidden(const V3f& x, const V3f& n, const V3f& point) c
 
 namespace {
 
-// Of the surface that p lies on within that surface's own error, met from `height` over p.
+// Returns the error of the surface that p lies on within that error, met by a ray from `height` above p.
 std::optional<float> error_hit_from(const Scene& scene, const V3f& p, const V3f& n, float height) {
     Ray down{p + height * n, -n, 2 * height};
     for (int i = 0; i < kMaxSheets && down.t_max > 0; ++i) {

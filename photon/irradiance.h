@@ -4,9 +4,9 @@
 // hemisphere: the value at the nearest of these points, on the same side of a surface of about the same
 // normal, is as good as an estimate of its own.
 //
-// What is between counts, too. The nearest point may stand beyond a thin wall that a floor goes through: its
-// light is not that of this side. Each point knows how much room there is around it along the surface; from
-// further away than that it is looked up only if it is seen.
+// Occlusion counts, too. The nearest point may stand beyond a thin wall that a floor goes through: its light
+// is not that of this side. Each point stores its free distance along the surface; from further away it is
+// looked up only if it is visible.
 //
 // Nor is a point right for places much farther from it than a lamp is: beside a ceiling's panel that also
 // shines up, the ceiling behind it is bright, and seen by nobody. Each point knows how far away its lamps
@@ -79,7 +79,7 @@ struct NearLight {
     float distance = INFINITY;
 };
 
-// What the points add up.
+// The sources whose light the points add up.
 struct IrradianceSources {
     std::span<const PhotonMap* const> maps;  // one at least
     DensityEstimateSettings how;
@@ -103,9 +103,9 @@ class IrradiancePoints {
     };
     // The nearest point within `radius`, and not much farther away than its disc is wide at most points,
     // whose normal is within some 25° of n, if x lies within that point's own disc, near it beside the lamps
-    // that shine there, and nothing stands between. Of paths that may have fewer bounces than the photons
-    // that count there (`most_bounces`, where the points' own limit is more) it gives the share in luminance.
-    // None: estimate it yourself.
+    // that shine there, and nothing stands between. If paths may have fewer bounces than the photons
+    // that count there (`most_bounces` below the points' own limit), it gives their share in luminance.
+    // Returns none where the caller must make an estimate of its own.
     std::optional<Found> nearest(const V3f& x, const V3f& n, float radius,
                                  int most_bounces = kMaxBounces) const;
 
@@ -117,7 +117,7 @@ class IrradiancePoints {
         float radius;
         float within;  // scene units: how far away it is looked up
         float room;    // a point so near is seen
-        // Of the irradiance: what is left for paths that are shorter by j + 1 bounces (LateLight), times
+        // Share of the irradiance that is left for paths that are shorter by j + 1 bounces (LateLight), times
         // kWhole.
         std::array<std::uint16_t, LateLight::kLevels> shorter;
         BounceCount deepest;  // of the photons that count

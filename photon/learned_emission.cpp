@@ -12,8 +12,8 @@
 namespace lucerna {
 namespace {
 
-// What the mixed density gives to each node, given the plain density and what is learned; both are shares of
-// all lights' draws.
+// The masses of each node under the plain density and under the mixed one, as shares of the draws of all
+// lights.
 struct Masses {
     std::vector<double> plain, mixed;
 };

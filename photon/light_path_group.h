@@ -2,9 +2,9 @@
 // ones hit.
 //
 // A light path waits for memory at every surface: for the triangle's corners, then for what stands at them.
-// Of one path each wait follows from the last; of many they overlap. The paths, their numbers and their ends
-// are those of trace_light_path(); only the order in which visitors see them differs: paths that are under
-// way together take turns.
+// The waits of one path follow each other; those of several paths overlap. The paths, their random numbers
+// and their ends are those of trace_light_path(); only the order in which visitors see them differs, because
+// paths that are under way together take turns.
 #pragma once
 
 #include <array>
@@ -111,7 +111,7 @@ class LightPathGroup {
     std::array<std::optional<Slot>, kSize> slots_;
     std::array<std::uint32_t, kSize> order_;  // of slots: first those under way, then those free
     std::uint32_t under_way_ = 0;
-    // Of the segments of this step, in their order.
+    // Rays and hits of the segments of this step, in their order.
     std::array<Ray, kSize> rays_;
     std::array<std::optional<ClosestHit>, kSize> closest_;
     std::array<std::optional<Hit>, kSize> hits_;

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "photon/evenness.h"
 #include "photon/irradiance.h"
 #include "photon/probes.h"
@@ -28,7 +28,7 @@ Photons thinned(const PhotonMap& map, std::size_t points) {
     return some;
 }
 
-// Of photons within a disc, nearest first.
+// Tests the photons within a disc, nearest first, for structure.
 bool has_structure(const PhotonMap& map, const V3f& n, const TangentMetric& metric,
                    std::span<const Neighbour> found, float r2) {
     EvennessTest test(n);

@@ -33,7 +33,8 @@ class LocalRadius {
         // its boundary needs no correction, as far as rays could tell.
         bool whole;
     };
-    // What the nearest of the points on n's side (unit) says; the largest radius where none is that near.
+    // Returns the radius at the nearest point on the side of n (unit), or the largest radius if none is that
+    // near.
     At at(const V3f& x, const V3f& n) const;
     // Over the points; the largest radius if there are none.
     double mean() const;

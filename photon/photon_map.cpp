@@ -147,7 +147,7 @@ class Visitor final : public PointVisitor {
     Ball ball2_;
 };
 
-// What is above the largest finite radius is infinite here: no fault.
+// Radii above the largest finite one are infinite here, which is harmless.
 class OtherTree final : public PhotonIndex {
   public:
     OtherTree(std::unique_ptr<PointTree> tree, std::span<const V3f> positions,

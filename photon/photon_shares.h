@@ -1,5 +1,5 @@
-// Which photons an estimate's value came from: by whether they have strayed from mirrors and glass, and by
-// light group. What belongs to layers does not depend on whether groups are wanted, bit for bit.
+// Divides the value of an estimate among its photons, by whether they have been scattered diffusely and by
+// light group. The shares of layers are the same, bit for bit, whether groups are wanted or not.
 #pragma once
 
 #include <array>

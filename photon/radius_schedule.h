@@ -21,8 +21,8 @@
 //
 // Both vanish for 0 < α < 1: the mean is consistent. The mean square error falls as N^{-α} + N^{2α-2},
 // fastest for α = 2/3, where both are N^{-2/3} (the error itself N^{-1/3}). α = 1 keeps the radius, and with
-// it the bias. What no photon density is estimated for (lights sampled, the pixel's area) has variance in
-// proportion to 1/N.
+// it the bias. Light that is not estimated from photons (sampled lights, the area of the pixel) has a
+// variance proportional to 1/N.
 #pragma once
 
 #include <cassert>

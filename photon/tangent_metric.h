@@ -62,8 +62,8 @@ class TangentMetric {
     Node8Keys bounds(const BoxNode8& node, const BoxNode8& directions) const;
 
   private:
-    // Of n·(p - from) for the p in a box: the lowest and the highest, and the terms' sizes, for its rounding.
-    // NaN or infinite where there is no box.
+    // The least and greatest n·(p - from) over the p in a box, and the magnitude of the terms, which bounds
+    // the rounding error. NaN or infinite if there is no box.
     struct Heights {
         float lowest, highest, terms;
     };
@@ -170,7 +170,7 @@ inline Node8Keys TangentMetric::from_behind(Node8Keys bounds, const BoxNode8& di
 // [0,1].
 enum class KernelShape : std::uint8_t { constant, cone, epanechnikov };
 
-// What is done where an estimate's disc hangs over the edge of its surface: nothing, or probes (probes.h).
+// Selects the correction for discs that extend beyond the edge of their surface: none, or probes (probes.h).
 enum class Boundary : std::uint8_t { none, probes };
 
 inline float kernel(KernelShape shape, float x2) {

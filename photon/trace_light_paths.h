@@ -15,7 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "photon/light_path_group.h"
 
 namespace lucerna {
@@ -84,10 +84,10 @@ struct LightPathWork {
 };
 
 // Continues until paths.count light paths are traced: `chunks` holds the visitors of those traced before, in
-// whole chunks, and gets those of all others. make_visitor(n) makes the visitor of a chunk of n paths. What
-// the first 65,536 paths left tells what all will need (expected_of): require_memory(chunks, done > 0, count)
-// throws InputError where that is more than there is. Stopped early (monitor), visitors of chunks that were
-// not traced are as the default constructor makes them, and the caller must not use the result.
+// whole chunks, and gets those of all others. make_visitor(n) makes the visitor of a chunk of n paths. The
+// memory of the first 65,536 paths predicts that of all (expected_of): require_memory(chunks, done > 0,
+// count) throws InputError if there is less. Stopped early (monitor), visitors of chunks that were not traced
+// are as the default constructor makes them, and the caller must not use the result.
 template <typename Visitor, typename MakeVisitor, typename RequireMemory>
 void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::vector<Visitor>& chunks,
                        MakeVisitor&& make_visitor, RequireMemory&& require_memory) {

@@ -41,7 +41,7 @@ struct ScatteringPoint {
     V3f p;
     HenyeyGreenstein phase;
     V3f wo;               // towards the eye
-    std::int32_t medium;  // of the borders
+    std::int32_t medium;  // by medium interfaces
     Rgb sigma_s;          // of all media there, not black
 };
 

@@ -20,7 +20,7 @@ fi
 
 echo "== room"
 mkdir -p out
-# In half a minute, by the method that promises most in that time, and denoised.
+# Renders for half a minute by the method with the lowest expected error in that time, and denoises.
 "$lucerna" render scenes/room/room.pbrt -o out/room.exr --png --stats out/room.json --resolution 960x600 --time 28s
 
 echo

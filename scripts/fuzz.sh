@@ -18,14 +18,14 @@ mkdir -p build/fuzz/findings
 
 run() {
     local fuzzer=$1
-    # What it learns goes beside the build, not into the source tree.
+    # New corpus files go beside the build, not into the source tree.
     local learned=build/fuzz/corpus/$fuzzer log=build/fuzz/$fuzzer.log
     mkdir -p "$learned"
     # libpng leaves a damaged file by longjmp, past the strings of OpenImageIO's reader: leaks that are not ours, and of
     # which no stack is left to tell them by.
     local leaks=1
     [ "$fuzzer" != picture ] || leaks=0
-    # 10 s for one input is a hang, 1 GiB at once a lying header.
+    # 10 s for one input counts as a hang, 1 GiB at once as a lying header.
     if ! ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}detect_leaks=$leaks "build/fuzz/tests/fuzz/fuzz_$fuzzer" \
         -max_total_time="$seconds" -timeout=10 -malloc_limit_mb=1024 -rss_limit_mb=3000 \
         -max_len=65536 -print_final_stats=1 -artifact_prefix=build/fuzz/findings/ \
@@ -38,5 +38,5 @@ run() {
 }
 export -f run
 export seconds
-# As many at a time as there are processors; fails if any of them found something.
+# Runs as many at a time as there are processors; fails if any of them finds something.
 printf '%s\n' "${fuzzers[@]}" | xargs -P "$(nproc)" -I{} bash -c 'run "$1"' _ {}

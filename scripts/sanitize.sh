@@ -22,7 +22,7 @@ shift 2
 export ASAN_OPTIONS=strict_string_checks=1:detect_stack_use_after_return=1
 export LSAN_OPTIONS=suppressions=$PWD/tests/sanitize/leaks.supp:print_suppressions=0
 export UBSAN_OPTIONS=print_stacktrace=1
-# What libraries of others do among themselves, OpenMP's and TBB's above all, cannot be judged from outside.
+# Synchronisation inside foreign libraries, above all OpenMP and TBB, is not visible to the sanitizer.
 export TSAN_OPTIONS=halt_on_error=1:ignore_noninstrumented_modules=1:history_size=4:suppressions=$PWD/tests/sanitize/races.supp
 
 make() {

@@ -38,7 +38,7 @@ command=""
 
 running_jobs() { timeout 20 squeue --noheader --format '%i' 2>/dev/null; }
 
-# Stops what this script started, by its process ids, whatever has happened before.
+# Stops what this script started, by its process ids, whatever happens before.
 stop() {
     local code=$? alive pid left second
     trap '' INT TERM HUP
@@ -55,7 +55,7 @@ stop() {
             sleep 0.2
         done
     fi
-    # The last started first: nodes, controller, munge.
+    # The last started is stopped first: nodes, controller, munge.
     for ((i = ${#daemons[@]} - 1; i >= 0; --i)); do kill -TERM "${daemons[i]}" 2>/dev/null; done
     for _ in $(seq 50); do
         alive=0
@@ -102,7 +102,7 @@ wait_for() { # WHAT COMMAND...
     tail -n 15 "$folder"/*.out >&2
     exit 1
 }
-# Ports that nobody listens at now; below the range from which the kernel takes ports for connections that go out.
+# Chooses unused ports below the range from which the kernel takes ports for outgoing connections.
 free_ports() {
     local port=$((20000 + RANDOM % 10000)) found=0
     while [ "$found" -lt "$1" ]; do
@@ -138,7 +138,7 @@ SlurmctldPidFile=$folder/slurmctld.pid
 SlurmdPidFile=$folder/slurmd.%n.pid
 SlurmctldLogFile=$folder/slurmctld.log
 SlurmdLogFile=$folder/%n.log
-# No control groups, no database.
+# The cluster uses neither control groups nor a database.
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
 JobAcctGatherType=jobacct_gather/none
@@ -148,7 +148,7 @@ JobCompLoc=$folder/jobs.txt
 MpiDefault=none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
-# The nodes say what is written here, not what the machine has.
+# The nodes report these numbers, not those of the machine.
 SlurmdParameters=config_overrides
 SchedulerType=sched/backfill
 SchedulerParameters=bf_interval=1,sched_interval=2,sched_min_interval=100000
@@ -174,7 +174,8 @@ for ((node = 1; node <= nodes; ++node)); do start "node$node" slurmd -D -N "node
 all_idle() { [ "$(sinfo --noheader --Node --format '%T' | grep -cx idle)" -eq "$nodes" ]; }
 wait_for "not every node is idle" all_idle
 
-# With this script's standard input, which a shell gives to nothing in its background unless told.
+# The command gets this script's standard input, which a shell does not give to background processes by
+# default.
 "$@" <&0 &
 command=$!
 code=0

@@ -16,7 +16,7 @@ esac
 bash scripts/deps.sh
 [ "$suite" != ci ] || bash scripts/deps.sh blender || echo "no Blender: the test of its add-on is skipped"
 cmake --preset release -DLUCERNA_TESTS=ON --log-level=WARNING >/dev/null
-# What is quick needs neither the benchmarks nor the programs of the other runs.
+# The quick tests need neither the benchmarks nor the programs of the other runs.
 target=all
 [ "$suite" != quick ] || target=quick_tests
 cmake --build --preset release --target "$target" --parallel "$(nproc)"

@@ -140,7 +140,7 @@ def main():
                       f"| {image:.2f} | {a + b:.2f} |")
                 continue
             busy = min(n, cores)
-            for_image = sum(stats["traffic"].get(what, {"bytes": 0})["bytes"] for what in ("image", "allocation", "moved items", "tiles done"))
+            for_image = sum(stats["traffic"].get(what, {"bytes": 0})["bytes"] for what in ("image", "allocation", "items moved", "items left", "balance"))
             sent = traffic(stats) - for_image
             bandwidth = {"gbit": 1e9, "mbit": 1e6}[rate[-4:]] / 8 * float(rate[:-4])
             model_prepare = (n * a + b) / busy + sent * (n - 1) / n / bandwidth
@@ -153,7 +153,7 @@ def main():
         passes = last["numbers"].get("passes", 0) or 1
         costs[name] = {
             "again": a, "shared": b, "paths": paths, "passes": passes, "image": image,
-            "samples": pixels * last["samples"]["done"], "bytes": traffic(last, "image", "allocation", "moved items", "tiles done"),
+            "samples": pixels * last["samples"]["done"], "bytes": traffic(last, "image", "allocation", "items moved", "items left", "balance"),
             "bytes_of_pixel": last["traffic"]["image"]["bytes"] / pixels,
         }
     # The cost of a synchronisation of all ranks is measured by passes that contain nothing else.

@@ -47,7 +47,7 @@ lucerna=$build/lucerna
 draw() {
     local picture=$folder/$1.png
     /usr/bin/python3 "$here/$1.py" "$2" "$picture" | tee -a "$folder/numbers.md"
-    # Of two pictures the study's own comes last.
+    # If there are two pictures, the study's own is drawn last.
     [ -z "$docs" ] || cp "$picture" "docs/images/studies-$name.png"
 }
 

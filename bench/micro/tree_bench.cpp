@@ -114,8 +114,7 @@ void searches(benchmark::State& state, MetricKind metric) {
     std::size_t count = 0;
     constexpr std::size_t kTurn = 256;
     const auto turn = [&](const PhotonMap& map, double& seconds) {
-        const std::clock_t begin =
-            std::clock();  // processor time, because other programs may use the machine
+        const std::clock_t begin = std::clock();  // processor time: others may use the machine
         std::uint64_t sum = 0;
         for (std::size_t i = 0; i < kTurn; ++i) {
             sum +=

@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace {
 
-// Returns a hash that distinguishes two builds of one version.
+// Tells two builds of one version apart.
 std::string hash_of_program() {
     WordHash hash;
     hash.add_bytes(read_bytes("/proc/self/exe"));
@@ -45,7 +45,7 @@ void ParallelJob::run(const std::function<void()>& act) const {
     if (!ranks_) return act();
     try {
         act();
-    } catch (const Stopped&) {  // thrown on all ranks
+    } catch (const Stopped&) {  // All ranks throw it.
         if (leads()) throw;
     } catch (...) {
         std::string who = "lucerna";
@@ -94,7 +94,7 @@ void require_same_facts(Ranks& ranks, std::string_view would, Facts facts) {
                             ranks.host(0), difference->of_second));
         }
     }
-    ranks.agree(true);  // rank 0 does not reach this if they differ and ends all ranks
+    ranks.agree(true);  // If the facts differ, rank 0 ends all ranks before it gets here.
 }
 
 void share_settings(Ranks& ranks, IntegratorSettings& settings) {

@@ -1,5 +1,5 @@
-// A command on the ranks of a parallel job (engine/ranks/ranks.h). Rank 0 reads, prints and writes like a
-// single process; the others read the scene, too, and share the work.
+// Runs a command on the ranks of a parallel job (engine/ranks/ranks.h): all ranks read the scene and share
+// the work; rank 0 prints and writes what one process would.
 #pragma once
 
 #include <functional>
@@ -18,14 +18,14 @@ namespace lucerna {
 
 class ParallelJob {
   public:
-    // Joins the job if the launcher started more than one rank. Throws InputError.
+    // Joins the job, if the launcher has started more than one rank. Throws InputError.
     ParallelJob(const CommandContext& context, const Workers& workers);
 
     Ranks* ranks() const { return ranks_.get(); }  // null for a single process
     bool leads() const { return !ranks_ || ranks_->leads(); }
 
-    // Runs `act`. An error on any rank is reported once, with rank and host unless it is rank 0, and ends all
-    // ranks.
+    // Reports an error that any rank throws once, with the rank and its host if it is not rank 0, and ends
+    // all ranks.
     void run(const std::function<void()>& act) const;
 
   private:
@@ -33,21 +33,19 @@ class ParallelJob {
     std::unique_ptr<Ranks> ranks_;
 };
 
-// Tells whether this process has work to do, before a command joins the job. For help and for commands (the
-// words of the command line) that do not share work, rank 0 does everything.
+// Returns whether this rank has something to do, before a command joins the job. Commands that share no work
+// among ranks, as their words say, and help are run by rank 0 alone.
 bool has_work_here(std::span<const char* const> words);
-// Reports on `err`, at rank 0, that it works alone.
+// Warns on `err` of a command that rank 0 runs alone.
 void say_if_alone(std::span<const char* const> words, std::ostream& err);
-// Waits a few seconds, so that rank 0 reports an error of all ranks and ends them first.
+// Waits so that rank 0 reports an error that all ranks have, and ends this one.
 void leave_it_to_rank_0();
 
-// The functions below are collective and make the ranks agree.
-
-// Requires the same facts of the work and of the program on every rank. Otherwise rank 0 throws InputError
-// that names the first rank, and its host, whose program, files or settings differ, the difference, and what
-// the rank `would` do, e.g. "render another picture". The others wait to be ended.
+// Compares the facts of the work, and the program, of all ranks. If they differ, rank 0 throws InputError
+// that names the first such rank, its host, the difference, and what the rank `would` do, such as "render
+// another picture", while the other ranks wait to be ended. Collective.
 void require_same_facts(Ranks& ranks, std::string_view would, Facts facts);
-// Distributes the settings of rank 0.
+// Copies rank 0's settings to all ranks. Collective.
 void share_settings(Ranks& ranks, IntegratorSettings& settings);
 
 }  // namespace lucerna

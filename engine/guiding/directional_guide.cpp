@@ -15,33 +15,33 @@
 namespace lucerna {
 namespace {
 
-// Of the photons in a histogram, one in so many is a station: they overlap.
-constexpr int kStationOverlap = 8;
-// Between the normals of a point and of the station that it takes: cosine.
+// Histograms overlap: each counts k photons, but every (k / kRecordOverlap)-th photon is a cache record.
+constexpr int kRecordOverlap = 8;
+// The normals of a point and of the cache record that it uses have at least this cosine.
 constexpr float kFacingAlike = 0.9F;
-// As many photons, evenly over all directions, are counted beside those found.
+// A uniform density of this many photons is added to the photons found.
 constexpr float kEvenPhotons = 16;
-// Below this second moment of its density, which is the gain in variance if light comes as the photons say,
-// a histogram is left alone.
+// A histogram is used only if the second moment of its density is at least this. The moment is the gain in
+// variance if light comes as the photons tell.
 constexpr float kLeastGain = 1.3F;
-// Of BSDFs with other lobes beside the diffuse ones: what transmits stays possible whatever is guessed.
+// Beside other lobes the guide draws at most this share: transmission must stay possible whatever is guessed.
 constexpr float kMostGuided = 0.9F;
 
-// Between a shading normal and its station's normal: cosine. A frame that is turned far says little, and by a
-// right angle nothing.
+// A shading normal and the cache record's normal have at least this cosine. A histogram turned far tells
+// little, and turned by a right angle nothing.
 constexpr float kLeastFacing = 0.7F;
-// The share of stations at which guiding pays, at the least, for it to be done at all.
+// Guiding is done only if it pays at this share of the cache records, or more.
 constexpr double kLeastPaying = 0.2;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
 constexpr float kBelowOne = 0x1.fffffep-1F;
 
-// The cell of a coordinate in [0,1].
+// Returns the cell of a coordinate in [0,1].
 std::size_t cell_of(float x) {
     return std::min(static_cast<std::size_t>(x * SquareHistogram::kSide), SquareHistogram::kSide - 1);
 }
 
-// How many of the bounds, but for the last, are not above x.
+// Returns how many of the bounds, except the last, are at most x.
 std::size_t bin_of(const std::array<std::uint16_t, SquareHistogram::kSide>& bounds, std::uint32_t x) {
     std::uint32_t bin = 0;
     for (std::size_t i = 0; i + 1 < bounds.size(); ++i) bin += bounds[i] <= x ? 1U : 0U;
@@ -72,7 +72,7 @@ SquareHistogram::Bounds SquareHistogram::bounds_of(std::span<const float, kSide>
     for (std::size_t i = 0; i + 1 < kSide; ++i) {
         upto += weights[i];
         const auto bound = static_cast<std::uint32_t>(upto / sum * kWhole + 0.5F);
-        // Each step is one at the least, and room is left for those to come.
+        // Each step is at least one, and leaves room for the following ones.
         before = std::clamp(bound, before + 1, static_cast<std::uint32_t>(65536 - (kSide - 1 - i)));
         bounds[i] = static_cast<std::uint16_t>(before);
     }
@@ -109,11 +109,11 @@ float SquareHistogram::density(const V2f& at) const {
     return step_of(rows_, row).size * step_of(cells_[row], cell_of(at.x)).size * kScale;
 }
 
-DirectionGuide::DirectionGuide(const SquareHistogram& histogram, const Frame& station, const V3f& ns)
-    : histogram_(&histogram), frame_(station) {
-    // The station's tangent, moved into the plane across ns: the frame of one station turns smoothly with ns.
+DirectionGuide::DirectionGuide(const SquareHistogram& histogram, const Frame& record, const V3f& ns)
+    : histogram_(&histogram), frame_(record) {
+    // The cache record's tangent is projected into the plane across ns, so that frames turn smoothly with ns.
     frame_.n = ns;
-    frame_.s = (station.s - ns.dot(station.s) * ns).normalized();
+    frame_.s = (record.s - ns.dot(record.s) * ns).normalized();
     frame_.t = ns.cross(frame_.s);
 }
 
@@ -131,10 +131,10 @@ float DirectionGuide::pdf_w(const V3f& wi) const {
 
 namespace {
 
-// What the photons around a station say, for one thread.
+// Accumulates the photons around a cache record.
 class HistogramSum {
   public:
-    // Each photon is shared out among the four cells whose centres are nearest.
+    // Distributes a photon among the four cells whose centres are nearest.
     void add(const V2f& at, float weight) {
         constexpr auto kLast = static_cast<float>(SquareHistogram::kSide - 1);
         const float x = std::clamp(at.x * SquareHistogram::kSide - 0.5F, 0.0F, kLast);
@@ -150,14 +150,14 @@ class HistogramSum {
         sum_ += weight;
         squares_ += weight * weight;
     }
-    // None: nothing was added, or light comes about evenly.
+    // Returns none if nothing was added, or if light arrives about evenly.
     std::optional<SquareHistogram> histogram() const {
         if (!(sum_ > 0) || !std::isfinite(squares_)) return std::nullopt;
-        const float photons = sum_ * sum_ / squares_;  // that weigh alike and say as much
+        const float photons = sum_ * sum_ / squares_;  // effective number of photons of equal weight
         constexpr auto kCells = static_cast<float>(SquareHistogram::kCells);
         float second = 0;
         for (const float cell : cells_) second += sqr(cell / sum_) * kCells;
-        // Scattered by chance, photons have that much of it more; each fills about 9/4 cells.
+        // Chance alone adds as much to the second moment of photons, each of which fills about 9/4 cells.
         const float gain = second - kCells / (photons * 2.25F);
         if (gain < kLeastGain) return std::nullopt;
         const float guided = (1 - kDefensiveWeight) * photons / (photons + kEvenPhotons);
@@ -174,7 +174,7 @@ class HistogramSum {
     float sum_ = 0, squares_ = 0;
 };
 
-// None: guiding does not pay there.
+// Returns none where guiding does not pay.
 std::optional<SquareHistogram> histogram_at(const PhotonMap& map, const DirectionGuiding& settings,
                                             const V3f& x, const V3f& n) {
     const TangentMetric metric(x, n, MetricKind::euclidean, 1);
@@ -197,7 +197,7 @@ DirectionGuideMap::DirectionGuideMap(const PhotonMap& map, const DirectionGuidin
     : radius_(settings.radius), photons_(map.size()) {
     assert(settings.k >= 1 && settings.k <= DirectionGuiding::kMostPhotons);
     const std::size_t stride =
-        std::max<std::size_t>(static_cast<std::size_t>(settings.k) / kStationOverlap, 1);
+        std::max<std::size_t>(static_cast<std::size_t>(settings.k) / kRecordOverlap, 1);
     for (std::size_t i = 0; i < map.size(); i += stride) {
         places_.push_back(map.positions()[i]);
         normals_.push_back(map.normals()[i]);
@@ -229,7 +229,7 @@ DirectionGuideMap::DirectionGuideMap(const PhotonMap& map, const DirectionGuidin
         numbers_.push_back(histogram ? static_cast<std::uint32_t>(histograms_.size()) : kNone);
         if (histogram) histograms_.push_back(*histogram);
     }
-    // Where it pays hardly anywhere, a look-up at each point costs more than it brings.
+    // Where guiding pays hardly anywhere, a look-up at each point costs more than it gains.
     const double paying = static_cast<double>(histograms_.size());
     if (paying < kLeastPaying * static_cast<double>(places_.size())) histograms_.clear();
     if (!histograms_.empty()) index_ = make_photon_index(settings.index, places_, normals_, workers);
@@ -248,14 +248,14 @@ DirectionGuide DirectionGuideMap::at(const V3f& x, const Bsdf& bsdf, const V3f& 
 
 namespace {
 
-// Stores what light samples do not find, of one chunk of paths.
+// Stores those photons of one chunk of paths whose light is not found by light samples.
 struct UnsampledHits : LightPathVisitor {
     const Scene* scene = nullptr;
     const LightChooser* lights = nullptr;
-    float share = 0;  // of a path among all
+    float share = 0;  // of one path among all
     Photons photons;
 
-    float kept = 0;  // of the photons that count in part, what has not been stored yet
+    float kept = 0;  // accumulated shares of photons that count in part, not yet stored
 
     template <typename Archive>
     void fields(Archive& archive) {
@@ -264,7 +264,7 @@ struct UnsampledHits : LightPathVisitor {
     void hit(const LightPathHit& at) {
         if (!at.bsdf.has_diffuse()) return;
         if (at.path.bounces() == 0) {
-            // Of those that count for a share one in so many is stored: all in a map weigh about alike.
+            // Photons that count in part are stored at full power, but less often: all weigh about alike.
             kept += left_by_light_samples(at);
             if (kept < 1) return;
             kept -= 1;
@@ -272,8 +272,9 @@ struct UnsampledHits : LightPathVisitor {
         photons.add_hit(at.hit.at, at.d, at.power * share, at.start.light, at.start.cell);
     }
 
-    // Of light straight from a sky: the share that multiple importance sampling leaves to rays drawn by the
-    // cosine, for light samples of it most often end at a wall. Lamps that have a place are theirs.
+    // Returns the share of light straight from a light that light samples leave to other strategies. For a
+    // sky it is the MIS weight of rays drawn by the cosine, because light samples of a sky most often end at
+    // a wall. It is 0 for lamps at a finite distance, which light samples find.
     float left_by_light_samples(const LightPathHit& at) const {
         const Light& light = *scene->lights()[at.start.light];
         const SurfacePoint& x = at.hit.at;
@@ -287,7 +288,7 @@ struct UnsampledHits : LightPathVisitor {
     }
 };
 
-// Throws InputError for more photons than there is memory for, by what the first paths left.
+// Throws InputError if there is too little memory for the photons, whose number the first paths tell.
 void require_memory_for_photons(const std::vector<UnsampledHits>& chunks, std::int64_t paths,
                                 std::int64_t all) {
     constexpr double kBytesOfHit = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon), kTree = 32;
@@ -326,7 +327,7 @@ DirectionGuideMap build_direction_guides(const Scene& scene, const DirectionGuid
 
 namespace {
 
-// How often the guide draws in place of the BSDF.
+// Returns the probability that the guide draws in place of the BSDF.
 float guided_share(const Bsdf& bsdf, const V3f& wo) {
     if (bsdf.is_diffuse()) return 1;
     if (!bsdf.has_diffuse()) return 0;

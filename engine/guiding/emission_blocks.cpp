@@ -12,12 +12,12 @@ namespace {
 
 constexpr std::size_t kSlices = 8;
 
-// Chi-square with 7 degrees of freedom exceeds it once in a thousand.
+// The chi-square of 7 degrees of freedom exceeds this with a probability of 0.001.
 constexpr double kBeyondChance = 24.3;
 
-// A block's mean is taken as if it had so many more trials, with the mean of the block it was cut from : a
-// few trials that brought nothing do not say that none ever will. Lights, which have no block above them,
-// lean on the mean of all.
+// A block's mean assumes this many additional trials, with the mean of the block from which it was cut: a few
+// trials that brought nothing do not prove that none ever will. Lights, which have no block above them, use
+// the mean of all.
 constexpr double kInherited = 4, kInheritedByLight = 1;
 
 float number(const LeSampleU& u, int axis) {
@@ -33,25 +33,25 @@ float number(const LeSampleU& u, int axis) {
     }
 }
 
-// A block in the making.
+// Represents a block under construction.
 struct Block {
     std::span<EmissionTrial> trials;
     std::array<float, 4> low{};
     std::array<int, 4> cuts{};
-    double mean = 0;  // second moment, with what it inherits
+    double mean = 0;  // second moment, with the additional trials
 
     float width(int axis) const { return std::ldexp(1.0F, -cuts[static_cast<std::size_t>(axis)]); }
     int depth() const { return cuts[0] + cuts[1] + cuts[2] + cuts[3]; }
-    double plain() const { return std::ldexp(1.0, -depth()); }  // share of its light
+    double plain() const { return std::ldexp(1.0, -depth()); }  // share of its light's plain draws
 };
 
 struct Cut {
-    double gain;  // of the root of the second moment, as a share of all lights' draws
+    double gain;  // decrease of the root of the second moment, relative to all lights' draws
     std::uint32_t light;
     std::uint32_t node;
     int axis;
 
-    // The most gainful first; among equals the earliest.
+    // Puts the most gainful first; among equals the earliest.
     bool operator<(const Cut& other) const {
         if (gain != other.gain) return gain < other.gain;
         if (light != other.light) return light > other.light;
@@ -65,8 +65,8 @@ double sum_of(std::span<const EmissionTrial> trials) {
     return sum;
 }
 
-// How much the root of the mean falls if the block is cut in slices along the axis. None: they do not differ
-// beyond chance.
+// Returns by how much the root of the mean falls if the block is cut into slices along the axis; none if the
+// slices do not differ beyond chance.
 std::optional<double> gain_along(const Block& block, int axis, double mean, double variance) {
     std::array<double, kSlices> sum{};
     std::array<double, kSlices> count{};
@@ -124,7 +124,7 @@ class Learner {
             (sum_of(block.trials) + weight * inherited) / (static_cast<double>(block.trials.size()) + weight);
     }
 
-    // Finds the axis along which cutting pays most.
+    // Proposes to cut the block along the axis where that gains most.
     void propose(std::uint32_t light, std::uint32_t node) {
         const Block& block = blocks_[light][node];
         const auto count = static_cast<double>(block.trials.size());
@@ -173,8 +173,8 @@ class Learner {
 
     BlockSettings settings_;
     std::vector<EmissionBlocks> made_;
-    std::vector<std::vector<Block>> blocks_;  // beside each light's nodes
-    std::vector<double> shares_;              // of the lights in all power
+    std::vector<std::vector<Block>> blocks_;  // parallel to each light's nodes
+    std::vector<double> shares_;              // of each light in the total power
     std::priority_queue<Cut> queue_;
 };
 

@@ -16,17 +16,17 @@
 namespace lucerna {
 namespace {
 
-// Of the photons in a cached distribution, one in so many has a distribution of its own.
+// Distributions overlap: each counts k photons, and there is one for every k / kOverlap photons.
 constexpr int kOverlap = 3;
-// Between the normals of a point and of the cached distribution it takes: cosine.
+// The normals of a point and of the cached distribution that it uses have at least this cosine.
 constexpr float kAboutTheSame = 0.7F;
 
-constexpr CellId kNoSample = kNoCell - 1;  // no part is named so: a table has fewer cells
+constexpr CellId kNoSample = kNoCell - 1;  // no part has this number: a table has fewer cells
 
-// A sample with its light and part as one number to sort by.
+// Holds a sample with its light and part as one number to sort by.
 struct HistogramEntry {
     std::uint64_t key;
-    std::uint32_t order;  // nearest first: sums do not depend on how equal keys are sorted
+    std::uint32_t order;  // nearest first, so that sums do not depend on how equal keys are sorted
     float weight;
     float plain;
 
@@ -35,22 +35,22 @@ struct HistogramEntry {
     }
 };
 
-// How many photons are for one choice, and how probable it is without them.
+// Counts the photons of one choice. `plain` is its probability without them.
 struct Count {
     float photons;
     float plain;
 };
 
-// The f in [0, 1] for which Π f q + (1 - f) p is greatest: over the photons, q the plain probability of each
-// one's choice, p the share of the *other* photons that made it. The logarithm is concave in f, so its slope
-// changes sign once.
+// Returns the f in [0, 1] that maximises Π (f q + (1 - f) p) over the photons, where q is the plain
+// probability of a photon's choice, and p is the share of the *other* photons that made it (leave-one-out).
+// The logarithm is concave in f, so its slope changes sign once.
 float likeliest_share(std::span<const Count> counts, float all) {
     if (all < 2) return 1;
     const auto slope = [&](float f) {
         float sum = 0;
         for (const Count& c : counts) {
             const float p = (c.photons - 1) / (all - 1);
-            // A denominator of 0 needs q = 0 or f = 0, for a choice that a lone photon made.
+            // The denominator is 0 only if q = 0 or f = 0, for a choice that a lone photon made.
             sum += c.photons * (c.plain - p) / std::max(f * c.plain + (1 - f) * p, 1e-12F);
         }
         return sum;
@@ -90,7 +90,7 @@ float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Cho
         choices.push_back({static_cast<std::uint32_t>(key >> 32), static_cast<CellId>(key), 0, sum});
     }
 
-    // A choice is as probable as the steps between the sums make it: what draw() does, to the last bit.
+    // A choice's probability is the step between the rounded sums, which is exactly what draw() does.
     float before = 0;
     for (std::size_t i = begin; i < choices.size(); ++i) {
         Guide::Choice& choice = choices[i];
@@ -103,12 +103,12 @@ float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Cho
 
 namespace {
 
-// The part of its light that each photon left from, and how probable the plain choice makes it. Photons are
-// emitted by flux, so their shares are those of a choice by power.
+// Stores the part of its light that each photon left, and how probable the plain strategy makes it. Photons
+// are emitted by flux, so their shares are those of a choice by power.
 struct PhotonParts {
     std::vector<CellId> parts;  // of each photon's light, or kNoSample
-    std::vector<float> plain;   // with a tree: beside the other parts of its light
-    const LightTree* tree;      // null: by power
+    std::vector<float> plain;   // with a tree: relative to all parts of its light
+    const LightTree* tree;      // null: the plain strategy is by power
 
     PhotonParts(const PhotonMap& map, std::span<const std::unique_ptr<Light>> lights,
                 const LightTree* plainly, const Workers& workers)
@@ -135,7 +135,7 @@ struct PhotonParts {
         }
     }
 
-    // That a place asks this light for this part, without photons.
+    // Returns the probability that the plain strategy chooses this light and part at a place.
     float plain_probability(std::uint32_t light, std::uint32_t photon, const V3f& x, const V3f& n) const {
         if (!tree) return plain[photon];
         const float probability = tree->probability(x, n, light, parts[photon]);
@@ -143,7 +143,7 @@ struct PhotonParts {
     }
 };
 
-// The samples around x, on the side of n; their number.
+// Collects the samples around x, on the side of n, and returns their number.
 std::size_t samples_near(const PhotonMap& map, const PhotonParts& photon_parts, const GuideSettings& settings,
                          const V3f& x, const V3f& n,
                          std::array<PartSample, GuideSettings::kMostPhotons>& samples) {
@@ -154,7 +154,7 @@ std::size_t samples_near(const PhotonMap& map, const PhotonParts& photon_parts, 
         const CellId part = photon_parts.parts[neighbour.index];
         if (part == kNoSample) continue;
         const Photon& photon = map.photons()[neighbour.index];
-        // All at one point: they count alike.
+        // Photons that all lie at one point count alike.
         const float x2 = near.radius2() > 0 ? neighbour.key / near.radius2() : 0.0F;
         samples[size++] = {photon.light, part,
                            luminance(photon.power) * kernel(KernelShape::epanechnikov, x2),
@@ -175,8 +175,8 @@ GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights
 void GuideMap::cache_distributions(std::span<const std::unique_ptr<Light>> lights, const LightTree* tree,
                                    const Workers& workers) {
     const PhotonParts photon_parts(map_, lights, tree, workers);
-    // A distribution for every few of the photons that each one counts: they overlap. In the order of the
-    // map.
+    // Makes a distribution for every few of the photons that each one counts, so that they overlap. The
+    // photons are in the order of the map.
     const std::size_t stride = std::max<std::size_t>(static_cast<std::size_t>(settings_.k) / kOverlap, 1);
     for (std::size_t i = 0; i < map_.size(); i += stride) {
         places_.push_back(map_.positions()[i]);
@@ -234,11 +234,11 @@ bool GuideMap::any_near(const V3f& x, const V3f& n) const {
 
 namespace {
 
-// Stores the first hits of one chunk of paths, whatever the surface: each path is one ray, through media as
-// if they were not there, and straight through panes, behind which lights are sampled, too.
+// Stores the first hits of one chunk of paths on any surface. Each path is one ray, which ignores media and
+// continues straight through panes, because lights behind panes are sampled, too.
 struct FirstHits : LightPathVisitor {
     const Scene* scene = nullptr;
-    float share = 0;  // of a path among all
+    float share = 0;  // of one path among all
     Photons photons;
 
     template <typename Archive>
@@ -262,8 +262,8 @@ struct FirstHits : LightPathVisitor {
     }
 };
 
-// Throws InputError for more photons than there is memory for, by what the first paths left: they are held as
-// chunks leave them, in one row, and in the map, under its tree.
+// Throws InputError if there is too little memory for the photons, whose number the first paths tell. They
+// are held as chunks leave them, in one array, and in the map, under its tree.
 void require_memory_for_guides(const std::vector<FirstHits>& chunks, std::int64_t paths, std::int64_t all) {
     constexpr double kBytesOfHit = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon), kTree = 32;
     const double photons =

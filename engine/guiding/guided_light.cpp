@@ -9,12 +9,12 @@
 namespace lucerna {
 namespace {
 
-// Of the BSDF's ray: the least chance that it is traced, and the chance where no candidate said anything.
+// The BSDF's ray is traced with at least kLeastChance, and with kBlindChance where no candidate contributes.
 constexpr float kLeastChance = 1.0F / 32;
 constexpr float kBlindChance = 0.25F;
 
-// u moved on by i steps of the sequence that fills the square most evenly of all such [Roberts 2018]: every
-// one is uniform if u is, and together they keep out of each other's way.
+// Returns u moved on by i steps of the sequence that fills the square most evenly of its kind [Roberts 2018].
+// Each result is uniform if u is, and all of them are well separated.
 V2f step(const V2f& u, int i) {
     constexpr double kAlpha[2] = {0.75487766624669276, 0.56984029099805327};
     V2f result;
@@ -25,21 +25,21 @@ V2f step(const V2f& u, int i) {
     return result;
 }
 
-// Several candidates of the lights' strategy, one kept.
+// Holds the sum over several candidates of the lights' strategy, and the one that is kept.
 struct Candidates {
-    float sum = 0;               // of the luminances of what each would bring, MIS share included
-    float missing = 0;           // of what MIS leaves to the BSDF's strategy in the same directions
-    Rgb kept{0.0F};              // what the kept one would bring
-    LightSample light_sample{};  // how it would
-    std::uint32_t light = 0;     // whose it is
+    float sum = 0;               // luminances of their unoccluded light, MIS weights included
+    float missing = 0;           // what MIS leaves to the BSDF's strategy in the same directions
+    Rgb kept{0.0F};              // unoccluded light of the kept one
+    LightSample light_sample{};  // of the kept one
+    std::uint32_t light = 0;     // of the kept one
 
-    // Radiance for a free way: on average over which one is kept it is the mean of all `count` of them.
+    // Returns the unoccluded radiance. On average over the kept candidate, it is the mean of all `count`.
     Rgb radiance(int count) const { return kept * (sum / (luminance(kept) * static_cast<float>(count))); }
-    // The share of the light that the BSDF's strategy is expected to find. NaN if that is beyond numbers.
+    // Returns the share of the light that the BSDF's strategy is expected to find. NaN if that is not finite.
     float left_to_bsdf() const { return missing / (sum + missing); }
 };
 
-// The candidates at one vertex, by their numbers; each can be drawn again, the same.
+// Draws the candidates at one vertex, by number. The same number always draws the same candidate.
 class Draws {
   public:
     Draws(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count, Sampler& sampler)
@@ -55,7 +55,7 @@ class Draws {
         LightChoice::Draw drawn;
     };
     std::optional<One> operator[](int i) const {
-        // One in each of `count` equal parts of the choice.
+        // There is one candidate in each of `count` equal strata of the choice.
         const float u = std::min((static_cast<float>(i) + u_light_) / count_, 0x1.fffffep-1F);
         const auto drawn = choice_.draw(scene_, vertex_.hit.at.p, u, step(u_place_, i));
         if (!drawn) return std::nullopt;
@@ -91,22 +91,23 @@ Candidates draw_candidates(const Scene& scene, const Vertex& vertex, const Light
     }
     if (!(all.sum > 0)) return all;
 
-    // One is kept in proportion to its luminance. In the candidates' order, which is that of lights and their
-    // parts: so u_keep, well spread over the samples of a pixel, spreads what is kept over them.
+    // One candidate is kept in proportion to its luminance. Candidates are in the order of lights and their
+    // parts, so that u_keep, well distributed over a pixel's samples, distributes the kept ones over the
+    // lights.
     const auto end = upto.begin() + count;
     const auto found = std::upper_bound(upto.begin(), end, u_keep * all.sum);
-    // Rounding may lead past the last that counts: back to it.
+    // Rounding may lead past the last candidate that counts, which is then kept.
     const auto kept = found != end ? found : std::lower_bound(upto.begin(), end, all.sum);
     const auto one = draws[static_cast<int>(kept - upto.begin())];
-    all.kept = one->value;  // drawn above with a value: drawn again the same
+    all.kept = one->value;  // drawn above with a value; the second draw is identical
     all.light_sample = one->drawn.light_sample;
     all.light = one->drawn.light;
     return all;
 }
 
-// The chance with which the BSDF's ray is traced. Where lights look small (the ratio t of the densities is
-// small) that strategy brings a share t² with a variance of t³: a chance of t adds no more than t². Only for
-// surfaces without peaks: elsewhere it may find what no candidate can.
+// Returns the probability of tracing the BSDF's ray. Where lights look small (the ratio t of the densities is
+// small), that strategy brings a share t² with a variance of t³, so that a probability of t adds no more than
+// t². Only diffuse surfaces use it: elsewhere the ray may find what no candidate can.
 float bsdf_chance(const Vertex& vertex, const Candidates& all) {
     if (!vertex.bsdf.is_diffuse()) return 1;
     if (!(all.sum > 0)) return kBlindChance;
@@ -117,7 +118,7 @@ float bsdf_chance(const Vertex& vertex, const Candidates& all) {
 }  // namespace
 
 int candidates_that_pay(const Scene& scene) {
-    // Parts among which the tree does not choose.
+    // These lights have parts among which the tree does not choose.
     const bool fields = std::any_of(scene.lights().begin(), scene.lights().end(), [](const auto& light) {
         return light->part_of(0) != kNoCell && light->part_bounds().empty();
     });
@@ -143,7 +144,7 @@ std::optional<BsdfSample> GuidedLight::operator()(const Vertex& vertex, Sampler&
     // Sample the lights.
     const Candidates all = draw_candidates(scene_, vertex, choice, settings_.candidates, sampler);
     if (all.sum > 0) {
-        // On average over which candidate is kept, each light gets its own.
+        // On average over the kept candidate, each light gets its own contribution.
         path.direct(
             all.radiance(settings_.candidates) * transmitted_share(scene_, vertex, all.light_sample, sampler),
             all.light);
@@ -153,7 +154,7 @@ std::optional<BsdfSample> GuidedLight::operator()(const Vertex& vertex, Sampler&
             path.direct(from_sun->radiance, sun);
     }
 
-    // Ask the BSDF.
+    // Sample the BSDF.
     const BsdfU u{sampler.next(), sampler.next2()};
     const float u_trace = sampler.next();
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);

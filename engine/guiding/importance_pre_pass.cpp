@@ -16,18 +16,18 @@
 namespace lucerna {
 namespace {
 
-// Of the mean radiance, added to a pixel's own: what is darker than that may be as wrong as that.
+// This is ε relative to the mean radiance. Darker pixels may be off by as much.
 constexpr double kDarkest = 0.05;
 
-// ImportancePrePass paths for one camera ray: estimates cost as much as the paths that they judge.
+// There is one camera ray for so many pre-pass paths: estimates cost as much as the paths that they judge.
 constexpr std::int64_t kPathsPerRay = 4;
 
 constexpr std::array kSurfaceMaps{MapKind::direct, MapKind::global, MapKind::caustic};
 
-// Photons of the pre-pass, by map; a photon's `cell` is the number of its path. Powers are those of the
-// pre-pass's mean.
+// Stores the photons of the pre-pass, by map. A photon's `cell` is the number of its path. Powers are already
+// divided by the number of paths.
 struct PrePassPhotons : LightPathVisitor {
-    float share = 0;  // of a path among all
+    float share = 0;  // of one path among all
     std::uint32_t path = 0;
     std::array<Photons, kMapKinds> photons;
 
@@ -47,7 +47,7 @@ struct PrePassPhotons : LightPathVisitor {
     }
 };
 
-// The maps of the pre-pass.
+// Builds the maps of the pre-pass.
 std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene,
                                                               const ImportancePrePassSettings& settings,
                                                               const Workers& workers, Monitor& monitor) {
@@ -57,7 +57,7 @@ std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene
     paths.pass = kEmissionPrePass;
     paths.specular_below = settings.specular_below;
     paths.per_chunk = 2048;
-    paths.interleaved = false;  // a photon is named by the path that is under way
+    paths.interleaved = false;  // a path is traced as a whole, so that `path` is its photons'
     paths.phase = "pre-pass";
     std::vector<PrePassPhotons> chunks;
     trace_light_paths({scene, workers, monitor}, paths, chunks, [&](std::int64_t /*count*/) {
@@ -75,7 +75,7 @@ std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene
     return maps;
 }
 
-// Looks at the pre-pass's maps as the image will at its own.
+// Reads the pre-pass's maps as the image will read its own.
 class Scorer {
   public:
     Scorer(const std::array<std::optional<PhotonMap>, kMapKinds>& maps,
@@ -94,7 +94,7 @@ class Scorer {
                         });
     }
 
-    // By path.
+    // Returns the second moment of each path.
     std::vector<float> scores() const {
         const std::vector<float> shown = radiances();
         std::vector<float> scores(static_cast<std::size_t>(settings_.paths));
@@ -109,12 +109,12 @@ class Scorer {
     }
 
   private:
-    // Of a camera ray's radiance, what one photon brings.
+    // Holds what one photon adds to a camera ray's radiance.
     struct Part {
         std::uint32_t ray, path;
         float radiance;
-        bool read;       // by the image from its maps; what it finds otherwise is only shown
-        bool at_gather;  // where a gather ray is: no radiance of the surface that the camera sees
+        bool read;       // by the image from its maps; otherwise it only counts as shown
+        bool at_gather;  // found by a gather ray, thus not radiance of the surface that the camera sees
     };
 
     void visit(const Importon& importon, std::vector<Part>& parts) const {
@@ -126,7 +126,7 @@ class Scorer {
             const TangentMetric metric(importon.p, importon.n, how.metric, how.ratio);
             const NearPhotons near(*maps_[k], importon.p, metric, static_cast<std::size_t>(how.k),
                                    sqr(how.radius));
-            // Photons at one point would weigh without bound.
+            // The bound of the radius also bounds what photons at one point contribute.
             const float r2 = std::max(near.radius2(), sqr(kSmallest * how.radius));
             const float per_power = importon.weight / (kPi * r2);
             if (!std::isfinite(per_power)) continue;  // r2 is 0 where float32 cannot hold it
@@ -138,7 +138,7 @@ class Scorer {
         }
     }
 
-    // What each camera ray shows, and a little more: > 0.
+    // Returns the radiance that each camera ray shows, plus ε: > 0.
     std::vector<float> radiances() const {
         std::vector<float> shown;
         double sum = 0;
@@ -156,14 +156,14 @@ class Scorer {
         return shown;
     }
 
-    static constexpr float kSmallest = 1e-4F;  // of the largest radius
+    static constexpr float kSmallest = 1e-4F;  // relative to the largest radius
 
     const std::array<std::optional<PhotonMap>, kMapKinds>& maps_;
     const ImportancePrePassSettings& settings_;
     std::vector<std::vector<Part>> parts_;  // by chunk of importons
 };
 
-// The pre-pass's paths by light, with the numbers they began with.
+// Returns the pre-pass's paths by light, with their emission numbers.
 std::vector<std::vector<EmissionTrial>> trials(const Scene& scene, std::uint64_t seed,
                                                std::span<const float> scores) {
     std::vector<std::vector<EmissionTrial>> by_light(scene.lights().size());
@@ -204,7 +204,7 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
     const Stopwatch watch;
     if (!(scene.picker().total_power() > 0) || scatters(scene.media())) return std::nullopt;
 
-    // Where the picture looks.
+    // Find where the image reads photon maps.
     ImportonParameters looks;
     looks.rays = std::clamp<std::int64_t>(settings.paths / kPathsPerRay, 64, looks.rays);
     looks.gather = settings.gather;
@@ -213,12 +213,12 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
     const std::vector<Importon> importons = trace_importons(scene, view, looks, workers);
     if (importons.empty()) return std::nullopt;
 
-    // What light paths bring there.
+    // Trace light paths, and score what they bring there.
     const auto maps = pre_pass_maps(scene, settings, workers, monitor);
     if (monitor.stopped()) return std::nullopt;
     const std::vector<float> scores = Scorer(maps, settings, importons, workers).scores();
 
-    // Which ones to emit.
+    // Learn which paths to emit.
     ImportancePrePass pre_pass{learn_density(scene, settings.seed, scores)};
     pre_pass.importons = importons.size();
     for (const float score : scores) pre_pass.useful += score > 0 ? 1 : 0;
@@ -229,12 +229,12 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
 
 namespace {
 
-// Of rays that only say where the picture looks: beyond that what is seen is dim, or a maze of mirrors, and
-// no light is lost with it. More than points of irradiance get, as the camera may look through several
-// glasses.
+// Camera and gather rays have at most this many bounces: what is seen beyond is dim, or a maze of mirrors,
+// and no light of the image is lost with it. The limit is larger than for irradiance points, because the
+// camera may look through several glasses.
 constexpr int kMostImportonBounces = 16;
 
-// One camera ray and its gather rays.
+// Follows one camera ray and its gather rays.
 class Follower {
   public:
     Follower(const Scene& scene, const ImportonParameters& parameters, std::uint32_t ray, Sampler& sampler,
@@ -254,7 +254,7 @@ class Follower {
             const auto sample = bsdf.rest().sample(wo, numbers(), Transport::radiance);
             if (!sample) return;
             throughput *= sample->weight;
-            squeeze *= sample->eta_scale;  // what glass takes from radiance it gives back: no reason to end
+            squeeze *= sample->eta_scale;  // glass gives back the radiance that it takes: no reason to end
             const float survival = std::min(1.0F, luminance(throughput) / squeeze);
             if (!(sampler_.next() < survival)) return;
             throughput /= survival;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLargest = double{std::numeric_limits<float>::max()};
 
-// Luminances above 0 that are finite, in no order.
+// Returns the finite luminances above 0, in no particular order.
 std::vector<float> luminances(const Image& image) {
     const V3d weights = (image.space ? *image.space : colour_spaces().front()).luminances();
     std::vector<float> all;
@@ -30,7 +30,7 @@ std::vector<float> luminances(const Image& image) {
     return all;
 }
 
-// The values below the largest share of them, at least one; reorders them.
+// Reorders the values and returns all but the largest `share` of them, at least one. The last is the largest.
 std::span<float> without_largest(std::span<float> values, double share) {
     const auto kept = static_cast<std::size_t>(std::ceil((1 - share) * static_cast<double>(values.size())));
     const std::size_t last = std::max<std::size_t>(kept, 1) - 1;
@@ -38,8 +38,9 @@ std::span<float> without_largest(std::span<float> values, double share) {
     return values.first(last + 1);
 }
 
-// The factor by which the mean of min(1, factor * value) is `target`, in (0, 1). The mean is a concave
-// function of the factor, of straight pieces: Newton's steps come from below and end on the right piece.
+// Returns the factor for which the mean of min(1, factor * value) is `target`, in (0, 1). The mean is a
+// concave and piecewise linear function of the factor, so Newton's steps rise to the solution and reach it
+// exactly.
 double factor_to_mean(std::span<const float> values, double target) {
     const double wanted = target * static_cast<double>(values.size());
     double factor = 0;

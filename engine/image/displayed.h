@@ -1,4 +1,4 @@
-// An image under a picture's look, and the exposure that suits an image.
+// Applies a picture's look to an image, and chooses an exposure for it.
 #pragma once
 
 #include "engine/colour/tone.h"
@@ -6,17 +6,17 @@
 
 namespace lucerna {
 
-// R, G and B of every pixel as a display is given them.
+// Returns R, G and B of every pixel as display-referred values.
 Image displayed(const Image& image, const PictureLook& look);
 
-// The exposure of a picture that nobody chose one for: the one at which the mean luminance of what is shown
-// is middle grey, 0.18 of white.
+// Returns the exposure for which the mean luminance of the displayed picture is middle grey, 0.18 of white,
+// and 1 for a black image. It is the default where the user chooses none.
 //
-// Over the pixels that are lit and not glaring, each counted as white at most. Lit: finite, and at least
-// 2^-12 of the luminance that the brightest hundredth of the pixels above 0 reaches, less than which is black
-// beside it on any display. Glaring: the brightest twentieth of those that are lit, lamps that are seen and
-// fireflies. So at most 0.05 + 0.95 * 0.18 = 22 % of the lit pixels are beyond white, and k times the light
-// gets 1/k the exposure. 1 for a black image.
+// The mean is over the pixels that are lit and do not glare, each counted as white at most. A pixel is lit if
+// it is finite and has at least 2^-12 of the luminance that the brightest hundredth of the pixels above 0
+// reaches; less is black beside it on any display. The brightest twentieth of the lit pixels glare: visible
+// lamps and fireflies. At most 0.05 + 0.95 * 0.18 = 22 % of the lit pixels are therefore beyond white, and
+// k times the light gets 1/k of the exposure.
 float auto_exposure(const Image& image);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// Images: named float channels over a rectangle, and the files they live in.
+// Declares images, which are named float channels over a rectangle, and reads and writes their files.
 #pragma once
 
 #include <cmath>
@@ -18,8 +18,8 @@ namespace lucerna {
 struct ColourSpace;
 struct PictureLook;  // tone.h
 
-// Row-major, top row first, channels interleaved: value(x, y, c) = data[(y * width + x) * channels.size() +
-// c].
+// Pixels are stored row by row from the top, channels interleaved:
+// value(x, y, c) = data[(y * width + x) * channels.size() + c].
 struct Image {
     int width = 0;
     int height = 0;
@@ -27,8 +27,8 @@ struct Image {
     std::vector<float> data;
     std::map<std::string, std::string> attributes;  // text carried in the file's header
     const ColourSpace* space = nullptr;             // of R, G and B (colour_space.h); null: linear sRGB
-    // Of a part of a picture: where its first pixel lies there, and the picture's size. (0, 0): it is the
-    // whole.
+    // For a crop: where its first pixel lies in the whole image, and the whole image's size. A size of (0, 0)
+    // means that this is the whole image.
     V2i corner{0, 0}, picture{0, 0};
 
     Image() = default;
@@ -47,7 +47,7 @@ struct Image {
     float& value(int x, int y, int c) { return data[index(x, y) + static_cast<std::size_t>(c)]; }
     float value(int x, int y, int c) const { return data[index(x, y) + static_cast<std::size_t>(c)]; }
 
-    // The first three channels, or the first one three times.
+    // Returns the first three channels, or the first one three times if there are fewer.
     Rgb rgb_at(int x, int y) const {
         const float* p = &data[index(x, y)];
         return channels.size() < 3 ? Rgb(p[0]) : Rgb(p[0], p[1], p[2]);
@@ -58,59 +58,58 @@ struct Image {
     }
 };
 
-// The place of a channel among an image's; none if it has no such channel.
+// Returns the index of a channel, or none if the image has no such channel.
 std::optional<std::size_t> find_channel(const Image& image, const std::string& name);
 
-// The channels of another image of the same size behind an image's own, under names that begin so.
+// Appends the channels of another image of the same size, with `prefix` before their names.
 void add_channels(Image& image, const Image& more, const std::string& prefix);
 
-// Header texts and place of another image.
+// Copies the attributes and the place of another image.
 void describe_alike(Image& image, const Image& other);
 
-// The image without the other channels.
+// Returns the image with only those channels for whose name kept() is true.
 Image with_channels(const Image& image, const std::function<bool(const std::string& name)>& kept);
 
-// R, G and B brought to linear sRGB: below 0 outside its gamut or, `held`, mixed with grey of the same
-// luminance until none is. variance.R, .G and .B are left out where colours change, as nothing says how they
-// vary together.
+// Converts R, G and B to linear sRGB. Colours outside its gamut have components below 0 or, if `held`, are
+// mixed with grey of the same luminance until none is. Where colours change, variance.R, .G and .B are
+// removed, because their covariance is unknown.
 Image brought_to_srgb(Image image, bool held = false);
 
-// OpenEXR, 32-bit float, ZIP. R, G, B come first whatever the file's order. What the file states in other
-// chromaticities than Rec. 709's is brought to linear sRGB, so that all images read are in one space; the
-// attribute "lucerna.broughtfrom" then tells of it. Throws InputError naming file and cause.
+// Reads an OpenEXR image. R, G and B come first, whatever the file's order. Colours with other chromaticities
+// than Rec. 709's are converted to linear sRGB, so that all images are in one space; the attribute
+// "lucerna.broughtfrom" then names the file's space. Throws InputError naming file and cause.
 Image read_exr(const std::filesystem::path& file);
-// The same in the space that the file states, which must have a name (colour_space.h).
+// Reads it in the space that the file states, which must have a name (colour_space.h).
 Image read_exr_as_stated(const std::filesystem::path& file);
-// Of the layers beside R, G and B of an image that was read: only those three are brought to linear sRGB.
-// Null: linear sRGB.
+// Returns the colour space of the layers besides R, G and B of an image that read_exr() returned: it converts
+// only these three. Null means linear sRGB.
 const ColourSpace* space_of_layers(const Image& image);
-// Writes beside the target and renames, so that a reader sees the old file or the new one, never half of one.
-// An image with R, G and B states the chromaticities of its space.
+// Writes 32-bit floats, packed by ZIP, to a temporary file and renames it, so that a reader sees the old file
+// or the new one. An image with R, G and B states the chromaticities of its space.
 void write_exr(const std::filesystem::path& file, const Image& image);
-// The same as the bytes of such a file.
+// Returns the bytes of such a file.
 std::vector<std::byte> exr_bytes(const Image& image);
 
-// 8-bit sRGB of the first three channels under that look.
+// Writes the first three channels under that look as 8-bit sRGB.
 void write_png(const std::filesystem::path& file, const Image& image, const PictureLook& look);
-// A plain picture: values are already display-referred sRGB in [0,1].
+// Writes values that are already display-referred sRGB in [0, 1].
 void write_png_display(const std::filesystem::path& file, const Image& image);
-// The same as the bytes of such a file, for a page that carries its pictures in itself.
+// Returns the bytes of such a file, for pages that embed their pictures.
 std::vector<unsigned char> png_bytes(const Image& image);
 
-// The variance of luminance, of the variances of linear red, green and blue. Channels vary together, near
-// enough; it makes it rather too large than too small.
+// Returns the variance of luminance, given the variances of linear red, green and blue. It takes the channels
+// for fully correlated, which they nearly are and which overestimates rather than underestimates.
 inline double luminance_variance(const V3d& variance) {
     const V3d deviation(std::sqrt(variance.x), std::sqrt(variance.y), std::sqrt(variance.z));
     return sqr(double{luminance(Rgb(V3f(deviation)))});
 }
 
-// What an error of luminance is relative to, wherever it is told as a share.
-
-// Of the image's mean luminance, so that the errors of black pixels do not count for more than they show.
+// Relative errors of luminance are relative to the luminance of the pixel and, so that invisible errors of
+// black pixels do not dominate, to this share of the image's mean luminance.
 inline constexpr double kErrorFloorShare = 0.1;
 
-// The square of it: of the luminance there, and of that share of the image's mean. Above 0 in any image that
-// is not black.
+// Returns the square of what an error is relative to: the sum of both squares. It is above 0 in any image
+// that is not black.
 inline double error_scale2(double luminance, double mean) {
     return sqr(luminance) + sqr(kErrorFloorShare * mean);
 }

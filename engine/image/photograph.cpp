@@ -21,7 +21,7 @@ namespace {
     throw InputError({file.string()}, "not a readable photograph: " + one_line(why));
 }
 
-// The largest count of a whole-number format, 0 for floats.
+// Returns the largest count of a whole-number format, or 0 for floats.
 int most_of(const std::filesystem::path& file, const PictureHeader& header) {
     if (header.numbers == PictureNumbers::floats) return 0;
     if (header.numbers != PictureNumbers::bytes && header.numbers != PictureNumbers::words) {
@@ -30,7 +30,7 @@ int most_of(const std::filesystem::path& file, const PictureHeader& header) {
             fmt::format("pixel type {}; expected 8- or 16-bit integers, half or float", header.kind));
     }
     const int whole = header.numbers == PictureNumbers::bytes ? 8 : 16;
-    // Narrower numbers would have been stretched while reading, and counts must stay what they are.
+    // The library stretches narrower numbers, but counts must not change.
     if (header.bits != whole) {
         throw InputError({file.string()}, fmt::format("{} bits per value; expected 8 or 16", header.bits));
     }
@@ -98,7 +98,7 @@ void require_finite(const std::filesystem::path& file, const Photograph& photogr
     }
 }
 
-// Every stored number as `Stored`: one channel, the luminance of three, or three.
+// Reads numbers stored as `Stored`: one channel, the luminance of three channels, or three channels.
 template <typename Stored>
 void read_counts(PictureReader& in, const Channels& channels, const std::filesystem::path& file,
                  std::vector<float>& counts) {
@@ -133,7 +133,7 @@ template <typename Stored>
 void write_values(const std::filesystem::path& file, PictureFormat format, const Photograph& photograph,
                   std::vector<Stored> values) {
     const V2i& size = photograph.size;
-    if (photograph.channels == 3) {  // side by side
+    if (photograph.channels == 3) {  // of each pixel, interleaved
         std::vector<Stored> mixed(values.size());
         const std::size_t pixels = photograph.pixels();
         for (std::size_t c = 0; c < 3; ++c)
@@ -153,7 +153,7 @@ std::vector<Stored> rounded(const Photograph& photograph) {
     values.reserve(photograph.counts.size());
     for (const float c : photograph.counts) {
         const float most = static_cast<float>(photograph.most);
-        values.push_back(static_cast<Stored>(c > 0 ? std::min(std::round(c), most) : 0.0F));  // NaN is 0
+        values.push_back(static_cast<Stored>(c > 0 ? std::min(std::round(c), most) : 0.0F));  // NaN becomes 0
     }
     return values;
 }

@@ -17,16 +17,15 @@
 namespace lucerna {
 namespace {
 
-// --- ICC profiles [ICC.1:2010]
-// --------------------------------------------------------------------------------
+// --- ICC profiles [ICC.1:2010] ---
 
-// A profile cannot be followed; the text says why.
+// Thrown for a profile that cannot be followed; the text says why.
 struct Unfollowed {
     std::string why;
 };
 
 constexpr std::size_t kIccHeader = 128;
-constexpr std::size_t kCurvePoints = 4097;  // of a curve that is no power
+constexpr std::size_t kCurvePoints = 4097;  // of a curve that is not a power
 
 class IccProfile {
   public:
@@ -99,7 +98,7 @@ class IccProfile {
             return (low + (high - low) * (place - static_cast<double>(i))) / 65535;
         });
     }
-    // [ICC.1:2010, 10.16]: g, then a and b, then c, then d, then e and f.
+    // The parameters are, in this order [ICC.1:2010, 10.16]: g, a, b, c, d, e, f. Each kind has some of them.
     static Encoding parametric_curve(std::span<const std::uint8_t> b) {
         constexpr std::array<std::size_t, 5> kParameters{1, 3, 4, 5, 7};
         const std::size_t kind = whole(b, 8, 2);
@@ -119,7 +118,7 @@ class IccProfile {
     std::span<const std::uint8_t> bytes_;
 };
 
-// The largest difference of decoded values.
+// Returns the largest difference of decoded values.
 float difference(const Encoding& a, const Encoding& b) {
     float most = 0;
     for (int i = 0; i <= 256; ++i) {
@@ -129,7 +128,8 @@ float difference(const Encoding& a, const Encoding& b) {
     return most;
 }
 
-// sRGB's own curve where a profile has it up to its rounding, so that a picture is the same with and without.
+// Returns sRGB's curve, or the identity, for a table that differs from it by no more than rounding, so that a
+// picture is read alike with such a profile and without.
 Encoding named(const Encoding& encoding) {
     constexpr float kRounding = 1e-3F;
     const Encoding srgb{Encoding::Kind::srgb}, linear{Encoding::Kind::linear};
@@ -138,7 +138,7 @@ Encoding named(const Encoding& encoding) {
     return encoding;
 }
 
-// A profile's colours are adapted to its white, D50. Their chromaticities under D65.
+// Returns the space of a profile's colorants, which are adapted to D50, by their chromaticities under D65.
 std::optional<ColourSpace> space_of_colorants(const std::array<V3d, 3>& colorants) {
     const V3d white = colorants[0] + colorants[1] + colorants[2];
     if (!(white.y > 0)) return std::nullopt;
@@ -175,10 +175,10 @@ StatedColours colours_of_profile(std::span<const std::uint8_t> bytes, int channe
     return colours;
 }
 
-// --- PNG's chunks -----------------------------------------------------------------------------------------
+// --- PNG's chunks ---
 
-// gAMA is the exponent that made the numbers. 1/2.2 stands for sRGB's curve [PNG 13.13], within what libpng
-// takes for the same.
+// gAMA is the exponent by which the numbers were encoded. 1/2.2 stands for sRGB's curve [PNG 13.13]; libpng
+// uses the same tolerance.
 Encoding encoding_of_gamma(double gamma) {
     constexpr double kSame = 0.05;
     if (std::fabs(gamma * 2.2 - 1) < kSame) return {Encoding::Kind::srgb};

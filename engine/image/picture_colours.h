@@ -13,10 +13,10 @@
 
 namespace lucerna {
 
-// How whole-number formats store light; half and float are linear already and are taken as they are.
+// Describes the curve by which integer formats store light. Half and float are linear.
 struct Encoding {
     enum class Kind : std::uint8_t {
-        of_file,  // as the file says, and sRGB where it says nothing
+        of_file,  // as the file states, and sRGB if it states nothing
         srgb,
         linear,
         power,  // value^exponent
@@ -29,15 +29,15 @@ struct Encoding {
     float decode(float stored) const;  // [0,1] to [0,1]; not of_file
 };
 
-// CIE XYZ as a colour space: the numbers are X, Y and Z of the light itself, without any adaptation, and
-// white is D65 as in every space.
+// Returns CIE XYZ as a colour space: the numbers are X, Y and Z of the light itself, without any adaptation,
+// and white is D65 as in every space.
 const ColourSpace& cie_xyz_space();
 
 // Holds the encoding and the colour space by which a file's numbers are read as colours.
 struct StatedColours {
     Encoding encoding{Encoding::Kind::srgb};
-    std::optional<ColourSpace> space = {};  // of the decoded numbers; none: linear sRGB
-    std::string ignored = {};               // a sentence about what is not followed; empty: all of it is
+    std::optional<ColourSpace> space = {};  // of the decoded numbers; none means linear sRGB
+    std::string ignored = {};               // says what is not followed; empty if all is
 };
 
 // Integers follow an ICC profile of curves and primaries, or else a PNG's chunks sRGB, gAMA and cHRM, in this
@@ -45,19 +45,19 @@ struct StatedColours {
 // Throws InputError (without the file's name) for chromaticities of floats that span no space.
 StatedColours stated_colours(const PictureHeader& header);
 
-// The channels that make a picture's colours: X, Y and Z if it has these and not R, G and B, otherwise the
-// first three, or the first one.
+// Names the channels that hold a picture's colours: X, Y and Z if it has these and not R, G and B, otherwise
+// the first three, or the first one.
 struct PictureChannels {
     ChannelRange range{0, 1};
     int count = 1;             // 1 or 3
-    int place[3] = {0, 0, 0};  // of each, within the range
+    int place[3] = {0, 0, 0};  // of each channel, within the range
     bool xyz = false;
     bool in_order() const {
         return range.end - range.first == count && place[0] == 0 &&
                (count == 1 || (place[1] == 1 && place[2] == 2));
     }
 };
-// Requires a channel.
+// The picture must have a channel.
 PictureChannels colour_channels(const PictureHeader& header);
 
 }  // namespace lucerna

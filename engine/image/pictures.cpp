@@ -14,22 +14,19 @@
 namespace lucerna {
 namespace {
 
-// What the known formats reach with runs of one value, packed twice.
-constexpr std::int64_t kBestCompression = 1 << 16;
-
 using Beginning = std::array<unsigned char, 10>;
 
-// Reads the header's colours that the library does not report. Throws InputError (without the file's name)
-// for more than the file can hold.
+// Checks the header and returns the colours that the library does not report. Throws InputError (without the
+// file's name) for a header that claims more than the file can hold.
 PngColours checked_header(const std::filesystem::path& file, const Beginning& head) {
     constexpr std::array<unsigned char, 4> kExr{0x76, 0x2F, 0x31, 0x01};
     constexpr std::array<unsigned char, 3> kGif{'G', 'I', 'F'};
     constexpr std::array<unsigned char, 8> kPng{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     const auto begins = [&](const auto& with) { return std::equal(with.begin(), with.end(), head.begin()); };
-    if (begins(kExr)) check_exr_header(file, ExrKind::any);
+    if (begins(kExr)) check_exr_header(file);
     if (begins(kPng)) return check_png_chunks(file);
     if (begins(kGif)) {
-        // The screen on which its pictures lie, 16 bits for each side.
+        // The decoder allocates the whole logical screen, whose sides are 16-bit numbers.
         PictureHeader screen;
         screen.width = head[6] | head[7] << 8;
         screen.height = head[8] | head[9] << 8;
@@ -61,12 +58,12 @@ OpenedPicture open_picture(const std::filesystem::path& file, PictureUse use) {
 
 bool is_credible(const std::filesystem::path& file, const PictureHeader& header) {
     constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
-    constexpr int kLinesAtOnce = 64;  // for which decoders make room, however few there are
+    constexpr int kLinesAtOnce = 64;  // decoders allocate so many, even for lower pictures
     if (header.width <= 0 || header.height <= 0 || header.width > kMaxPixels / header.height) return false;
     std::error_code unknown;
     const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
     const std::int64_t pixels = std::int64_t{header.width} * std::max(header.height, kLinesAtOnce);
-    return static_cast<std::uintmax_t>(pixels / kBestCompression) <= bytes;
+    return static_cast<std::uint64_t>(pixels) / kBestCompression <= bytes;
 }
 
 const Pictures& pictures(const std::filesystem::path& file,

@@ -1,4 +1,4 @@
-// Display pictures.
+// Writes pictures for displays.
 #include <algorithm>
 #include <cstdint>
 
@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-// Eight-bit values of a picture.
+// Holds the 8-bit values of a picture.
 struct Bytes {
     int width, height;
     std::vector<std::uint8_t> rgb;
@@ -34,7 +34,7 @@ Bytes mapped(const Image& image, Map&& map) {
         for (int x = 0; x < image.width; ++x) {
             const Rgb c = map(image.rgb_at(x, y));
             for (const float v : {c.x, c.y, c.z}) {
-                const float shown = v > 0 ? std::min(v, 1.0F) : 0.0F;  // NaN is black, not undefined
+                const float shown = v > 0 ? std::min(v, 1.0F) : 0.0F;  // NaN becomes black
                 bytes.push_back(static_cast<std::uint8_t>(shown * 255 + 0.5F));
             }
         }

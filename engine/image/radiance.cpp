@@ -1,4 +1,4 @@
-// Radiance pictures (.hdr, .pic): scan lines of four bytes a pixel, three mantissas with one exponent
+// Reads Radiance pictures (.hdr, .pic): scan lines of four bytes a pixel, three mantissas with one exponent
 // [Ward 1991].
 //
 // The reader follows the header: the order of the axes, the format (RGBE or XYZE), EXPOSURE and COLORCORR,
@@ -29,7 +29,7 @@ namespace {
 
 using Rgbe = std::array<std::uint8_t, 4>;
 
-// Where the pixel after this one lies, and the scan line after this one.
+// Gives the directions in which pixels and scan lines follow each other.
 struct Axes {
     bool columns = false;  // scan lines are columns
     bool up = false;       // y rises along the file, so that the bottom comes first
@@ -44,7 +44,7 @@ struct RadianceHeader {
     std::optional<std::array<float, 8>> primaries;
 };
 
-// So many numbers that the text consists of, and nothing else.
+// Returns the numbers of a text that consists of exactly `count` numbers.
 template <typename Number, std::size_t count>
 std::optional<std::array<Number, count>> numbers_in(std::string_view text) {
     std::array<Number, count> numbers{};
@@ -60,7 +60,7 @@ std::optional<std::array<Number, count>> numbers_in(std::string_view text) {
     return text.empty() ? std::optional(numbers) : std::nullopt;
 }
 
-// A line "NAME=..." divides the picture's numbers, together with the others of its name.
+// Reads the value of a line "NAME=...". The picture's numbers are divided by the product over all such lines.
 template <std::size_t count>
 std::array<double, count> factors_in(std::string_view name, std::string_view value) {
     const auto factors = numbers_in<double, count>(value);
@@ -95,7 +95,8 @@ void read_variable(std::string_view line, RadianceHeader& header) {
     }
 }
 
-// "-Y 16 +X 32": the axis that changes from line to line first. A sign tells whether the coordinate rises.
+// Reads "-Y 16 +X 32": the axis that changes from line to line comes first. The sign tells whether the
+// coordinate rises along the file.
 void read_resolution(std::string_view line, RadianceHeader& header) {
     struct Axis {
         char sign = 0, name = 0;
@@ -139,20 +140,21 @@ std::string header_line(std::istream& in) {
 
 RadianceHeader read_header(std::istream& in) {
     RadianceHeader header;
-    header_line(in);  // "#?RADIANCE"; other programs have other names there
+    header_line(in);  // "#?RADIANCE" or the name of another program
     for (std::string line = header_line(in); !line.empty(); line = header_line(in))
         read_variable(line, header);
     read_resolution(header_line(in), header);
     return header;
 }
 
-// The scan lines, packed by runs: for each of the four bytes apart, or of whole pixels in old files.
+// Unpacks scan lines, whose runs are of each of the four bytes separately, or of whole pixels in old files.
 class ScanLines {
   public:
     explicit ScanLines(std::istream& in) : in_(in) {}
 
     void read(std::span<Rgbe> line) {
-        constexpr std::size_t kShortest = 8, kLongest = 0x7FFF;  // of a line that is packed by runs of bytes
+        constexpr std::size_t kShortest = 8,
+                              kLongest = 0x7FFF;  // pixels of a line that is packed by runs of bytes
         Rgbe first = pixel();
         if (line.size() < kShortest || line.size() > kLongest || first[0] != 2 || first[1] != 2 ||
             first[2] >= 128)
@@ -174,7 +176,7 @@ class ScanLines {
 
   private:
     void read_old(std::span<Rgbe> line, Rgbe next) {
-        int shift = 0;  // of a count that takes several pixels
+        int shift = 0;  // of the next digits of a count that takes several pixels
         for (std::size_t at = 0; at < line.size();) {
             if (next[0] == 1 && next[1] == 1 && next[2] == 1) {
                 const std::size_t count = shift < 32 ? std::size_t{next[3]} << shift : line.size() + 1;

@@ -1,5 +1,5 @@
-// Direct light alone, on surfaces and in media; mirrors and smooth glass are followed. What the other methods
-// add is what this lacks.
+// Computes direct light alone, on surfaces and in media, and follows mirrors and smooth glass. The difference
+// from the other methods' images is indirect light.
 #include "engine/integrators/integrator.h"
 #include "engine/transport/direct_light.h"
 #include "engine/transport/follow.h"

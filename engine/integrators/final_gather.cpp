@@ -13,32 +13,31 @@
 namespace lucerna {
 namespace {
 
-// Most bounces of a ray in pass 2, over surfaces that are not diffuse and from where a gather ray ended too
-// near. Far fewer than kMaxBounces: each reads the maps or samples the lights anew, and few rays get so far.
+// Limits how many surfaces one path of pass 2 shades: glossy ones, and those too near to a gather ray's
+// origin. The limit is far below kMaxBounces, because each surface reads the maps or samples lights anew.
 constexpr int kMostEyeBounces = 64;
 
-// Bounces over glossy surfaces from the eye that are followed without roulette.
+// Paths from the eye survive without Russian roulette over this many shaded surfaces.
 constexpr int kSureBounces = 4;
 
-// With which gloss is looked at where a gather ray landed, at the least: what it brings then counts ten
-// times.
+// Gloss where a gather ray lands is followed with at least this probability; its weight is then at most 10.
 constexpr float kLeastGlossChance = 0.1F;
 
-// How much larger than the radius r(x) at a point the radii of caustic photons that are looked for may be. A
-// photon at y reaches x if it is nearer than r(y); where radii change by less than half of the distance
-// between two points, r(y) < 2 r(x). Where they change faster, photons of larger radii are missed at the rims
+// Caustic photons are searched within this multiple of the radius r(x) of the estimate. A photon at y
+// contributes at x if it is nearer than r(y). Where radii change by less than half of the distance between
+// two points, r(y) < 2 r(x). Where they change faster, the search misses photons of larger radii at the rims
 // of their discs.
 constexpr float kCausticReach = 2;
 
-// Branches of a sample's sampler: for gather rays; one for each map's probes; for light samples and caustics
-// where the camera looks; and for the chances by which some of these three are taken.
+// These are branches of a camera sample's sampler, for gather rays, for each map's probes, for light samples
+// and for caustics. Adding kChanceBranch to a branch gives the one that decides on a fractional sample.
 constexpr std::uint32_t kGatherBranch = 0, kProbesBranch = 1;
 constexpr std::uint32_t kLightBranch = kProbesBranch + kMapKinds, kCausticBranch = kLightBranch + 1;
 constexpr std::uint32_t kChanceBranch = kCausticBranch + 1;
 constexpr std::uint32_t kEstimateBranch = 2 * kChanceBranch;
-constexpr std::uint32_t kBranches = kEstimateBranch + 1;  // more than there are
+constexpr std::uint32_t kBranches = kEstimateBranch + 1;  // stride between the two samples of a pilot
 
-// A surface's diffuse part, for which radiance is estimated from photons, and the rest, which is traced.
+// Splits a surface's BSDF into the diffuse part, for estimates from photons, and the rest, which is traced.
 struct SplitBsdf {
     std::optional<Bsdf> diffuse, rest;
 
@@ -48,9 +47,9 @@ struct SplitBsdf {
     }
 };
 
-// Splits what is not diffuse at a surface. After a gather ray (the rule is none) direct light and caustics
-// are counted already where it began: gloss that counts as specular must not sample lights again, or caustics
-// would count twice.
+// Splits the non-diffuse part of a BSDF. After a gather ray (EmissionRule::none) direct light and caustics
+// are already counted where the ray began. Lobes that count as specular must not sample lights again there,
+// or caustics would count twice.
 struct GlossySplit {
     std::optional<Bsdf> light_sampled, as_specular;
 
@@ -74,7 +73,7 @@ SplitNumbers fixed_numbers(const PhotonMapSettings& settings) {
 }  // namespace
 
 // -----------------------------------------------------------------------------------------------------
-// A path from the eye, or a gather ray, up to the first surface that is diffuse and nothing else
+// Follows a path from the eye, or a gather ray, up to the first purely diffuse surface
 // -----------------------------------------------------------------------------------------------------
 
 class FinalGather::Visitor : public EyeVisitor {
@@ -97,13 +96,13 @@ class FinalGather::Visitor : public EyeVisitor {
     }
 
   private:
-    // The lobes of a surface by which a path may go on.
+    // Lists the lobes of a surface over which a path may continue.
     struct Lobes {
         const Bsdf* diffuse = nullptr;
         const Bsdf* rest = nullptr;
-        const Bsdf* as_specular = nullptr;  // GlossySplit's
-        LightChoice rest_lights = {};       // by which `rest` asked the lights
-        float rest_scale = 1;               // one over the chance of looking at the last two; 0: they are not
+        const Bsdf* as_specular = nullptr;  // see GlossySplit
+        LightChoice rest_lights = {};       // how `rest` chose its light
+        float rest_scale = 1;  // 1 / probability of following the last two lobes; 0: they are dropped
     };
     float rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo, Sampler& sampler) const;
     bool turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const;
@@ -113,10 +112,10 @@ class FinalGather::Visitor : public EyeVisitor {
     const FinalGather& of_;
     Stage stage_;
     const Splits& splits_;
-    float carried_;     // the throughput with which the path began; 0: it brings nothing
-    int began_;         // bounces of the path where its last ray left: the camera, or a surface shaded here
-    int surfaces_ = 0;  // that the visitor has shaded
-    // The length of that ray up to the first surface that it does not pass straight, scene units.
+    float carried_;     // largest component of the throughput at the start; 0: the path brings nothing
+    int began_;         // bounces of the path where its last segment began: at the camera or a shaded surface
+    int surfaces_ = 0;  // shaded so far
+    // This is the length of that segment up to the first surface that does not pass it straight, scene units.
     float length_ = INFINITY;
 };
 
@@ -134,7 +133,7 @@ bool FinalGather::Visitor::at_surface(EyePath& path, const Vertex& at, Sampler& 
     const GlossySplit glossy(split.rest, path.rule, of_.settings_.specular_below);
     lobes.rest_scale = rest_scale(path, split, at.wo, sampler);
     if (glossy.light_sampled && lobes.rest_scale > 0) {
-        // No photons there: sample the lights, then follow the BSDF.
+        // Gloss stores no photons: sample the lights, then follow the BSDF.
         if (!glossy.light_sampled->is_delta()) {
             const Vertex rest{at.hit, *glossy.light_sampled, at.wo, at.medium};
             lobes.rest_lights = of_.lights_.at(at.hit.at, rest.bsdf, at.wo);
@@ -148,8 +147,8 @@ bool FinalGather::Visitor::at_surface(EyePath& path, const Vertex& at, Sampler& 
     return true;
 }
 
-// Where a gather ray landed, gloss beside a diffuse part is looked at by as much chance as it is likely to
-// bring: it is blurred by the gather ray.
+// Returns the weight of the non-diffuse lobes, or 0 if Russian roulette drops them. Where a gather ray lands,
+// they survive in proportion to what they are likely to bring, because the gather ray blurs them.
 float FinalGather::Visitor::rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo,
                                        Sampler& sampler) const {
     if (stage_ != Stage::gather || !split.diffuse || !split.rest) return 1;
@@ -157,8 +156,7 @@ float FinalGather::Visitor::rest_scale(const EyePath& path, const SplitBsdf& spl
     return sampler.next() < chance ? 1 / chance : 0.0F;
 }
 
-// Samples one of the lobes, at random where there are several: with a ray for each the number of rays would
-// grow with every surface.
+// Samples one of the lobes, chosen at random: following each would multiply the rays at every surface.
 bool FinalGather::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const {
     const float u_lobe = sampler.next();
     const BsdfU u{sampler.next(), sampler.next2()};
@@ -172,20 +170,20 @@ bool FinalGather::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lo
     const Bsdf* lobe = open[std::min(static_cast<std::size_t>(u_lobe * share), count - 1)];
     const auto sample = lobe->sample(at.wo, u, Transport::radiance);
     if (!sample) return false;
-    // After diffuse scattering direct light and caustics are counted already.
+    // Except for `rest`, direct light and caustics are already counted at this surface or before it.
     const bool asked = lobe == lobes.rest;
     if (!asked) path.rule = EmissionRule::none();
     path.turn(at, *sample,
               asked ? EmissionRule::mis(sample->pdf_w, lobes.rest_lights) : EmissionRule::none());
     path.throughput *= lobe == lobes.diffuse ? share : share * lobes.rest_scale;
-    // Faint gloss that the camera sees is followed all the same: one ray beside all those that gather, where
-    // roulette would make bright specks of what lamps it mirrors.
+    // Faint gloss that the camera sees always survives: it costs one ray beside all the gather rays, and
+    // Russian roulette would turn the lamps mirrored in it into bright specks.
     const bool sure = stage_ == Stage::eye && surfaces_ <= kSureBounces;
     return path.survives(sure ? 1.0F : carries(path), sampler);
 }
 
 // -----------------------------------------------------------------------------------------------------
-// These shade what the eye sees.
+// Shading of what the camera sees
 // -----------------------------------------------------------------------------------------------------
 
 FinalGather::FinalGather(const Scene& scene, const PhotonMapSettings& settings, PhotonMapPass parts,
@@ -206,10 +204,10 @@ FinalGather::FinalGather(const Scene& scene, const PhotonMapSettings& settings, 
 
 void FinalGather::follow(const EyePath& path, Sampler& sampler) const {
     Splits splits{splitting_.at(path.film)};
-    // Across an edge estimates differ as samples do.
+    // Across an edge, density estimates vary as much as camera samples do, so every sample takes one.
     if (samples_ > 1 && !(edges_ && edges_->at(path.film))) {
-        // Exactly one of 2^k samples in a row does so if the row begins at a multiple of 2^k, because the
-        // numbers are stratified.
+        // Exactly one of 2^k consecutive samples estimates density if the first one's index is a multiple of
+        // 2^k, because the numbers are stratified.
         const auto samples = static_cast<float>(samples_);
         splits.estimates = sampler.split_alike(kEstimateBranch).next() < 1 / samples ? samples : 0.0F;
     }
@@ -252,11 +250,11 @@ void look_at_two(std::uint32_t branch, SplitMoments& pilot, const EyePath& path,
 
 }  // namespace
 
-// Takes `number` samples of one kind at a place that the camera sees, each by numbers of its own, and
-// books their mean. A number is split stochastically: floor(number) samples, plus one with probability
-// frac(number); below 1 one sample with that probability, divided by it. `take(path, sampler)` books one
-// sample on the path that it is given and returns how many times more densely guiding drew it. In a pilot
-// the mean of two samples is booked, which are noted as they reach the pixel.
+// Takes `number` samples of one kind at a place that the camera sees, each with its own random numbers, and
+// books their mean. Splits a fractional number stochastically: floor(number) samples, plus one with
+// probability frac(number); below 1, one sample with that probability, divided by it. `take(path, sampler)`
+// books one sample on the given path and returns the ratio of its density to that without guiding. A pilot
+// books the mean of two samples and records both as they reach the pixel.
 template <typename Take>
 void FinalGather::some_of(float number, std::uint32_t branch, SplitMoments* pilot, const EyePath& path,
                           const Sampler& sampler, Take&& take) const {
@@ -304,14 +302,14 @@ void FinalGather::shade_eye(const EyePath& path, const Vertex& vertex, const Spl
                     return 1.0F;
                 });
     }
-    if (path.left == 1) return;  // a gather ray would meet what emits, and that is direct light
+    if (path.left == 1) return;  // a gather ray would find only emission, which is direct light
     const bool guided = pilot || numbers.guided;
     some_of(numbers.gather_rays, kGatherBranch, pilot ? &pilot->gather : nullptr, path, sampler,
             [&](const EyePath& one, Sampler& own) { return gather_ray(one, vertex, guided, own); });
 }
 
-// Books indirect radiance by way of one direction, and returns how many times more densely guiding drew
-// it. Emission at its end is direct light or a caustic, counted elsewhere.
+// Books indirect radiance from one direction, and returns the ratio of its density to that without guiding.
+// Emission at the ray's end is direct light or a caustic, which are counted elsewhere.
 float FinalGather::gather_ray(EyePath path, const Vertex& vertex, bool guided, Sampler& sampler) const {
     const BsdfU u{sampler.next(), sampler.next2()};
     DirectionGuide guide;
@@ -327,17 +325,16 @@ float FinalGather::gather_ray(EyePath path, const Vertex& vertex, bool guided, S
 }
 
 // -----------------------------------------------------------------------------------------------------
-// Where a gather ray lands
+// Shading where a gather ray lands
 // -----------------------------------------------------------------------------------------------------
 
-// Shades a diffuse surface where a gather ray ended. `length` is that of its first segment: if the estimate's
-// radius is larger, its disc may reach around the corner that is being shaded. Then direct light and
-// caustics are evaluated here, and the result says that the ray continues for what arrives over more than
-// one bounce.
+// Shades a diffuse surface where a gather ray ended. `length` is that of the ray's first segment: an estimate
+// with a larger radius may reach around the corner that is being shaded. In that case the function evaluates
+// only direct light and caustics, and returns true: the ray continues, to find light of more bounces.
 bool FinalGather::shade_gather(const EyePath& path, const Vertex& vertex, float length,
                                Sampler& sampler) const {
     const DensityEstimateSettings how = within(path.left, estimates_.gather);
-    // It is booked once it is known that it counts.
+    // The estimate is booked once it is known that it counts.
     SampleAccount found = path.scratch();
     PathAccount of_indirect = path;
     of_indirect.book_in(found);
@@ -352,9 +349,10 @@ bool FinalGather::shade_gather(const EyePath& path, const Vertex& vertex, float 
     return false;
 }
 
-// Books indirect light and caustics where a gather ray ended: what was precomputed there, or estimates where
-// nothing is precomputed. None where no point is near: on what is too small for points, or seldom lit, an
-// estimate would take its photons from elsewhere, and its probes as many rays as a dozen paths.
+// Books indirect light and caustics where a gather ray ended, from the precomputed irradiance if there is
+// any, and otherwise from density estimates. Returns none where no irradiance point is near, on surfaces that
+// are small or seldom lit: there an estimate would use photons of other surfaces, and its probes would cost
+// as many rays as a dozen paths.
 std::optional<FinalGather::IndirectAtGatherHit> FinalGather::indirect_at_gather_hit(
     const PathAccount& path, const Vertex& vertex, const DensityEstimateSettings& how,
     const Sampler& sampler) const {
@@ -364,10 +362,10 @@ std::optional<FinalGather::IndirectAtGatherHit> FinalGather::indirect_at_gather_
             const Rgb radiance = irradiance_suffices(vertex.bsdf)
                                      ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
                                      : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
-            path.indirect(found->share * radiance, 0);  // of all lights: there are no groups
+            path.indirect(found->share * radiance, 0);  // irradiance points do not separate light groups
             return IndirectAtGatherHit{found->radius, holds_direct(settings_, scene_)};
         }
-        // Light that only particles carry is found by estimates alone.
+        // With direct = map, lights that only particles carry are found by density estimates alone.
         if (settings_.direct != DirectMethod::map) return std::nullopt;
     }
     const float radius = estimate(MapKind::global, path, vertex, how, sampler);
@@ -389,7 +387,7 @@ void FinalGather::direct(const PathAccount& path, const Vertex& vertex, const De
     }
 }
 
-// Books it by shadow rays, whatever the Direct map is used for elsewhere.
+// Books direct light by shadow rays, even if the Direct map is used elsewhere.
 void FinalGather::sample_direct(const PathAccount& path, const Vertex& vertex, Sampler& sampler) const {
     const LightChoice plain = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
     if (!guides_) {
@@ -401,8 +399,7 @@ void FinalGather::sample_direct(const PathAccount& path, const Vertex& vertex, S
     }
 }
 
-// Books what a map's photons bring to a surface, and returns the radius of the estimate. Draws nothing of
-// the sampler itself.
+// Books the radiance due to a map's photons, and returns the estimate's radius. Leaves the sampler as it is.
 float FinalGather::estimate(MapKind kind, const PathAccount& path, const Vertex& vertex,
                             const DensityEstimateSettings& how, const Sampler& sampler) const {
     const PhotonMap* map = maps_.find(kind);
@@ -414,11 +411,11 @@ float FinalGather::estimate(MapKind kind, const PathAccount& path, const Vertex&
         if (own.sharper) path.blurred(found.value - found.sharper);
         return found.radius;
     };
-    // A correction takes light to be even over the disc; a caustic is not.
+    // The boundary correction assumes that light is even over the disc; a caustic is not.
     if (kind == MapKind::caustic) own.boundary = Boundary::none;
     if (radii_) {
         const SurfacePoint& at = vertex.hit.at;
-        own.k = 0;  // all
+        own.k = 0;  // use all photons within the radius
         // Below the surface's own error float32 cannot tell points apart.
         const LocalRadius::At found = radii_->radius(kind, at.p, vertex.normal());
         own.radius = std::max(found.radius, at.error);
@@ -432,7 +429,7 @@ float FinalGather::estimate(MapKind kind, const PathAccount& path, const Vertex&
     return book(DensityEstimate(*map, own, probing));
 }
 
-// Books what media scatter into a ray at a place: radiance per unit of length.
+// Books the light that a medium scatters into a ray at one place: radiance per scene unit of length.
 void FinalGather::in_scattered(const EyePath& path, const MediumVertex& vertex, const Rgb& sigma_s,
                                Stage stage, const Splits& splits, Sampler& sampler) const {
     if (settings_.direct != DirectMethod::map)

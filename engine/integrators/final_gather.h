@@ -1,5 +1,5 @@
-// The second pass of photon mapping [Jensen 2001, 9.4]: paths from the eye, radiance from the maps where they
-// meet what is diffuse, and final gather.
+// Runs the second pass of photon mapping [Jensen 2001, 9.4]: follows paths from the eye, estimates radiance
+// from the maps at diffuse surfaces, and does the final gather.
 #pragma once
 
 #include <memory>
@@ -16,37 +16,36 @@ namespace lucerna {
 
 class FinalGather final : public Estimator {
   public:
-    // `state` is what the first pass has made. Numbers of samples are to be learned by split().
+    // `state` is the result of the first pass. split() or split_by() then sets the numbers of samples.
     FinalGather(const Scene& scene, const PhotonMapSettings& settings, PhotonMapPass parts,
                 PhotonMappingState state);
 
     void follow(const EyePath& path, Sampler& sampler) const override;
 
-    // Learns how many samples of each kind pay where, if the settings leave that open.
+    // Learns which number of samples of each kind pays in which part of the film, unless the settings fix it.
     void split(const PassContext& context);
-    // Takes what another one has learned, whose maps are of as many photons.
+    // Takes over what another estimator has learned, whose maps hold as many photons.
     void split_by(const Splitting& learned);
     const Splitting& splitting() const { return splitting_; }
 
   private:
-    // Which quality a surface is shaded with.
+    // Tells how accurately a surface is shaded.
     enum class Stage : std::uint8_t {
-        eye,     // the camera sees it, straight or over shiny surfaces
-        gather,  // a gather ray landed there: blurred over a hemisphere before anyone sees it
+        eye,     // seen by the camera, directly or over specular and glossy surfaces
+        gather,  // hit by a gather ray, thus blurred over a hemisphere before it is seen
     };
-    // How many samples of each kind are taken at what a camera sample sees; in the pilot, two of each.
+    // Holds how many samples of each kind a camera sample takes where it looks. A pilot takes two of each.
     struct Splits {
         SplitPlan plan;
         SplitPilot* pilot = nullptr;
-        // The factor of density estimates where the camera looks. 0 leaves them to other samples of the
-        // pixel.
+        // Multiplies density estimates where the camera looks. 0 leaves them to other samples of the pixel.
         float estimates = 1;
     };
-    // Follows a path from the eye, or a gather ray, up to the first surface that is diffuse and nothing else.
+    // Follows a path from the eye, or a gather ray, up to the first purely diffuse surface.
     class Visitor;
 
-    // These book light on a path that has arrived at a diffuse surface, or where a medium scatters. The
-    // path's `left` > 0 is how many bounces paths may still have, the one at that place included.
+    // The following functions book light on a path that has arrived at a diffuse surface or is scattered in a
+    // medium. The path's `left` > 0 counts the bounces that it may still have, including the one there.
     void shade_eye(const EyePath& path, const Vertex& vertex, const Splits& splits, Sampler& sampler) const;
     template <typename Take>
     void some_of(float number, std::uint32_t branch, SplitMoments* pilot, const EyePath& path,
@@ -55,7 +54,7 @@ class FinalGather final : public Estimator {
     bool shade_gather(const EyePath& path, const Vertex& vertex, float length, Sampler& sampler) const;
     struct IndirectAtGatherHit {
         float radius;     // of the Global map's estimate
-        bool has_direct;  // or what the Direct map would say is still missing
+        bool has_direct;  // false: direct() has yet to add direct light
     };
     std::optional<IndirectAtGatherHit> indirect_at_gather_hit(const PathAccount& path, const Vertex& vertex,
                                                               const DensityEstimateSettings& how,
@@ -68,7 +67,7 @@ class FinalGather final : public Estimator {
     void in_scattered(const EyePath& path, const MediumVertex& vertex, const Rgb& sigma_s, Stage stage,
                       const Splits& splits, Sampler& sampler) const;
 
-    // Photons that count where paths may have `left` bounces: the last of them is the one at the estimate.
+    // Restricts an estimate to photons whose paths fit into `left` bounces, one of which is at the estimate.
     DensityEstimateSettings within(int left, DensityEstimateSettings how) const {
         if (settings_.max_depth > 0) how.most_bounces = left - 1;
         return how;
@@ -83,8 +82,8 @@ class FinalGather final : public Estimator {
     std::optional<DirectionGuideMap> directions_;
     std::unique_ptr<const RadiusRule> radii_;
     std::vector<float> caustic_radii_;
-    int samples_;              // PhotonMapPass's
-    const PixelEdges* edges_;  // PhotonMapPass's
+    int samples_;              // see PhotonMapPass
+    const PixelEdges* edges_;  // see PhotonMapPass
     GuidedLightSettings guided_;
     LightChooser lights_;
     Splitting splitting_;

@@ -1,5 +1,5 @@
-// Instant global illumination [Keller 1997; Wald 2002; Pharr 2004]: indirect light from sets of VPLs, on
-// surfaces and where media scatter. How VPLs are made, chosen and clamped is engine/vpl.
+// Implements instant global illumination [Keller 1997; Wald 2002; Pharr 2004]: indirect light from sets of
+// VPLs, on surfaces and where media scatter. engine/vpl makes, chooses and clamps the VPLs.
 #include <fmt/format.h>
 
 #include <bit>
@@ -18,17 +18,17 @@ namespace lucerna {
 namespace {
 
 // -----------------------------------------------------------------------------------------------------
-// What the camera sees: a set of VPLs lights surfaces, and the places along a ray at which media scatter
+// Shading: a set of VPLs lights surfaces, and the places along a ray at which media scatter
 // -----------------------------------------------------------------------------------------------------
 
-// A part of a surface over which a path goes on, and its throughput there.
+// Holds the lobes of a surface over which a path continues, and its throughput there.
 struct LobeChoice {
     Bsdf bsdf;
     Rgb throughput;
-    bool specular;  // it turns light as mirrors do, as far as caustics go
+    bool specular;  // the lobes count as specular, as far as caustics go
 };
 
-// Of what all lobes of `bsdf` send from wi to wo, the share of those in `part`.
+// Returns the share of the lobes in `part` in what all lobes of `bsdf` scatter from wi to wo.
 Rgb share_of_part(const Bsdf& part, const Bsdf& bsdf, const V3f& wo, const V3f& wi) {
     if (part.is_black()) return Rgb(0);
     const Rgb own = part.f(wo, wi, Transport::radiance), all = bsdf.f(wo, wi, Transport::radiance);
@@ -51,8 +51,8 @@ class IgiEstimator final : public Estimator {
           shading_(scene, settings, lights_.paths()),
           only_diffuse_(!throws_caustics(scene)) {}
 
-    // Each half of the samples sees one half of the sets, so that what sets differ by is what halves differ
-    // by. One well-distributed number chooses the set.
+    // Each half of the samples uses one half of the sets, so that the halves differ by the error due to the
+    // sets. One well-distributed number chooses the set.
     void follow(const EyePath& path, Sampler& sampler) const override {
         const std::size_t vpls = chosen_set(sampler.next(), path.half, lights_.sets());
         lucerna::follow(scene_, path, sampler,
@@ -60,7 +60,7 @@ class IgiEstimator final : public Estimator {
     }
 
   private:
-    // What a camera sample sees of all that was made: a set of VPLs, and the caustic photons of its half.
+    // Names what a camera sample uses: a set of VPLs, and the caustic photons of its half.
     struct LightSet {
         std::size_t vpls, half;
     };
@@ -80,19 +80,19 @@ class IgiEstimator final : public Estimator {
     };
     class Compensation;
 
-    // Book the light of a place that the eye sees. Of a surface's compensating samples a specular one is
-    // returned: it has yet to be followed.
+    // These book the light at a place that the eye sees. The first returns a specular sample of the BSDF, if
+    // there is one, which the path has yet to follow.
     std::optional<BsdfSample> shade(const EyePath& path, const Vertex& at, const LightSet& set,
                                     Sampler& sampler) const;
     void shade(const EyePath& path, const MediumVertex& at, const LightSet& set, Sampler& sampler) const;
 
-    // The lobes of a surface that VPLs light. With compensation gloss is none of them: through its peak
-    // single VPLs are seen as sparks, and rays find all of what it shows.
+    // Returns the lobes of a surface that VPLs light. With compensation gloss is not among them: through its
+    // peak single VPLs would be seen as sparks, and compensation rays find all of its light.
     Bsdf lit_by_vpls(const Bsdf& bsdf) const {
         return settings_.compensates() ? bsdf.blurred_part(caustics_.specular_below()) : bsdf;
     }
 
-    // How a surface chooses the light that it asks.
+    // Returns how a surface chooses the lights that it samples.
     LightChoice choice_at(const Vertex& vertex) const {
         const SurfacePoint& x = vertex.hit.at;
         const LightChoice plain = chooser_.at(x, vertex.bsdf, vertex.wo);
@@ -106,8 +106,8 @@ class IgiEstimator final : public Estimator {
         return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain, path);
     }
 
-    // One of the compensating paths that begin where a path has arrived. Roulette goes by what each carries
-    // from there on.
+    // Returns one of the compensation paths that begin where a path has arrived. Its Russian roulette depends
+    // only on what it carries from there on.
     EyePath gather_path(const EyePath& path) const {
         EyePath gather = path;
         gather.throughput *= 1 / static_cast<float>(settings_.gather_samples);
@@ -116,10 +116,10 @@ class IgiEstimator final : public Estimator {
         return gather;
     }
 
-    // Bounces of light paths before VPLs that count where `left` are left: one is the VPL's, one the place's.
+    // Returns the bounce limit of light paths before a VPL: the VPL and the lit place take one bounce each.
     int within(int left) const { return settings_.max_depth > 0 ? left - 2 : kMaxBounces; }
 
-    // Books all lights of one set, by way of those that are asked.
+    // Books the light of all VPLs of one set, estimated from those that get a shadow ray.
     template <typename Place>
     void indirect(const EyePath& path, const Place& place, const LightSet& set, Sampler& sampler) const {
         const float u = sampler.next();
@@ -144,25 +144,26 @@ class IgiEstimator final : public Estimator {
     bool only_diffuse_;
 };
 
-// Compensation: a path tracer of which VPLs have taken over all that lies beyond the bound. At each place it
-// asks them, and goes on with the residual of clamping, 1 - clamped(), of what it meets. So the two halves of
-// each pair of places add up to the whole, exactly. What leaves there towards the eye is worked out with the
-// surface as it is, and not as the Lambertian one that a VPL takes it for: the nearer the bound is to all
-// there is, the nearer the image to the path tracer's. The set stays the same: every term of the sum is
-// linear in one set's lights, so its mean is that over all sets.
+// Compensates for clamping [Kollig and Keller 2004]: a path tracer finds the light that clamped VPLs leave
+// out. At each place it adds the light of the VPLs, and continues with the residual of clamping,
+// 1 - clamped(), of what it meets. Both shares of each pair of places thus add up to the whole, exactly. The
+// light that leaves such a place towards the eye is evaluated with the surface's own BSDF, and not with the
+// Lambertian one of a VPL: the more light clamping leaves to rays, the nearer the image is to the path
+// tracer's. A path uses one set throughout: every term of the sum is linear in one set's VPLs, so its mean is
+// that over all sets.
 //
-// VPLs stand for what scatters diffusely (vpl_gloss()): of light that a mirror, glass or gloss turned where
-// the ray lands nothing is taken off. Lamps that are met over such surfaces, and caustics that are seen by
-// way of them, count as far as the Caustic map has not brought them to a place before: they are small and
-// bright, and rays would meet them seldom.
+// VPLs stand for diffuse scattering (vpl_gloss()), so nothing is taken off light that a mirror, glass or
+// gloss turns where the ray lands. Lamps met over such surfaces, and caustics seen over them, count only as
+// far as the Caustic map has not brought them to an earlier place: they are small and bright, and rays seldom
+// meet them.
 class IgiEstimator::Compensation : public EyeVisitor {
   public:
     static constexpr bool kSplitsMedia = false, kTakesMirrors = true;
 
     Compensation(const IgiEstimator& of, const LightSet& set) : of_(of), set_(set) {}
 
-    // Turns a path away from a place that the eye sees and VPLs have lit. `choice`: by which the place asked
-    // the lights; `by_vpls`: the share of lobes that VPLs light in what the place sends along the sample.
+    // Turns a path away from a place that the eye sees and VPLs have lit. `choice` is how the place sampled
+    // the lights; `by_vpls` is the share of lobes lit by VPLs in what the place scatters along the sample.
     void leave(EyePath& path, const Vertex& at, const BsdfSample& sample, const LightChoice& choice,
                const Rgb& by_vpls) {
         path.turn(at, sample, EmissionRule::mis(sample.pdf_w, choice));
@@ -181,12 +182,12 @@ class IgiEstimator::Compensation : public EyeVisitor {
         specular_ = false;
         path.rule.weight = lamps();
     }
-    // The light beyond the first place that the path meets counts times `indirect_scale`.
+    // Scales light beyond the first place that the path meets by `indirect_scale`.
     void beyond(EyePath& path) const { path.rule.weight *= of_.settings_.indirect_scale; }
 
     bool arrives(const EyePath& path, const Hit& hit) {
         residual_ = residual(path, hit.at, std::fabs(path.ray.d.dot(hit.at.n)));
-        // Most ways end here, before anything is worked out about the surface.
+        // Most paths end here, before the surface's BSDF is evaluated.
         return !is_black(residual_) || (!of_.only_diffuse_ && !is_black(path.throughput));
     }
     bool at_surface(EyePath& path, const Vertex& met, Sampler& sampler);
@@ -195,12 +196,11 @@ class IgiEstimator::Compensation : public EyeVisitor {
   private:
     std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const EyePath& path, Sampler& sampler) const;
 
-    // Returns the share of lamps that counts where a ray meets them: after specular surfaces the share that
-    // no map has brought before.
+    // Returns the share of a lamp's emission that counts where a ray meets it: after specular surfaces, the
+    // share that no Caustic map has brought to an earlier place.
     Rgb lamps() const { return specular_ ? caustic_ : Rgb(1.0F); }
 
-    // Returns the part of a path's throughput that is left after VPLs at y have lit the place where its ray
-    // began.
+    // Returns the throughput that is left after VPLs at y have lit the place where the path's ray began.
     Rgb residual(const EyePath& path, const SurfacePoint& y, float cosine) const {
         if (is_black(by_vpls_)) return path.throughput;
         const float d2 = (y.p - from_.p).length2();
@@ -210,21 +210,21 @@ class IgiEstimator::Compensation : public EyeVisitor {
 
     const IgiEstimator& of_;
     LightSet set_;
-    // Where the path was last scattered at a place that VPLs have lit: the place, the cosine of the ray there
-    // as ClampedGeometry wants it, and the share of the throughput that belongs to lobes which VPLs light: 0
-    // after a mirror or gloss, where what is met no VPL has brought.
+    // Describe where the path was last scattered at a place that VPLs have lit: the place, the cosine of the
+    // ray there as ClampedGeometry takes it, and the share of the throughput that belongs to lobes lit by
+    // VPLs. It is 0 after a mirror or gloss, because no VPL has brought what the path meets from there.
     SurfacePoint from_{};
     float cosine_ = 1;
     Rgb by_vpls_{1.0F};
-    // Light may come over L(S+D)*S+ to where the path last left a place that is not specular: this is the
-    // share of it that no Caustic map has brought to a place before.
+    // This is the share of light over L(S+D)*S+, to where the path last left a place that is not specular,
+    // that no Caustic map has brought to an earlier place.
     Rgb caustic_{1.0F};
     bool specular_ = false;  // whether the path has come over specular surfaces since
-    Rgb residual_{0.0F};     // of the throughput, at the surface that was met last
+    Rgb residual_{0.0F};     // throughput that VPLs left, at the surface met last
 };
 
-// Goes on by chance over one of the two parts of a surface: that for which VPLs stand, whose share of the
-// path's throughput is what they left; and that which turns light as mirrors do. None if neither contributes.
+// Chooses at random one of two parts of a surface: the one for which VPLs stand, whose throughput is what
+// they left, or the one that turns light as mirrors do. Returns none if neither contributes.
 std::optional<LobeChoice> IgiEstimator::Compensation::choose_lobe(const Bsdf& bsdf, const EyePath& path,
                                                                   Sampler& sampler) const {
     const float below = of_.caustics_.specular_below();
@@ -236,7 +236,7 @@ std::optional<LobeChoice> IgiEstimator::Compensation::choose_lobe(const Bsdf& bs
     const float specular = sharp.is_black() ? 0.0F : max_component(path.throughput);
     if (!(diffuse + specular > 0)) return std::nullopt;
     const float chance = specular / (diffuse + specular);
-    // Never where the chance is 0, always where it is 1.
+    // The comparison is never true for a chance of 0, and always for 1.
     if (sampler.next() < chance) return LobeChoice{sharp, path.throughput / chance, true};
     return LobeChoice{blurred, residual_ / (1 - chance), false};
 }
@@ -250,13 +250,13 @@ bool IgiEstimator::Compensation::at_surface(EyePath& path, const Vertex& met, Sa
     const Rgb of_lamps = on->specular ? caustic : Rgb(1.0F);
     LightChoice choice;
     if (!on->bsdf.is_delta()) {
-        // Roulette before the lights are asked: every survivor is worth it.
+        // Russian roulette comes before light sampling, so that only survivors pay for it.
         if (!path.survives(path.survival(), sampler)) return false;
         choice = of_.choice_at(at);
         const PathAccount scaled = path.times(of_.settings_.indirect_scale);
         next_event(of_.scene_, at, sampler, choice, scaled.times(of_lamps));
         if (!on->specular) {
-            // No map has brought before what came over nothing specular.
+            // If the path came over nothing specular, no map has brought these caustics before.
             if (!is_black(caustic))
                 of_.caustics_.add_radiance(at, set_.half, path.left, scaled.times(caustic));
             of_.indirect(path, at, set_, sampler);
@@ -268,8 +268,8 @@ bool IgiEstimator::Compensation::at_surface(EyePath& path, const Vertex& met, Sa
     const auto sample = on->bsdf.sample(at.wo, u, Transport::radiance);
     if (!sample || is_black(sample->weight)) return false;
     if (sample->straight) {
-        // The path still belongs to the place where its ray began: lamps and VPLs behind the pane have lit
-        // that place, too.
+        // The path still belongs to the place where its ray began, because lamps and VPLs behind the pane
+        // have lit that place, too.
         path.turn(at, *sample, EmissionRule::none());
         return true;
     }
@@ -292,7 +292,7 @@ bool IgiEstimator::Compensation::at_medium(EyePath& path, const MediumVertex& at
     return true;
 }
 
-// The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
+// One sample of the BSDF serves both direct light (for MIS) and compensation.
 std::optional<BsdfSample> IgiEstimator::shade(const EyePath& path, const Vertex& at, const LightSet& set,
                                               Sampler& sampler) const {
     LightChoice choice;
@@ -319,7 +319,7 @@ std::optional<BsdfSample> IgiEstimator::shade(const EyePath& path, const Vertex&
             visit.leave(compensating, at, *sample, choice, share_of_part(lit, at.bsdf, at.wo, sample->wi));
             lucerna::follow(scene_, compensating, sampler, visit);
         } else if (i == 0) {
-            specular = sample;  // what mirrors show, one of the samples is enough for
+            specular = sample;  // one sample is enough for what mirrors show
         }
     }
     return specular;
@@ -343,12 +343,12 @@ void IgiEstimator::shade(const EyePath& path, const MediumVertex& at, const Ligh
 }
 
 // -----------------------------------------------------------------------------------------------------
-// Before the sets: an importance pre-pass
+// The importance pre-pass, before the sets
 // -----------------------------------------------------------------------------------------------------
 
-// Learns where light paths start, which VPLs stay and which lights surfaces ask, and tells what it learned,
-// or why emission stays plain. None: it stays plain (or the monitor stopped it). Settings as with_distance()
-// gives them.
+// Learns where light paths start, which VPLs are kept and which lights surfaces sample, and reports what it
+// learned, or why emission stays plain. Returns none if it stays plain or the monitor stopped it. `settings`
+// are as with_distance() returns them.
 std::optional<IgiPrePass> learn_emission(const IgiSettings& settings, const RenderContext& context,
                                          OnceStatistics& statistics) {
     statistics.emission = why_emission_is_plain(settings.pre_pass, context);
@@ -359,10 +359,10 @@ std::optional<IgiPrePass> learn_emission(const IgiSettings& settings, const Rend
 }
 
 // -----------------------------------------------------------------------------------------------------
-// The integrator: makes sets of VPLs, thins them, puts them in order, and a map of caustics beside them
+// The integrator: makes sets of VPLs, thins and orders them, and builds a Caustic map beside them
 // -----------------------------------------------------------------------------------------------------
 
-// Numbers of sets, and of light paths for each, as sequences want them.
+// These return the numbers of sets, and of light paths for each, as low-discrepancy sequences need them.
 std::uint32_t sets_of(const IgiSettings& settings) {
     return std::bit_ceil(static_cast<std::uint32_t>(settings.nsets));
 }
@@ -372,14 +372,14 @@ std::uint32_t paths_of(const IgiSettings& settings) {
 
 class IgiSession final : public Session {
   public:
-    // `settings` as with_distance() gives them.
+    // `settings` are as with_distance() returns them.
     IgiSession(const IgiSettings& settings, const RenderContext& context, std::optional<IgiPrePass> pre_pass)
         : settings_(settings), context_(context), pre_pass_(std::move(pre_pass)) {}
 
     std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
                                           PassStatistics& statistics) const override {
         const Scene& scene = context_.scene;
-        const RenderContext context = context_.told_to(monitor);
+        const RenderContext context = context_.with_monitor(monitor);
         VplParameters parameters;
         parameters.sets = sets_of(settings_);
         parameters.paths = paths_of(settings_);
@@ -387,7 +387,7 @@ class IgiSession final : public Session {
         parameters.pass = index;
         parameters.gloss = vpl_gloss(settings_);
         parameters.longest =
-            most_bounces(settings_.max_depth) - 2;  // its own, and the place's that it lights
+            most_bounces(settings_.max_depth) - 2;  // a bounce at the VPL, one where it shines
         if (pre_pass_) parameters.emission = &pre_pass_->importance.emission;
         const std::uint32_t factor = pre_pass_ ? thinning(parameters) : 1;
         parameters.paths *= factor;

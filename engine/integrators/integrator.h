@@ -1,9 +1,9 @@
-// A method's settings → a session of one render → an estimator for each pass → radiance.
+// Defines the interface of the rendering methods: Integrator → Session → Estimator → radiance.
 //
-// An Integrator is a method with its settings, without state. begin() makes what all passes of one render
-// share (an importance pre-pass, first radii); Session::pass() makes what one pass needs (photon maps, VPLs;
-// the path tracer makes nothing) and gives an Estimator, which follows single paths from the eye, from any
-// thread.
+// An Integrator is a method with its settings, without state. begin() starts one render and makes what all of
+// its passes share (an importance pre-pass, first radii). Session::pass() makes what one pass needs (photon
+// maps, VPLs; nothing for the path tracer) and returns an Estimator, which follows single paths from the eye,
+// from any thread.
 #pragma once
 
 #include <cstdint>
@@ -24,17 +24,17 @@ namespace lucerna {
 class Estimator {
   public:
     virtual ~Estimator() = default;
-    // Follows a path from the eye and books on its account what it finds. The mean over samplers is what the
-    // method converges to.
+    // Follows a path from the eye and books the light that it finds on the path's account. The mean over
+    // samplers is the value to which the method converges.
     virtual void follow(const EyePath& path, Sampler& sampler) const = 0;
 };
 
-// One render by one method. It outlives its estimators.
+// Represents one render by one method. A session outlives its estimators.
 class Session {
   public:
     virtual ~Session() = default;
-    // The estimator of pass `index`, a function of scene, settings, seed and index alone: whoever renders a
-    // pass elsewhere makes the same. Its phases are told to `monitor`. Null if the monitor stopped it.
+    // Returns the estimator of pass `index`, a function of scene, settings, seed and index alone: every
+    // process makes the same one. Reports phases to `monitor`. Returns null if the monitor stopped it.
     virtual std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
                                                   PassStatistics& statistics) const = 0;
 };
@@ -42,24 +42,23 @@ class Session {
 class Integrator {
   public:
     virtual ~Integrator() = default;
-    // What the context holds outlives the session. Null if the monitor stopped it.
+    // Begins a render. The context's references outlive the session. Returns null if the monitor stopped it.
     virtual std::unique_ptr<const Session> begin(const RenderContext& context,
                                                  OnceStatistics& statistics) const = 0;
-    // What a session would build for this scene, a line each; nothing for a method that only traces rays.
+    // Returns a line for each structure that a session would build; empty for a method that only traces rays.
     virtual std::vector<std::string> describe(const Scene& /*scene*/) const { return {}; }
-    // Whether its estimators look at EyePath::receiver.
+    // Tells whether the estimators use EyePath::receiver.
     virtual bool takes_receivers() const { return false; }
-    // Why this method cannot tell of the scene's light groups what each brings, and what could; empty: it
-    // can.
+    // Returns why this method cannot separate the scene's light groups, and which ones can; empty if it can.
     virtual std::string why_no_light_groups() const { return {}; }
-    // Camera samples per pixel that one pass serves; 0: all there are, and pass 0 is the only one.
+    // Returns the number of camera samples per pixel that one pass serves; 0 if pass 0 serves them all.
     virtual int samples_per_pass() const { return 0; }
 };
 
-// `files`: for the `photonmap` integrator alone.
+// Only the `photonmap` integrator uses `files`.
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const MapFiles& files = {});
 
-// One for each integrator's file.
+// Each of these is defined in its integrator's own file.
 std::unique_ptr<Integrator> make_path(const PathSettings& settings);
 std::unique_ptr<Integrator> make_direct();
 std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings,
@@ -67,13 +66,13 @@ std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& setting
 std::unique_ptr<Integrator> make_igi(const IgiSettings& settings);
 std::unique_ptr<Integrator> make_progressive(const ProgressiveSettings& settings);
 
-// What a step of one pass may use, and where it tells what it did.
+// Adds the index of the pass to the context, and the place where its steps record their statistics.
 struct PassContext : RenderContext {
     std::uint32_t pass;
     PassStatistics& statistics;
 };
 
-// The session of a method that makes nothing beforehand: `make()` gives the estimator.
+// Returns the session of a method that prepares nothing. make() returns the estimator of a pass.
 template <typename Make>
 std::unique_ptr<const Session> session_without_state(Make make) {
     struct Stateless final : Session {

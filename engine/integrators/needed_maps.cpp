@@ -22,7 +22,7 @@ MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
     return {map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)"};
 }
 
-// Paths of fewer bounces than `least` bring nothing to a map, or nothing that is read from it.
+// Returns why a map is not built: paths of fewer than `least` bounces contribute nothing to it.
 std::optional<MapNeed> too_short(const PhotonMapSettings& settings, int least) {
     if (most_bounces(settings.max_depth) >= least) return std::nullopt;
     return MapNeed{false, fmt::format("paths have at most {} bounce{} (maxdepth)", settings.max_depth,

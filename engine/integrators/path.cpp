@@ -1,5 +1,5 @@
-// The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything
-// else.
+// Implements the path tracer: unbiased, with next-event estimation and MIS at every vertex. It is the
+// reference for all other methods.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -18,33 +18,32 @@
 namespace lucerna {
 namespace {
 
-// Russian roulette of paths that ask the lights at every bounce. What the first bounces bring is most of the
-// light and of its variance; later ones are taken as often as they count, and that is more often than by
-// their throughput: paths that end as early as that save less time than they add variance.
+// These parameters control the Russian roulette of paths that sample the lights at every bounce. The first
+// bounces bring most of the light and of its variance, and always survive. Later ones survive more often than
+// their throughput suggests, because ending them that early would save less time than it adds variance.
 constexpr int kPathRouletteFrom = 2;
 constexpr float kPathSurvival = 3;
 
-// The chance with which a path goes on, by the throughput that is left. Directions that were drawn more
-// densely because they matter carry less of it: without that they would be ended as unimportant.
+// Returns the survival probability. Where guiding draws important directions more densely, each carries less
+// throughput; the density ratio makes up for that, or roulette would end them as unimportant.
 float path_survival(const EyePath& path) {
     if (path.bounces < kPathRouletteFrom) return 1;
     return std::min(kMaxSurvival, kPathSurvival * std::max(path.density_ratio, 1.0F) * path.survival());
 }
 
-// Photons guide so many bounces of a path at the most: those after them bring little, and a look-up costs as
-// much at each.
+// Photons guide this many first bounces. Later ones bring little, and each look-up costs as much.
 constexpr int kGuidedBounces = 3;
 
 class PathEstimator final : public Estimator {
   public:
-    // Guides outlive it; null: none.
+    // The guides outlive the estimator. Null means unguided.
     PathEstimator(const Scene& scene, const GuideMap* light_guides, const DirectionGuideMap* guides)
         : scene_(scene), light_guides_(light_guides), guides_(guides), lights_(scene) {}
 
     void follow(const EyePath& path, Sampler& sampler) const override {
         lucerna::follow(scene_, path, sampler, Visitor{{}, *this, nullptr});
     }
-    // Follows a path, and returns how many times more densely its directions were drawn than without guides.
+    // Follows a path, and returns the ratio of the density of its directions to that without guides.
     float follow_weighed(const EyePath& path, Sampler& sampler) const {
         float density_ratio = 1;
         lucerna::follow(scene_, path, sampler, Visitor{{}, *this, &density_ratio});
@@ -55,7 +54,7 @@ class PathEstimator final : public Estimator {
     struct Visitor : EyeVisitor {
         static constexpr bool kSplitsMedia = false, kFindsPassedLamps = true;
         const PathEstimator& of;
-        float* density_ratio;  // of the whole path so far; null: it is not wanted
+        float* density_ratio;  // receives that of the whole path so far; null: not wanted
 
         static float survival(const EyePath& path) { return path_survival(path); }
         const LightChooser& lights() const { return of.lights_; }
@@ -101,15 +100,16 @@ class PathEstimator final : public Estimator {
     LightChooser lights_;
 };
 
-// Whether guided paths pay: a pilot looks at pixels all over the view. A guided path of value x whose
-// directions were drawn r times more densely says what paths without guides would do, too: their second
-// moment is the mean of r x². No clock is asked, so that the same settings give the same image.
+// Tells whether guided paths pay, from a pilot that looks at pixels all over the view. A guided path of value
+// x whose directions were drawn r times more densely also estimates what unguided paths would do: their
+// second moment is the mean of r x². Costs are constants, not the clock's: the same settings give the same
+// image.
 bool guides_pay(const PathEstimator& guided, const PathSettings& settings, const RenderContext& context) {
     constexpr std::size_t kPixels = 512;
     constexpr int kSamples = 8;
-    constexpr double kCost = 1.5;  // of a guided path beside a plain one, pessimistically
+    constexpr double kCost = 1.5;  // cost of a guided path relative to an unguided one, pessimistic
     struct Pixel {
-        double mean = 0, guided = 0, plain = 0;  // second moments
+        double mean = 0, guided = 0, plain = 0;  // `guided` and `plain` are second moments
     };
     std::vector<Pixel> pixels(kPixels);
     const View& view = *context.view;
@@ -122,7 +122,7 @@ bool guides_pay(const PathEstimator& guided, const PathSettings& settings, const
             SampleAccount account;
             EyePath path = EyePath::begin(context.scene, view.camera->ray(pixel, sampler.next2()),
                                           settings.quantity, settings.max_depth, account);
-            path.splits = 0;  // one path has one ratio
+            path.splits = 0;  // smooth glass would give the path two ratios
             const double ratio{guided.follow_weighed(path, sampler)};
             const double x = is_finite(account.radiance()) ? double{luminance(account.radiance())} : 0.0;
             pixels[i].mean += x / kSamples;
@@ -132,14 +132,14 @@ bool guides_pay(const PathEstimator& guided, const PathSettings& settings, const
     });
     double mean = 0;
     for (const Pixel& pixel : pixels) mean += pixel.mean / kPixels;
-    // Rare bright paths decide such sums: every quarter of the pixels must say that it pays.
+    // A few bright paths dominate such sums, so guiding must pay in every quarter of the pixels.
     std::array<double, 4> of_guided{}, of_plain{};
     for (std::size_t i = 0; i < kPixels; ++i) {
         const Pixel& pixel = pixels[i];
         const double scale = error_scale2(pixel.mean, mean);
         if (!(scale > 0)) continue;
         const double variance = (pixel.guided - sqr(pixel.mean)) * kSamples / (kSamples - 1);
-        const double square = sqr(pixel.mean) - variance / kSamples;  // of the true mean
+        const double square = sqr(pixel.mean) - variance / kSamples;  // unbiased, of the true mean
         of_guided[i % of_guided.size()] += variance / scale;
         of_plain[i % of_plain.size()] += (pixel.plain - square) / scale;
     }
@@ -191,7 +191,7 @@ class PathIntegrator final : public Integrator {
         return guides;
     }
 
-    // None where they do not pay.
+    // Returns none where guides do not pay.
     std::optional<DirectionGuideMap> make_guides(const RenderContext& context,
                                                  OnceStatistics& statistics) const {
         const Stopwatch building;
@@ -200,12 +200,12 @@ class PathIntegrator final : public Integrator {
         std::optional<DirectionGuideMap> guides(
             build_direction_guides(context.scene, parameters, context.workers, context.monitor));
         if (context.monitor.stopped()) return std::nullopt;
-        const bool any = guides->stations() > 0;
+        const bool any = guides->records() > 0;
         if (!any || (context.view && !guides_pay({context.scene, nullptr, &*guides}, settings_, context))) {
             guides.reset();
         }
         statistics.seconds.add("guide", building.seconds());
-        statistics.guides = {guides ? guides->photons() : 0, guides ? guides->stations() : 0};
+        statistics.guides = {guides ? guides->photons() : 0, guides ? guides->records() : 0};
         return guides;
     }
 

@@ -1,21 +1,21 @@
-// Photon mapping in two passes with separate Direct, Global and Caustic maps [Jensen 2001, 7 to 9;
+// Implements photon mapping in two passes with separate Direct, Global and Caustic maps [Jensen 2001, 7 to 9;
 // Goesele 2003, 5.2, 5.3].
 //
-//   Pass 1   light paths are emitted and traced, their photons stored and indexed; irradiance is precomputed
+//   Pass 1   emits and traces light paths, stores their photons and indexes them; precomputes irradiance
 //            where gather rays will look it up
-//   Pass 2   camera rays are traced; radiance is estimated from the maps where they end
+//   Pass 2   traces camera rays, and estimates radiance from the maps where they end
 //
-// Every path of light is counted once. At a diffuse surface, what arrives is split by where it comes from:
+// Every path of light is counted once. At a diffuse surface, arriving light is split by the way it came:
 //   straight from a light        lights sampled (by MIS, guided by photons if asked for), or the Direct map
 //   over mirrors and glass only  the Caustic map
 //   over a diffuse surface       final gather, or the Global map
-// Scattering in a medium counts as a diffuse surface. What media scatter into a ray, be it the camera's or a
-// gather ray, is split in the same way:
+// Scattering in a medium counts as a diffuse surface. Light that media scatter into a ray, be it the camera's
+// or a gather ray, is split in the same way:
 //   straight from a light        lights sampled, or the Volume map
 //   all else                     the Volume map
-// Gloss, rough metal and glass carry no photons: a ray that meets them samples the lights and goes on, as a
-// path would. A surface that is both (paint under varnish) is shaded as both. What counts as a mirror is a
-// setting: perfect ones alone, or gloss up to some alpha, whose caustics then come from the Caustic map.
+// Gloss, rough metal and glass store no photons: a ray that meets them samples the lights and continues, as
+// in path tracing. A surface that is both (paint under varnish) is shaded as both. `specular_below` says what
+// counts as a mirror: perfect ones alone, or gloss up to some alpha, with caustics from the Caustic map.
 #include "engine/integrators/photon_mapping.h"
 
 #include <fmt/format.h>
@@ -28,8 +28,8 @@
 namespace lucerna {
 namespace {
 
-// Makes the maps of a pass and what looks at them, which has yet to learn its numbers of samples (split()).
-// Null if the monitor stopped it.
+// Builds the maps of a pass and the estimator that reads them. split() has yet to set its numbers of samples.
+// Returns null if the monitor stopped it.
 std::unique_ptr<FinalGather> make_estimator(const PhotonMapSettings& settings, const PassContext& context,
                                             PhotonMapPass parts) {
     auto state = first_pass(settings, context, parts);
@@ -38,9 +38,9 @@ std::unique_ptr<FinalGather> make_estimator(const PhotonMapSettings& settings, c
 }
 
 // -----------------------------------------------------------------------------------------------------
-// Two halves of the samples, each with maps of its own
-// Half of the photons, and of those in an estimate, so that discs are as wide: the mean of both is as good as
-// by one set of maps of all photons, and what the halves differ by tells how good.
+// Two halves of the samples, each with its own maps
+// Each half has half of the photons, and of those in an estimate, so that discs are equally wide. The mean of
+// both is as good as one set of maps of all photons, and their difference estimates its error.
 // -----------------------------------------------------------------------------------------------------
 
 PhotonMapSettings settings_of_half(PhotonMapSettings settings) {
@@ -58,7 +58,7 @@ class HalvesEstimator final : public Estimator {
     using Halves = std::array<std::unique_ptr<FinalGather>, 2>;
     explicit HalvesEstimator(Halves halves) : halves_(std::move(halves)) {}
 
-    // A path of no half sees what is as good as either.
+    // A path that belongs to no half may use either, because both are equally good.
     void follow(const EyePath& path, Sampler& sampler) const override {
         halves_[static_cast<std::size_t>(path.half.value_or(0))]->follow(path, sampler);
     }
@@ -67,7 +67,8 @@ class HalvesEstimator final : public Estimator {
     Halves halves_;
 };
 
-// Null if the monitor stopped it. `parts_of_half()` gives the pass's parts, but for `sets`.
+// Runs a pass for both halves. `parts_of_half()` returns the pass's parts, except `sets`. Null: it was
+// stopped.
 template <typename Parts>
 std::unique_ptr<const Estimator> halves_of_pass(const PhotonMapSettings& whole, const PassContext& context,
                                                 Parts&& parts_of_half) {
@@ -77,13 +78,13 @@ std::unique_ptr<const Estimator> halves_of_pass(const PhotonMapSettings& whole, 
         PhotonMapPass parts = parts_of_half();
         parts.sets = half == 0 ? 2 : 1;
         PassStatistics statistics;
-        const PassContext own{context.prepared_by(context.prepared.shared_by(parts.sets)),
+        const PassContext own{context.with_deadline(context.prepared.shared_by(parts.sets)),
                               2 * context.pass + half, statistics};
         halves[half] = make_estimator(settings, own, std::move(parts));
         if (!halves[half]) return nullptr;
         if (half == 0) {
             halves[0]->split(own);
-            // As many for the other half, whatever there would be time for.
+            // The other half gets as many paths, even if there were time for more or fewer.
             if (statistics.ledger && context.prepared.exists())
                 settings.photons = static_cast<std::int64_t>(statistics.ledger->paths());
         } else {
@@ -106,12 +107,12 @@ std::unique_ptr<const Estimator> photon_map_pass(const PhotonMapSettings& settin
 namespace {
 
 // -----------------------------------------------------------------------------------------------------
-// Once for all passes: an importance pre-pass, by which light paths are emitted towards what the camera sees;
-// guides, by which direct light is sampled
+// Made once for all passes: an importance pre-pass, which steers the emission of light paths towards what the
+// camera sees, and the photons that guide direct light
 // -----------------------------------------------------------------------------------------------------
 
-// Photons of the pre-pass in an estimate: its disc is then about as wide as one of the image's. Fewer than
-// the least say little; more than the most take long.
+// Returns the number of pre-pass photons in an estimate, so that its disc is about as wide as the image's.
+// Fewer than kLeast say little; more than kMost take long.
 int pre_pass_photons(const PhotonMapSettings& settings, int k) {
     constexpr double kLeast = 8, kMost = 32;
     if (k == 0) return static_cast<int>(kMost);
@@ -152,7 +153,7 @@ std::optional<ImportancePrePass> learn_emission(const PhotonMapSettings& setting
 
 namespace {
 
-// The photons by which direct light is sampled, if it is.
+// Traces the photons that guide direct light; none if the settings do not use them.
 std::optional<GuideMap> emit_guides(const PhotonMapSettings& settings, const RenderContext& context,
                                     OnceStatistics& statistics) {
     if (!goes_by_guides(settings, context.scene)) return std::nullopt;
@@ -190,9 +191,9 @@ class PhotonMapSession final : public Session {
             own.files = files_;
             return own;
         };
-        const PassContext context{context_.told_to(monitor), index, statistics};
+        const PassContext context{context_.with_monitor(monitor), index, statistics};
         if (!context.two_halves) return photon_map_pass(settings_, context, parts());
-        // A file is of one set of maps.
+        // A file holds one set of maps, which both halves must share.
         if (!files_.any()) return halves_of_pass(settings_, context, parts);
         warn_of_shared("the maps in a file are", monitor);
         return photon_map_pass(settings_, context, parts());

@@ -1,4 +1,4 @@
-// Photon mapping as a part of other methods: the maps of one pass and what the camera sees by them.
+// Offers photon mapping to other methods: the maps of one pass and the estimator that reads them.
 #pragma once
 
 #include <memory>
@@ -14,20 +14,20 @@
 
 namespace lucerna {
 
-// Learns by which light paths maps with these settings are best built, and tells what it learned, or why
-// emission stays plain. None: it stays plain (or the monitor stopped it). `estimate`: as the image's; k = 0:
-// all within the radius.
+// Learns how to emit the light paths of maps with these settings, and reports what it learned, or why
+// emission stays plain. Returns none if it stays plain or the monitor stopped it. `estimate` holds the
+// image's settings; k = 0 uses all photons within the radius.
 std::optional<ImportancePrePass> learn_emission(const PhotonMapSettings& settings,
                                                 const DensityEstimateSettings& estimate,
                                                 const RenderContext& context, OnceStatistics& statistics);
 
-// Both passes of photon mapping: makes maps, and what camera rays see by them. Null if the monitor stopped
-// it.
+// Runs both passes of photon mapping: builds the maps and returns the estimator that reads them. Returns null
+// if the monitor stopped it.
 std::unique_ptr<const Estimator> photon_map_pass(const PhotonMapSettings& settings,
                                                  const PassContext& context, PhotonMapPass parts);
 
-// Which photon maps are built, and why: only what the scene and the chosen methods need [Jensen 2001, 9;
-// Goesele 2003, 5.2].
+// Says whether a photon map is built, and why: only what the scene and the chosen methods need [Jensen 2001,
+// 9; Goesele 2003, 5.2].
 struct MapNeed {
     bool build;
     std::string why;
@@ -37,10 +37,10 @@ struct MapNeed {
 
 MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& scene);
 
-// Whether direct light is sampled by photons of its own. Where there is nothing to choose `guided` needs
-// none.
+// Tells whether photons of their own guide the sampling of direct light. `guided` needs none where there is
+// only one light to choose.
 bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene);
-// Returns how many light paths make the photons by which direct light is sampled.
+// Returns how many light paths make the photons that guide direct light.
 std::int64_t guide_paths(const PhotonMapSettings& settings);
 
 }  // namespace lucerna

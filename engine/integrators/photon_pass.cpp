@@ -20,7 +20,7 @@ std::array<bool, kMapKinds> wanted_maps(const PhotonMapSettings& settings, const
     return maps;
 }
 
-// The share of photons in the time of preparations, where irradiance is precomputed, too.
+// Photons get this share of the preparation time where irradiance is precomputed, too.
 constexpr double kPhotonsShare = 0.4;
 
 PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context, const MapFiles& files) {
@@ -51,7 +51,7 @@ void report(const PhotonMaps& maps, PassStatistics& statistics) {
     statistics.seconds.add("index", maps.seconds_index);
 }
 
-// The radius at each of the Caustic map's photons.
+// Returns the radius at each photon of the Caustic map.
 std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii, const PassContext& context) {
     constexpr std::int64_t kGrain = 1024;
     std::vector<float> result(caustics.size());
@@ -59,7 +59,7 @@ std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii, 
     parallel_ranges(context.workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             const V3f n = caustics.normals()[i].unpack();
-            // Never less than the surface's error: as for an estimate.
+            // As for an estimate, the radius is never less than the surface's error.
             const SurfacePoint at = surface_point_of(context.scene, caustics.positions()[i], n);
             result[i] = std::max(radii.radius(MapKind::caustic, at.p, n).radius, at.error);
         }
@@ -67,9 +67,9 @@ std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii, 
     return result;
 }
 
-// Bounces of the photons that such points count: a gather ray has one behind it and one before it.
+// Returns the bounce limit of photons at irradiance points: gather rays have a bounce at both ends.
 int kept_where_rays_land(const PhotonMapSettings& settings) {
-    return settings.max_depth > 0 ? settings.max_depth - 2 : kMaxBounces;  // the map is there: at least 1
+    return settings.max_depth > 0 ? settings.max_depth - 2 : kMaxBounces;  // >= 1: there is a map
 }
 
 bool may_guide(const PhotonMapSettings& settings) {
@@ -99,11 +99,11 @@ MapParameters map_parameters(const PhotonMapSettings& settings, const PassContex
     parameters.targets[static_cast<std::size_t>(MapKind::global)] = settings.indirect_photons;
     parameters.volume_direct = settings.direct == DirectMethod::map;
     parameters.specular_below = settings.specular_below;
-    parameters.longest = most_bounces(settings.max_depth) - 1;  // one more where it is seen
+    parameters.longest = most_bounces(settings.max_depth) - 1;  // the last bounce is where the photon is seen
     parameters.seed = context.seed;
     parameters.pass = context.pass;
     parameters.deadline = context.prepared;
-    // Points take more time than the photons that they are made of.
+    // Irradiance points take more time than the photons that they are made of.
     if (context.prepared.exists() && settings.indirect == IndirectMethod::gather && settings.precompute > 0)
         parameters.deadline = Deadline::after(kPhotonsShare * context.prepared.left());
     parameters.index = settings.index;

@@ -1,6 +1,6 @@
-// The first pass of photon mapping: photon maps, and what is made of them before anything is seen
-// [Jensen 2001, 7]. Emission, light paths and deposits are photon/build_maps.h; which maps a scene needs is
-// photon_mapping.h.
+// Runs the first pass of photon mapping: builds the photon maps, and what is derived from them before
+// rendering [Jensen 2001, 7]. Emission, light paths and deposits are in photon/build_maps.h; photon_mapping.h
+// says which maps a scene needs.
 #pragma once
 
 #include <memory>
@@ -19,53 +19,53 @@
 
 namespace lucerna {
 
-// The radius of an estimate where it does not follow from the photons that are estimated from.
+// Gives the radius of an estimate where it does not follow from the estimate's own photons.
 class RadiusRule {
   public:
     virtual ~RadiusRule() = default;
-    // n: unit, on the side that is seen. What is whole needs no probes.
+    // Returns the radius at x. `n` is the unit normal on the visible side. A `whole` disc needs no probes.
     virtual LocalRadius::At radius(MapKind map, const V3f& x, const V3f& n) const = 0;
-    // In space, for the Volume map.
+    // Returns the radius in space, for the Volume map.
     virtual float volume_radius() const = 0;
 };
 
-// What a pass is given, beside its settings: `radii` are its own, the session owns what is pointed to.
+// Holds what a pass is given beside its settings. It owns `radii`; the session owns the pointers' targets.
 struct PhotonMapPass {
-    // With them, all photons within the radius count in place of the k nearest. Null: radii by the photons
-    // that are estimated from.
+    // If set, all photons within these radii count in place of the k nearest. If null, each estimate finds
+    // its radius from its own photons.
     std::unique_ptr<const RadiusRule> radii = nullptr;
-    const LearnedEmission* emission = nullptr;  // by which light paths are emitted; null: by power
-    const GuideMap* guides = nullptr;           // for the direct methods that go by one
+    const LearnedEmission* emission = nullptr;  // distribution of emitted light paths; null: by power
+    const GuideMap* guides = nullptr;           // for the direct methods `gated` and `guided`
     MapFiles files = {};
-    int sets = 1;  // MapParameters'
-    // Camera samples of a pixel by this pass; one of them estimates density from the maps, or, in pixels that
-    // show an edge (`edges`, if not null), every one.
+    int sets = 1;  // see MapParameters
+    // The pass takes this many camera samples of each pixel. One of them estimates density from the maps; in
+    // pixels that show an edge (`edges`, if not null) all of them do.
     int samples = 1;
     const PixelEdges* edges = nullptr;
 };
 
 struct DensityEstimatePair {
-    DensityEstimateSettings eye, gather;  // of estimates at what the camera sees, and where gather rays land
-    float volume_radius = 1;              // the largest of an estimate in space
+    DensityEstimateSettings eye, gather;  // for what the camera sees, and where gather rays land
+    float volume_radius = 1;              // the largest radius of an estimate in space, scene units
 };
 
-// What pass 1 makes and pass 2 reads; maps that are absent are not read.
+// Holds what pass 1 makes and pass 2 reads. Missing maps are not read.
 struct PhotonMappingState {
     PhotonMaps maps;
-    std::optional<IrradiancePoints> irradiance;   // looked up by gather rays where they land
-    std::optional<DirectionGuideMap> directions;  // of gather rays
+    std::optional<IrradiancePoints> irradiance;   // read where gather rays land
+    std::optional<DirectionGuideMap> directions;  // guide gather rays
     std::vector<float> caustic_radii;             // progressive: the radius of each photon of the Caustic map
 };
 
 DensityEstimatePair density_settings(const PhotonMapSettings& settings, const Scene& scene);
 
-// Whether the numbers of samples, and where gather rays are guided, are left to a pilot.
+// Tells whether a pilot chooses the numbers of samples, and where gather rays are guided.
 bool is_split_by_pilot(const PhotonMapSettings& settings);
 
-// How the maps of a pass are built. Says in the pass's statistics which are, and why.
+// Returns how to build the maps of a pass. Records in its statistics which maps are built, and why.
 MapParameters map_parameters(const PhotonMapSettings& settings, const PassContext& context);
 
-// Makes all that the second pass reads. None if the monitor stopped it.
+// Makes everything that the second pass reads. Returns none if the monitor stopped it.
 std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, const PassContext& context,
                                              const PhotonMapPass& parts);
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/scene/camera.h"
 
 namespace lucerna {
@@ -15,8 +15,8 @@ struct Seen {
     bool hit = false;
 };
 
-// Whether both lie on what may be one surface without an edge: nearly of the same direction, and the way from
-// one to the other along it.
+// Tells whether both points may lie on one surface without an edge: their normals nearly agree, and the way
+// from one to the other runs along the surface.
 bool same_surface(const Seen& a, const Seen& b) {
     constexpr float kSameWay = 0.95F, kAlong = 0.2F;
     if (!a.hit || !b.hit) return a.hit == b.hit;

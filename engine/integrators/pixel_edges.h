@@ -1,4 +1,4 @@
-// Which pixels show an edge: where the camera rays of one pixel meet different surfaces.
+// Finds pixels that show an edge, where the camera rays of one pixel meet different surfaces.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@ namespace lucerna {
 class PixelEdges {
   public:
     PixelEdges() = default;
-    // By a ray through each corner of the view's pixels, and the middle of the lens: a function of the scene
-    // and the camera. What is too thin to be met by any is not found.
+    // Traces a ray through each corner of the view's pixels and the middle of the lens. The result is a
+    // function of the scene and the camera. Objects too thin to be met by any of these rays are missed.
     PixelEdges(const Scene& scene, const View& view, const Workers& workers);
 
-    // At a place of the whole film, in pixels. False outside of the view.
+    // Tells whether the pixel at a position on the whole film, pixels, shows an edge; false outside the view.
     bool at(const V2f& film) const {
         const auto x = static_cast<std::int64_t>(std::floor(film.x)) - x0_;
         const auto y = static_cast<std::int64_t>(std::floor(film.y)) - y0_;
@@ -27,7 +27,7 @@ class PixelEdges {
 
   private:
     std::int64_t x0_ = 0, y0_ = 0, width_ = 0, height_ = 0;
-    std::vector<std::uint8_t> edges_;  // of each pixel, by rows
+    std::vector<std::uint8_t> edges_;  // of each pixel, row by row
 };
 
 }  // namespace lucerna

@@ -15,8 +15,8 @@ constexpr std::uint32_t kLightSamplesBranch = 1, kSunsBranch = 2;
 
 constexpr int kLightSamples = 4;  // of direct light at each point
 
-// Direct light at a point, sampled in both ways as direct_light() does it for a white surface there, whose
-// radiance times π is the irradiance.
+// Samples direct light at a point by both strategies of MIS, as direct_light() does for a white surface
+// there. The irradiance is π times that surface's radiance.
 NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const SurfacePoint& at,
                            const Sampler& point, IncidentLightSum& light) {
     Hit hit;
@@ -66,8 +66,8 @@ NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const
     return {sum, over_distance > 0 ? sum / over_distance : INFINITY};
 }
 
-// A point for one photon in so many, as the time allows: by that of a few, and then of more, for the first
-// pay for what is cold.
+// Returns the stride between the photons that get a point, as the time left allows. It times points at a few
+// photons and then at more, because the first points pay for cold caches.
 std::size_t stride_in_time(const PassContext& context, const PhotonMap& global,
                            const IrradianceSources& sources, BounceParameters bounce) {
     constexpr std::size_t kMostStride = 1 << 16;
@@ -79,7 +79,7 @@ std::size_t stride_in_time(const PassContext& context, const PhotonMap& global,
         const Stopwatch clock;
         const IrradiancePoints points(bounce_on(context.scene, global, bounce, context.workers), sources,
                                       context.workers, context.monitor);
-        // This is the time for a point at each photon; the first of those few take the longest.
+        // This extrapolates to a point at each photon. The first points of a trial take the longest.
         const double seconds = clock.seconds() * static_cast<double>(bounce.stride);
         const double left = std::max(context.prepared.left(), 1e-3);
         const auto stride =
@@ -103,8 +103,7 @@ IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonM
     std::vector<const PhotonMap*> read = {&global};
     if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
     if (settings.direct == DirectMethod::map) read.push_back(maps.find(MapKind::direct));
-    constexpr std::uint64_t kNoPoint =
-        ~std::uint64_t{0};  // the path number of no point: split by point below
+    constexpr std::uint64_t kNoPoint = ~std::uint64_t{0};  // no point has this path number
     const Sampler probes(context.seed, Purpose::gather, context.pass, kNoPoint);
     IrradianceSources sources{read, how, Probing{context.scene, probes}, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {

@@ -1,5 +1,5 @@
-// Precomputed irradiance for final gather [Christensen 1999]: gather rays look it up where they land, in
-// place of an estimate of each. The points themselves are photon/irradiance.h; here is the light that they
+// Precomputes irradiance for the final gather [Christensen 1999]: gather rays look it up where they land
+// instead of estimating density. photon/irradiance.h holds the points; this file computes the light that they
 // are given.
 #pragma once
 
@@ -11,13 +11,13 @@
 
 namespace lucerna {
 
-// Whether the points hold direct light, too, so that nothing is left to find where a gather ray lands. In
-// scenes with media direct light is not sampled in advance: the points do not store their medium.
+// Tells whether the points hold direct light, too, so that nothing is left to find where a gather ray lands.
+// In scenes with media direct light is not sampled in advance, because the points do not store their medium.
 bool holds_direct(const PhotonMapSettings& settings, const Scene& scene);
 
-// Makes a point for one photon in n of the Global map, which must be there
-// (settings.precompute > 0; with direct = map the Direct map, too), with the light of all maps; direct light
-// by the Direct map, or sampled.
+// Makes an irradiance point for one photon in n of the Global map, with the light of all maps. Direct light
+// is sampled, or, with direct = map, read from the Direct map. Requires these maps and a positive
+// settings.precompute.
 IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonMaps& maps,
                                        const DensityEstimateSettings& how, const PhotonMapSettings& settings);
 

@@ -1,31 +1,32 @@
-// Progressive photon mapping in memoryless passes [Knaus and Zwicker 2011; photon/radius_schedule.h].
+// Implements progressive photon mapping in memoryless passes [Knaus and Zwicker 2011;
+// photon/radius_schedule.h].
 //
-// A pass builds maps of its own, a function of (seed, pass), and has some camera samples of every pixel. One
-// of them looks at the maps, and stands for all: at the first diffuse surface all photons within a fixed
-// radius count. An estimate costs as much as several camera samples, and photons are of one pass whoever
-// looks at them. Direct light is sampled by every sample (or read from the Direct map with the estimate),
-// mirrors, glass and gloss are followed, all as in photon_mapping.cpp. The radius of pass i at x is
+// Each pass builds photon maps of its own, a function of (seed, pass), and takes some camera samples of every
+// pixel. One of them estimates density on behalf of all (where a pixel shows an edge, every one): at the
+// first diffuse surface all photons within a fixed radius count. An estimate costs as much as several camera
+// samples, and all samples of a pass share its photons. Every sample samples direct light (or reads it from
+// the Direct map with the estimate) and follows mirrors, glass and gloss as in photon_mapping.cpp. The radius
+// of pass i at x is
 //
 //   r_i(x)² = s_i r_1(x)²,
 //
-// s_i the sequence of photon/radius_schedule.h and r_1(x) the radius that holds k photons near x in pre-pass
-// maps, which are made once, before the first pass, of as many light paths as a pass has; where the light on
-// a wider disc is even by their word (photon/evenness.h), the radius that holds up to 4 k [Lin 2020].
+// where s_i is the sequence of photon/radius_schedule.h and r_1(x) is the radius that holds k photons near x
+// in pre-pass maps. These are built once, before the first pass, from as many light paths as a pass has.
+// Where they show even light on a wider disc (photon/evenness.h), r_1 holds up to 4 k photons [Lin 2020].
 //
-// How wide. Noise falls as 1/k, the bias grows as k; both shrink with the passes by the same sequences, so
-// that the k that balances them in the first pass does so in all of them. Unevenness that the test of 4 k
-// photons does not find is no larger than their noise, and neither is its bias: there the wider disc has a
-// quarter of the variance. Whether a disc is cut off by edges or walls, so that estimates need probes, is
-// found at the same places once: as radii shrink, what is whole stays whole.
+// Choice of k. Variance falls as 1/k, and bias grows as k. Both change from pass to pass by the same
+// sequences, so that the k that balances them in the first pass does so in all. Unevenness that the test of
+// 4 k photons misses is no larger than their noise, and neither is its bias, while the wider disc has a
+// quarter of the variance. The same places also record once whether edges or walls cut off the disc, so that
+// estimates need probes: a disc that is not cut off stays so as radii shrink.
 //
-// Why that is consistent. The pre-pass's photons are those of no pass. Given r_1, which is then a fixed
-// function of the place with a positive lower and a finite upper bound, the passes are independent and each
-// is the estimate of a fixed radius that the theory speaks of; so the mean converges for whatever r_1 the
-// pre-pass happened to find, whether or not it missed structure, and therefore on the average over
-// pre-passes. Probes correct a bias that vanishes with the radius: where they are left out by mistake the
-// mean converges, too. A radius found in the pass's own map would be a function of the photons it then
-// averages over: unbiased in the limit only if photons fell independently of each other, which those of one
-// light path, and those of a net, do not.
+// Consistency. No pass uses the photons of the pre-pass. Given r_1, a fixed function of the place with a
+// positive lower and a finite upper bound, the passes are independent, and each is an estimate of fixed
+// radius, as the theory requires. Their mean therefore converges for whatever r_1 the pre-pass found, even if
+// it missed structure, and hence on the average over pre-passes. Probes correct a bias that vanishes with the
+// radius, so the mean converges even where they are left out by mistake. A radius found in the pass's own map
+// would depend on the photons that it averages over. The mean would then converge only if photons fell
+// independently of each other, which those of one light path, and those of a low-discrepancy net, do not.
 #include <fmt/format.h>
 
 #include <array>
@@ -39,16 +40,16 @@
 namespace lucerna {
 namespace {
 
-// The pre-pass's place among the passes: none of them ever has that number.
+// The pre-pass has this pass number, which no other pass has.
 constexpr std::uint32_t kRadiusPrePass = 0xffffffffU;
 
-// Points at which the first radius is known, at most, per map. Radii change as slowly as the light does.
+// The first radius is known at this many points per map, at most. Radii vary as slowly as the light does.
 constexpr std::size_t kPrePassPoints = 8192;
 
-// A caustic's own structure is finer than that of indirect light: its discs hold one photon in so many of k.
+// Discs of caustics, whose structure is finer than that of indirect light, hold k / kCausticShare photons.
 constexpr int kCausticShare = 2;
 
-// r_1: one length, or what the pre-pass found near by.
+// Returns r_1: one length everywhere, or the radius that the pre-pass found near a point.
 class FirstRadii {
   public:
     explicit FirstRadii(float radius) : largest_(radius) {}
@@ -60,7 +61,7 @@ class FirstRadii {
             if (map && kind == static_cast<std::size_t>(MapKind::volume)) {
                 volume_ = radius_in_space(*map, how.k);
             } else if (map) {
-                // Caustics are estimated by photon, with neither wider discs nor probes.
+                // Caustics have a radius for each photon, and need neither wider discs nor probes.
                 const bool caustic = kind == static_cast<std::size_t>(MapKind::caustic);
                 parameters.how.k = caustic ? (how.k + kCausticShare - 1) / kCausticShare : how.k;
                 parameters.wider_where_even = !caustic;
@@ -70,7 +71,7 @@ class FirstRadii {
         }
     }
 
-    // Of each map; none where there is no map to find them in.
+    // Returns the mean of each map; none where there is no map to find radii in.
     std::array<std::optional<double>, kMapKinds> means() const {
         std::array<std::optional<double>, kMapKinds> result;
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
@@ -86,7 +87,7 @@ class FirstRadii {
     float volume() const { return volume_; }
 
   private:
-    // Of a ball that holds k photons where they are as dense as on the average over the box around them all.
+    // Returns the radius of a ball that holds k photons at the average density over their bounding box.
     float radius_in_space(const PhotonMap& map, int k) const {
         Box3f box;
         for (const V3f& p : map.positions()) box.extendBy(p);
@@ -102,9 +103,9 @@ class FirstRadii {
     std::array<std::optional<LocalRadius>, kMapKinds> found_;
 };
 
-// r_i: all of them smaller by the same share. In space a ball holds as many photons as its r³ is large: that
-// is what shrinks there by the sequence, so that the variance grows as it does on surfaces; the bias, r²,
-// falls as N^(2(α-1)/3).
+// Returns r_i by shrinking all first radii by the same factor. In space the number of photons in a ball goes
+// as r³, so r³ shrinks by the sequence and the variance grows as it does on surfaces; the bias, r², falls as
+// N^(2(α-1)/3).
 class PassRadii final : public RadiusRule {
   public:
     PassRadii(const FirstRadii& first, double share)
@@ -122,10 +123,10 @@ class PassRadii final : public RadiusRule {
     float scale_, volume_scale_;
 };
 
-// Probes of an estimate: passes are averaged, and a few are right in the mean.
+// A few probes per estimate suffice, because they are right in the mean and passes are averaged.
 constexpr ProbeEffort kPassProbes{.photons = 4, .directions = 1, .places = 8};
 
-// The maps that every pass builds and looks at.
+// Returns the settings of the maps that every pass builds and reads.
 PhotonMapSettings map_settings(const ProgressiveSettings& of) {
     PhotonMapSettings settings;
     settings.photons = of.photons;
@@ -147,7 +148,7 @@ class ProgressiveSession final : public Session {
         : settings_(map_settings(settings)),
           samples_(settings.samples),
           schedule_(static_cast<double>(settings.alpha)),
-          context_(context.prepared_by({})),  // of every pass alike
+          context_(context.with_deadline({})),  // no deadline: all passes must be alike
           pre_pass_(std::move(pre_pass)),
           radii_(std::move(radii)) {
         if (context.view && samples_ > 1) edges_ = PixelEdges(context.scene, *context.view, context.workers);
@@ -162,7 +163,8 @@ class ProgressiveSession final : public Session {
         parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
         parts.samples = samples_;
         parts.edges = &edges_;
-        return photon_map_pass(settings_, {context_.told_to(monitor), index, statistics}, std::move(parts));
+        return photon_map_pass(settings_, {context_.with_monitor(monitor), index, statistics},
+                               std::move(parts));
     }
 
   private:
@@ -179,8 +181,8 @@ struct RadiusPrePass {
     FirstRadii radii;
     std::int64_t paths;
 };
-// Pre-pass maps, of as many light paths as a pass has, and the radii found in them; of fewer where there is
-// not the time for them. None if the monitor stopped it.
+// Builds pre-pass maps from as many light paths as a pass has, or fewer if time is short, and finds the first
+// radii in them. Returns none if the monitor stopped it.
 std::optional<RadiusPrePass> find_first_radii(const ProgressiveSettings& settings,
                                               const DensityEstimateSettings& how,
                                               const RenderContext& context, const LearnedEmission* emission) {
@@ -214,7 +216,7 @@ class ProgressiveIntegrator final : public Integrator {
             auto found = find_first_radii(settings_, how, context, pre_pass ? &pre_pass->emission : nullptr);
             if (!found) return nullptr;
             radii = std::move(found->radii);
-            // All passes are of as many as there was time for here: they must not differ in what they blur.
+            // All passes get as many paths as there was time for here, because all must blur equally.
             settings.photons = std::min(settings.photons, found->paths);
             statistics.first_radius = radii->means();
             statistics.seconds.add("radii", watch.seconds());

@@ -199,7 +199,7 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
     };
 }
 
-// A former parameter, and what takes its place.
+// Names a removed parameter and what replaces it.
 struct RemovedParameter {
     std::string_view integrator, name, instead;
 };
@@ -234,7 +234,7 @@ constexpr RemovedParameter kRemovedParameters[] = {
     {"progressive", "prepassdefensive", kQuarter},
 };
 
-// In the order of the variant.
+// Lists the names in the order of the variant.
 constexpr std::string_view kIntegratorNames[] = {"path", "direct", "photonmap", "igi", "progressive"};
 static_assert(std::size(kIntegratorNames) == std::variant_size_v<IntegratorSettings>);
 

@@ -1,7 +1,7 @@
-// Typed settings of the integrators, and the one table that names them.
+// Defines typed settings of the integrators, and the one table that names them.
 //
 // The table (fields) names the parameters that scene files, `--set`, `--help`, the EXR header and the
-// statistics know. Members that it does not name keep their defaults there.
+// statistics know. Members that it does not name keep their defaults.
 #pragma once
 
 #include <cstdint>
@@ -23,15 +23,15 @@
 
 namespace lucerna {
 
-// The unbiased reference.
+// Holds the settings of the path tracer, the unbiased reference.
 struct PathSettings {
     int max_depth = 0;  // see max_depth_of()
     Quantity quantity = Quantity::radiance;
-    std::int64_t guide_lights = 0;  // light paths whose first hits guide the choice of lights; 0: none do
-    std::int64_t guide_paths = 0;   // light paths whose photons guide bounces; 0: none do
+    std::int64_t guide_lights = 0;  // light paths whose first hits guide the choice of lights; 0: unguided
+    std::int64_t guide_paths = 0;   // light paths whose photons guide bounces; 0: unguided
 };
 
-// Direct light only; mirrors and glass are followed.
+// Holds the settings of direct light alone; mirrors and glass are followed.
 struct DirectSettings {
     int max_depth = 0;  // see max_depth_of()
     Quantity quantity = Quantity::radiance;
@@ -42,41 +42,42 @@ enum class IndirectMethod : std::uint8_t { gather, map, none };
 
 struct PhotonMapSettings {
     std::int64_t photons = 1'000'000;  // light paths emitted, unless a target is set
-    // Targets: paths are emitted until the Caustic and the Global map hold that many photons. 0: none.
+    // Light paths are emitted until the Caustic and the Global map hold so many photons. 0: no target.
     std::int64_t caustic_photons = 0, indirect_photons = 0;
     DirectMethod direct = DirectMethod::mc;
     IndirectMethod indirect = IndirectMethod::gather;
-    // Gather rays per camera sample; 0: chosen adaptively, and guided by photons where that reduces noise
-    // (splitting.h).
+    // Each camera sample takes this many gather rays. With 0 the number is adaptive, and photons guide the
+    // rays where that reduces noise (splitting.h).
     int gather_rays = 0;
-    // Precomputed irradiance, a point for one photon in n; 0: estimate at each gather ray's end.
+    // Irradiance is precomputed at one photon in n. With 0, density is estimated where each gather ray ends.
     int precompute = 4;
-    // Of what the camera sees. Radius 0: 5 % of the scene's diagonal.
+    // Applies to what the camera sees. A radius of 0 means 5 % of the scene's diagonal.
     DensityEstimateSettings estimate = {.radius = 0, .boundary = Boundary::probes};
-    int gather_k = 50;                  // the same where a gather ray lands, but for the number of photons
-    IndexKind index = IndexKind::tree;  // search structure of photons; all give the same image
-    // Lobes whose GGX alpha (the larger) lies below count as specular: light over them and nothing else goes
-    // to the Caustic map. 0: perfect mirrors and smooth glass alone; the caustics of gloss are found by
-    // gather rays, or go to the Global map.
+    int gather_k = 50;  // photons in an estimate where a gather ray lands; the rest is as above
+    IndexKind index = IndexKind::tree;  // acceleration structure of photons; all give the same image
+    // Lobes whose GGX alpha (the larger one) is smaller count as specular: light that comes over nothing else
+    // goes to the Caustic map. With 0, only perfect mirrors and smooth glass do; caustics of gloss are found
+    // by gather rays, or go to the Global map.
     float specular_below = 0;
     std::int64_t pre_pass = 0;  // light paths of the importance pre-pass, in [0, 2^24]; 0: none
     int max_depth = 0;          // see max_depth_of()
     Quantity quantity = Quantity::radiance;
 };
 
-// Photon maps seen directly, in passes of their own photons each, within a radius that shrinks
-// (photon/radius_schedule.h): biased in every pass, consistent in their mean.
+// Holds the settings of progressive photon mapping [Knaus and Zwicker 2011]: photon maps are seen directly,
+// and each pass has its own photons and a smaller radius (photon/radius_schedule.h). Every pass is biased;
+// their mean is consistent.
 struct ProgressiveSettings {
-    std::int64_t photons = 100'000;  // light paths emitted in a pass
-    // Camera samples per pixel and pass. All of them sample direct light; one of them estimates density,
-    // which costs as much as several light samples.
+    std::int64_t photons = 100'000;  // light paths emitted in each pass
+    // Each pass takes this many camera samples per pixel. All of them sample direct light, but only one of
+    // them estimates density, which costs as much as several light samples.
     int samples = 4;
-    float alpha = 2.0F / 3;                  // the radius' share r²_{i+1}/r²_i is (i + alpha)/(i + 1)
+    float alpha = 2.0F / 3;                  // r²_{i+1} / r²_i = (i + alpha) / (i + 1)
     DirectMethod direct = DirectMethod::mc;  // mc or map
-    // k: photons of one pass that the first radius holds. Radius: the first one everywhere; 0: by k and the
-    // local density. At edges the bias of a shrinking disc falls slowest: hence the probes.
+    // `k` photons of one pass lie within the first radius. `radius` is the first radius everywhere; 0 derives
+    // it from k and the local density. Probes reduce the bias at edges, which falls slowest as discs shrink.
     DensityEstimateSettings estimate = {.k = 60, .radius = 0, .boundary = Boundary::probes};
-    IndexKind index = IndexKind::tree;  // search structure of photons; all give the same image
+    IndexKind index = IndexKind::tree;  // acceleration structure of photons; all give the same image
     std::int64_t pre_pass = 0;          // light paths of the importance pre-pass, in [0, 2^24]; 0: none
     int max_depth = 0;                  // see max_depth_of()
     Quantity quantity = Quantity::radiance;
@@ -85,52 +86,50 @@ struct ProgressiveSettings {
 using IntegratorSettings =
     std::variant<PathSettings, DirectSettings, PhotonMapSettings, IgiSettings, ProgressiveSettings>;
 
-// Every integrator's name: "path", "direct", "photonmap", "igi", "progressive".
+// Returns the integrators' names: "path", "direct", "photonmap", "igi", "progressive".
 std::span<const std::string_view> integrator_names();
 std::string_view integrator_name(const IntegratorSettings& settings);
-// Default settings of the named integrator; throws InputError listing the names it knows.
+// Returns the default settings of the named integrator. Throws InputError that lists the known names.
 IntegratorSettings make_settings(std::string_view name, const Location& at);
 
-// A value as scene files and the command line give it.
+// Holds a value as scene files and the command line give it.
 using SettingValue = std::variant<bool, double, std::string>;
-std::string quoted(const SettingValue& value);  // as an error message shows it
+std::string quoted(const SettingValue& value);  // formats it for an error message
 
-// One parameter of one integrator, bound to a settings object.
+// Describes one parameter of one integrator, bound to a settings object.
 struct Field {
     std::string_view name;                  // as in a scene file and after --set
     std::string_view help;                  // one line, with the unit
-    std::vector<std::string_view> choices;  // empty unless it is a choice
+    std::vector<std::string_view> choices;  // empty unless the parameter is a choice
     double least, most;                     // inclusive, for numbers
-    bool whole = false;                     // only whole numbers
+    bool whole = false;                     // accepts only integers
 
-    std::string text() const;  // the present value
-    // Throws InputError naming the value and what is accepted.
+    std::string text() const;  // returns the current value
+    // Throws InputError that names the value and what is accepted.
     void set(const SettingValue& value, const Location& at);
 
     std::variant<int*, std::int64_t*, float*, std::uint8_t*> target;
-    bool in_studies = false;  // a study varies it; a user leaves it alone
+    bool in_studies = false;  // meant for studies, not for users
 };
 
 std::vector<Field> fields(IntegratorSettings& settings);
-// What the image shows; every integrator can.
+// Returns which quantity the image shows. Every integrator has this setting.
 Quantity quantity_of(const IntegratorSettings& settings);
-// Bounces of the longest paths whose light the image shows, from the light to the eye, as pbrt's `maxdepth`
-// counts them: at surfaces of every kind and in media; a light that is seen straight has 0. 0: no limit,
-// roulette ends every path. It means the same for every integrator, whose images are therefore of the same
-// light (`direct` lacks all but one bounce that is not specular).
+// Returns the maximum number of bounces of the paths whose light the image shows, from the light to the eye,
+// counted as pbrt's `maxdepth`: at surfaces of every kind and in media; a light that is seen directly has 0.
+// Returns 0 if there is no limit and Russian roulette ends every path. The setting means the same for every
+// integrator, so that their images show the same light (`direct` finds only one bounce that is not specular).
 int max_depth_of(const IntegratorSettings& settings);
 void set_max_depth(IntegratorSettings& settings, int max_depth);
-// Returns what takes the place of a parameter that former versions had; none if they had no such one.
+// Returns what replaces a removed parameter; none if there is no removed one of that name.
 std::optional<std::string_view> instead_of_removed(const IntegratorSettings& settings, std::string_view name);
-// Sets one parameter by name; throws InputError with the nearest known name and the list.
+// Sets one parameter by name. Throws InputError with the nearest known name and the list.
 void set_parameter(IntegratorSettings& settings, std::string_view name, const SettingValue& value,
                    const Location& at);
-// "k=100 kernel=epanechnikov …", for headers and statistics.
+// Returns names and values ("k", "100"; "kernel", "epanechnikov"; …) for headers and statistics.
 std::vector<std::pair<std::string, std::string>> describe(const IntegratorSettings& settings);
 
-// Settings as people write them after --set and in studies.
-
-// "1e6" as a number, "true" as a truth value, all else as a word.
+// Parses a value after --set or in a study: "1e6" as a number, "true" as a bool, all else as a string.
 SettingValue parse_setting(const std::string& text);
 
 }  // namespace lucerna

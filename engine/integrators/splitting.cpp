@@ -8,21 +8,21 @@
 namespace lucerna {
 namespace {
 
-// Costs, in microseconds of one core in rooms of some 100,000 triangles: only their ratios matter.
+// These are costs in microseconds of one core, in rooms of some 100,000 triangles. Only their ratios matter.
 constexpr double kCameraSample = 2, kLightSample = 2.5, kGatherRay = 3, kCausticEstimate = 8;
 
-// Bounds of what is chosen. Many samples are cut off where each more brings little; few, where a pilot that
-// met nothing is no proof that there is nothing.
+// These bound the numbers of samples. Above the upper bounds each sample brings little; lower ones are needed
+// because a pilot that found nothing does not prove that there is nothing.
 constexpr double kMostLightSamples = 8, kMostGatherRays = 32;
 constexpr double kLeastGatherRays = 0.25, kLeastCausticEstimates = 0.1;
 
-// A camera sample's own variance is taken for this share of its square at the least: a pilot of few pixels
-// sees no edge, there is one in nearly every cell, and what is left of a difference of two variances is
-// seldom as small as it looks. (That a pixel's camera samples are stratified, where those of the pilot are
-// not, makes up for little of it: of few samples at edges and of many lamps, hardly anything.)
+// A camera sample's own variance is assumed to be at least this share of its square. A pilot of few pixels
+// misses edges, which nearly every cell has, and the difference of two estimated variances is seldom as small
+// as it looks. A pixel's camera samples are stratified, unlike the pilot's, but that makes up for little:
+// with few samples at edges, or many lamps, for hardly anything.
 constexpr double kLeastOwnVariance = 0.1;
 
-// A guided ray takes so many times as long; and what few samples tell of variances is uncertain.
+// A guided ray costs this many times as much, with a margin because few samples estimate the variances.
 constexpr double kGuidedRay = 1.5;
 
 }  // namespace
@@ -53,14 +53,14 @@ void Splitting::Cell::add(const Cell& other, double scale) {
 
 SplitPlan Splitting::best(const Cell& cell) {
     if (!(cell.square > 0)) return {};
-    // Each kind was looked at twice, by both camera samples of a pixel: half of its sums stand for one
+    // Both camera samples of a pixel took two samples of each kind. Half of the sums is the moment of one
     // sample, and half of its variance was in each camera sample's value.
     double of_kinds = 0;
     for (const SplitKinds& kinds : cell.kinds)
         of_kinds += 0.5 * (kinds.light.variance + kinds.gather.variance);
     double variance = std::max(cell.between - 0.5 * of_kinds, kLeastOwnVariance * cell.square);
     double cost = kCameraSample;
-    // `of`: the variance, or second moment, of one sample of the kind; `places` of all camera samples.
+    // `of` is the variance, or second moment, of one sample. `places` counts those of all camera samples.
     const auto number = [&](double of, double places, double each) {
         return std::sqrt(of / (each * places / cell.samples) * cost / variance);
     };
@@ -68,15 +68,15 @@ SplitPlan Splitting::best(const Cell& cell) {
     SplitPlan plan;
     for (std::size_t i = 0; i < kShareClasses; ++i) {
         const SplitMoments& light = cell.kinds[i].light;
-        // No such place was met: no reason to spend more than at those of the class above.
+        // Without any such place, there is no reason to spend more than in the class above.
         if (i > 0) plan[i].light_samples = plan[i - 1].light_samples;
         if (!(light.places > 0)) continue;
         const double left = 0.5 * light.variance;
         const double lights = std::clamp(number(left, light.places, kLightSample), 1.0, kMostLightSamples);
         plan[i].light_samples = static_cast<float>(lights);
     }
-    // Of light samples there is always one: it is a part of the camera sample where it pays no better to have
-    // more.
+    // At least one light sample is always taken. Light samples therefore become part of the camera sample:
+    // their variance and cost add to its own.
     for (std::size_t i = 0; i < kShareClasses; ++i) {
         const SplitMoments& light = cell.kinds[i].light;
         const double lights{plan[i].light_samples};
@@ -108,7 +108,7 @@ SplitPlan Splitting::best(const Cell& cell) {
     return plan;
 }
 
-// What few pixels met is evened out: with the cells around, and a little with all.
+// Makes the plans. Sums each cell with its neighbours, because the few pixels of one cell tell too little.
 void Splitting::settle(const std::vector<Cell>& pixels) {
     double mean = 0;
     for (const Cell& pixel : pixels) mean += std::sqrt(pixel.square) / static_cast<double>(pixels.size());

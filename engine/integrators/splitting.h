@@ -1,21 +1,21 @@
-// How many samples of each kind one camera sample is worth where it looks: light samples, gather rays,
-// density estimates.
+// Chooses how many samples of each kind (light samples, gather rays, density estimates) a camera sample takes
+// where it looks.
 //
-// Source: [Rath 2022; Bolin and Meyer 1997]. A camera sample costs C0 and has a variance of V0 that only more
-// camera samples mend: edges, textures, the lens. Beside it stand kinds of samples, of cost c and variance v
-// each. With n of a kind the pixel's error in a given time goes by (V0 + Σ v/n) (C0 + Σ n c), which is least
-// for
+// Source: [Rath 2022; Bolin and Meyer 1997]. A camera sample costs C0 and has a variance of V0, due to edges,
+// textures and the lens, which only more camera samples reduce. Each other kind of sample has cost c and
+// variance v. With n samples of each kind, the pixel's error in a given time is proportional to
+// (V0 + Σ v/n) (C0 + Σ n c), which is least for
 //
 //   n = sqrt(v/c · C0/V0).
 //
-// c is that of all places of a camera sample at which samples of the kind are taken: behind glass and gloss
-// there are several. What is shaded through a faint mirror counts for little, and is worth fewer samples than
-// what the camera sees itself: the numbers are chosen for classes of places, by their share in the pixel.
+// c is the cost at all places where one camera sample takes samples of the kind; behind glass and gloss there
+// are several. A place seen in a faint mirror contributes little, and deserves fewer samples than what the
+// camera sees directly. The numbers are therefore chosen for classes of places, by their share in the pixel.
 //
-// Below one sample it is taken by chance n, and what it has then divided by n: instead of its variance, its
-// second moment counts. What is known of variances comes from a pilot: some camera samples in each cell of
-// the image, in which every kind is looked at twice at each place. Costs are those of a typical scene, not
-// the clock's: the same settings give the same image.
+// For n < 1 one sample is taken with probability n and divided by n; its second moment then takes the place
+// of its variance. A pilot estimates the variances: it takes some camera samples in each cell of the image,
+// and two samples of every kind at each place. Costs are constants of a typical scene, not the clock's, so
+// that the same settings give the same image.
 #pragma once
 
 #include <array>
@@ -24,19 +24,19 @@
 
 #include "engine/base/parallel.h"
 #include "engine/base/sampler.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/scene/render_context.h"
 
 namespace lucerna {
 
-// Of each kind, on average; those below 1 are chances.
+// Holds the mean number of samples of each kind. A number below 1 is a probability.
 struct SplitNumbers {
     float light_samples = 1, gather_rays = 4, caustic_estimates = 1;
     bool guided = false;  // whether photons guide the gather rays
 };
 
-// Classes of places by their throughput, the share of what they send that reaches the pixel: class i has at
-// most kMostShare[i], and more than kMostShare[i + 1].
+// Places are classified by their throughput, the share of their radiance that reaches the pixel: class i has
+// at most kMostShare[i], and more than kMostShare[i + 1].
 inline constexpr std::array<float, 3> kMostShare = {1, 0.5F, 0.125F};
 inline constexpr std::size_t kShareClasses = kMostShare.size();
 inline std::size_t share_class(float throughput) {
@@ -46,15 +46,15 @@ inline std::size_t share_class(float throughput) {
 }
 using SplitPlan = std::array<SplitNumbers, kShareClasses>;
 
-// What a camera sample of the pilot found of one kind, at all the places that it shaded: luminance that
-// reaches the pixel. `a` and `b`: two independent samples of it.
+// Accumulates what the pilot finds of one kind at all the places that it shades, as luminance that reaches
+// the pixel. `a` and `b` are two independent samples at one place.
 struct SplitMoments {
-    double variance = 0;       // of one sample, the place given: (a - b)²/2
-    double second_moment = 0;  // of one sample: a b, the square of its mean, and that
-    // The second moment that samples would have had without guiding, as those taken tell: each one's square
-    // by how many times more densely it was drawn.
+    double variance = 0;       // of one sample at a given place: (a - b)²/2
+    double second_moment = 0;  // of one sample: the squared mean a b, plus the variance
+    // This is the second moment that samples would have had without guiding: each one's square times the
+    // ratio of its density to that without guiding.
     double unguided_moment = 0;
-    double places = 0;  // at which it was looked at
+    double places = 0;  // number of places
 
     void add(double a, double b, double ratio_a = 1, double ratio_b = 1) {
         variance += 0.5 * (a - b) * (a - b);
@@ -62,9 +62,9 @@ struct SplitMoments {
         unguided_moment += 0.5 * (a * a * ratio_a + b * b * ratio_b);
         ++places;
     }
-    // variance = second moment - mean², and the mean is the same.
+    // Guiding does not change the mean, so mean² = second moment - variance with and without it.
     double unguided_variance() const { return unguided_moment - second_moment + variance; }
-    // Without guiding where it does not pay. True: it does.
+    // Returns whether guiding pays. If it does not, replaces the moments by those without guiding.
     bool choose_guiding();
 };
 struct SplitKinds {
@@ -76,16 +76,16 @@ class Splitting {
   public:
     Splitting() = default;
     explicit Splitting(const SplitNumbers& everywhere) : plans_{everywhere_alike(everywhere)} {}
-    // Calls sample(ray, sampler, pilot) for camera rays all over the view: the radiance that each brings,
-    // with two samples of each kind at every place. The same for any number of threads.
+    // Runs the pilot. Calls sample(ray, sampler, pilot) for camera rays all over the view, which returns a
+    // ray's radiance from two samples of each kind at every place. The number of threads does not matter.
     template <typename Sample>
     Splitting(const View& view, std::uint64_t seed, std::uint32_t pass, const Workers& workers,
               Sample&& sample);
 
-    // For a camera sample there, in pixels of the whole film.
+    // Returns the plan for a camera sample at a position on the whole film, pixels.
     const SplitPlan& at(const V2f& film) const { return plans_[cell_of(film)]; }
     std::size_t cells() const { return plans_.size(); }
-    // Whether photons guide gather rays anywhere.
+    // Tells whether photons guide gather rays anywhere.
     bool any_guided() const;
 
     static SplitPlan everywhere_alike(const SplitNumbers& numbers) {
@@ -95,16 +95,16 @@ class Splitting {
     }
 
   private:
-    static constexpr int kCells = 16;  // a side, at the most
-    static constexpr int kPixels = 6;  // of a cell that are looked at
-    static constexpr int kTurn = 2;    // camera samples of each
-    // Of one pixel; or sums over those of one cell, each relative to what it shows, as an image's error
-    // counts.
+    static constexpr int kCells = 16;  // per side, at most
+    static constexpr int kPixels = 6;  // looked at in each cell
+    static constexpr int kTurn = 2;    // camera samples of each such pixel
+    // Holds the moments of one pixel, or sums over the pixels of a cell, each relative to the radiance that
+    // it shows, as an image's error is measured.
     struct Cell {
         SplitPilot kinds;
-        double samples = 0;  // of the camera
+        double samples = 0;  // number of camera samples
         double between = 0;  // variance between camera samples of a pixel
-        double square = 0;   // of their mean
+        double square = 0;   // squared mean of the camera samples
         void add(const Cell& other, double scale = 1);
     };
     static SplitPlan best(const Cell& cell);

@@ -9,14 +9,14 @@
 namespace lucerna {
 namespace {
 
-// Luminance of an account.
+// Returns the luminance of an account.
 double energy_luminance(const V3d& c) {
     return 0.212671 * c.x + 0.715160 * c.y + 0.072169 * c.z;
 }
 
-// Names everything that is told of a render. A visitor either writes it or reads it back:
-//   value(name, x)      a number or a note
-//   group(optional, f)  what is only there sometimes: f visits it
+// Visits everything that is reported of a render, by name. A visitor either writes it or reads it back:
+//   value(name, x)      visits a number or a note
+//   group(optional, f)  lets f visit values that may be absent
 template <typename Report, typename Visitor>
 void visit_once(Report& once, Visitor& visitor) {
     visitor.value("emission", once.emission);
@@ -29,7 +29,7 @@ void visit_once(Report& once, Visitor& visitor) {
     });
     visitor.group(once.guides, [&](auto& guides) {
         visitor.value("guide.photons", guides.photons);
-        visitor.value("guide.stations", guides.distributions);
+        visitor.value("guide.records", guides.distributions);
     });
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         visitor.group(once.first_radius[kind], [&](auto& radius) {
@@ -95,7 +95,7 @@ struct Writer {
 struct Reader {
     const std::map<std::string, double>& numbers;
     const std::map<std::string, std::string>& notes;
-    bool found = false;  // anything of the group at hand
+    bool found = false;  // whether any value of the current group was found
 
     template <typename T>
     void value(const std::string& name, T& number) {
@@ -160,7 +160,7 @@ void report_pre_pass(const ImportancePrePass* pre_pass, std::int64_t paths, cons
     learned.importons = pre_pass->importons;
     learned.useful = pre_pass->useful;
     learned.blocks = pre_pass->emission.blocks();
-    // How far the choice of lights was moved.
+    // Half of the L1 distance is the share of paths whose light differs from the choice by power.
     double moved = 0;
     for (std::uint32_t light = 0; light < scene.lights().size(); ++light) {
         moved += std::fabs(pre_pass->emission.probability(light) - double{scene.picker().probability(light)});
@@ -227,8 +227,8 @@ void warn_of_shared(std::string_view what, Monitor& monitor) {
 }
 
 void warn_of_endless_light(const Ledger& ledger, Monitor& monitor) {
-    constexpr std::uint64_t kFewPaths = 64;  // of these one does not know: their ends scatter
-    constexpr double kUsual = 0.5;           // the least share that ends as light does, many sigmas below 1
+    constexpr std::uint64_t kFewPaths = 64;  // fewer paths are too noisy to judge
+    constexpr double kUsual = 0.5;           // usually more is absorbed or escapes, by many sigmas
     const std::uint64_t paths = ledger.paths - ledger.not_emitted;
     const double emitted = energy_luminance(ledger.emitted);
     if (paths < kFewPaths || !(emitted > 0)) return;

@@ -1,4 +1,4 @@
-// What a method tells of its preparation, beside the image: what was made once, and in its passes.
+// Holds what a method reports about its work, beside the image: what it made once, and in its passes.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace lucerna {
 
-// Seconds of each phase, in order.
+// Holds the seconds of each phase, in order.
 class PhaseSeconds {
   public:
     void add(const std::string& phase, double seconds);
@@ -31,14 +31,15 @@ class PhaseSeconds {
     std::vector<std::pair<std::string, double>> phases_;
 };
 
-// The energy ledger of light paths: the luminance of each account, W (or lm).
+// Holds the energy ledger of light paths: the luminance of each account, W (or lm).
 //
-// What is emitted is the lamps' flux where emission is plain and every particle of a lamp carries alike; a
-// learned density (photon/learned_emission.h) weights particles, and then it is an estimate of it.
+// `emitted` is the lamps' flux if emission is plain and all particles of a lamp carry the same power. A
+// learned density (photon/learned_emission.h) weights particles, so that `emitted` is then an estimate of the
+// flux.
 struct LedgerStatistics {
     double emitted = 0, absorbed = 0, absorbed_by_media = 0, scattered_by_media = 0, escaped = 0;
     double not_followed = 0, cut = 0, roulette = 0;
-    double imbalance = 0;  // what does not add up, as a share
+    double imbalance = 0;  // |emitted - all ends| / emitted, of the worst channel
     std::uint64_t paths_emitted = 0, paths_not_emitted = 0, hits = 0, scatterings = 0;
 
     LedgerStatistics() = default;
@@ -46,57 +47,57 @@ struct LedgerStatistics {
     std::uint64_t paths() const { return paths_emitted + paths_not_emitted; }
 };
 
-// The importance pre-pass (engine/guiding/importance_pre_pass.h).
+// Reports the importance pre-pass (engine/guiding/importance_pre_pass.h).
 struct PrePassStatistics {
     std::uint64_t paths = 0, importons = 0, blocks = 0;
-    double useful = 0;           // share of its paths that an estimate held a photon of
-    double share_of_lights = 0;  // share of light paths that start from another light than by power alone
+    double useful = 0;           // share of its paths that contributed to what the camera sees
+    double share_of_lights = 0;  // share of light paths that power alone would start from other lights
 };
 
-// The photons that guide shadow rays (engine/guiding/guide.h).
+// Reports the photons that guide shadow rays (engine/guiding/guide.h).
 struct GuideStatistics {
     std::uint64_t photons = 0, distributions = 0;
 };
 
 struct VplStatistics {
     std::uint64_t total = 0, sets = 0, bytes = 0;
-    std::optional<std::uint64_t> tried;  // where they were thinned
+    std::optional<std::uint64_t> tried;  // before thinning, if they were thinned
 };
 
-// What all passes share, made before the first.
+// Reports what all passes share, made before the first.
 struct OnceStatistics {
-    std::string emission;  // how light paths are emitted, and why; empty: not told
+    std::string emission;  // how light paths are emitted, and why; empty: not reported
     std::optional<PrePassStatistics> pre_pass;
     std::optional<GuideStatistics> guides;
     std::array<std::optional<double>, kMapKinds> first_radius;  // progressive: the mean, scene units
     PhaseSeconds seconds;
 };
 
-// Tells what an importance pre-pass learned, or (null) that it saw nothing.
+// Records what an importance pre-pass learned, or (null) that it saw nothing.
 void report_pre_pass(const ImportancePrePass* pre_pass, std::int64_t paths, const Scene& scene,
                      OnceStatistics& statistics);
 
-// What one pass made, or all of them.
+// Reports what one pass made, or all of them.
 struct PassStatistics {
     std::optional<LedgerStatistics> ledger;  // paths and hits of all passes, energies of the last
     std::array<std::optional<DepositCount>, kMapKinds> maps;  // photons of all passes
     std::array<std::string, kMapKinds> map_needs;             // whether each map was built, and why
-    std::string map_source;                                   // empty: maps were built
-    std::optional<std::uint64_t> caustic_paths;               // of igi's Caustic map
+    std::string map_source;                                   // empty: the maps were built
+    std::optional<std::uint64_t> caustic_paths;               // light paths of igi's Caustic map
     std::optional<std::uint64_t> irradiance_points;
-    std::optional<double> radius_share;  // progressive: of the first radius
+    std::optional<double> radius_share;  // progressive: the radius relative to the first
     std::optional<VplStatistics> vpls;
     PhaseSeconds seconds;
 
-    // One more pass: seconds and counts add up, all else is the last one's.
+    // Adds a pass. Seconds and counts add up; everything else becomes the last pass's.
     void add(const PassStatistics& pass);
 };
 
-// What one rank of a parallel job did.
+// Reports what one rank of a parallel job did.
 struct RankReport {
     std::string host;
     int threads = 1;
-    std::uint64_t tiles = 0;  // that it rendered, those of every round counted
+    std::uint64_t tiles = 0;  // rendered by this rank, summed over the rounds
     std::uint64_t rays = 0;
     double prepare_seconds = 0, image_seconds = 0;
     double prepare_processor_seconds = 0, image_processor_seconds = 0;  // of all its threads
@@ -109,7 +110,7 @@ struct RankReport {
     }
 };
 
-// What a render did, for --stats.
+// Reports what a render did, for --stats.
 struct RenderReport {
     OnceStatistics once;
     PassStatistics passes;
@@ -123,27 +124,27 @@ struct RenderReport {
     bool complete = true;   // false: stopped early by the user
     std::uint64_t samples_not_finite = 0;
     std::uint64_t rays_total = 0, rays_invalid = 0;
-    std::optional<std::uint64_t> rays_prepare;  // of them, before the first of the image
+    std::optional<std::uint64_t> rays_prepare;  // traced before the first ray of the image
     std::optional<double> relative_error;       // estimated, of the image
-    std::optional<double> denoised_error;       // the same of the denoised one, its blur included
-    std::optional<double> blur;                 // of both, by density estimates (BlurMeter)
-    std::vector<V2i> pixels_apart;              // that this error is without (Film::ErrorEstimate)
+    std::optional<double> denoised_error;       // of the denoised image, its blur included
+    std::optional<double> blur;                 // of both images, due to density estimates (BlurMeter)
+    std::vector<V2i> pixels_apart;              // left out of relative_error (Film::ErrorEstimate)
     std::vector<RankReport> ranks;              // of a parallel job
-    std::map<std::string, Ranks::Traffic, std::less<>> traffic;  // of its rank 0
+    std::map<std::string, Ranks::Traffic, std::less<>> traffic;  // of rank 0 of a parallel job
 
-    // By dotted names, which are stable: the JSON's keys.
+    // These return values by dotted names, which are stable: the JSON's keys.
     std::map<std::string, double> numbers() const;
     std::map<std::string, std::string> notes() const;
-    // What passes before a checkpoint told.
+    // Restores what the passes before a checkpoint reported.
     void restore(const std::map<std::string, double>& numbers,
                  const std::map<std::string, std::string>& notes);
 };
 
-// Where nothing takes light away, as in a closed room of albedo 1, a light path ends by roulette alone: what
-// it still carries then is missing, and what rare long paths bring has no limit. One warning if so.
+// Warns if most of the light's power is cut off by Russian roulette or the length limit, as in a closed room
+// of albedo 1: that power is missing, and what rare long paths contribute has no bound.
 void warn_of_endless_light(const Ledger& ledger, Monitor& monitor);
 
-// Where samples are of two halves (RenderContext) and `what` serves both all the same.
+// Warns that `what` serves both halves of the samples (RenderContext), which should share nothing.
 void warn_of_shared(std::string_view what, Monitor& monitor);
 
 }  // namespace lucerna

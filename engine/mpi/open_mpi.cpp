@@ -1,10 +1,15 @@
-// Communicator by MPI. Calls are nonblocking ones that are asked again and again, with sleeps between: an MPI
-// that waits keeps a processor busy, which ranks on one machine, and the threads of this one, need.
+// Implements Communicator by MPI. Every call starts a nonblocking operation and polls it with sleeps in
+// between: a blocking call of MPI keeps a processor busy, which other ranks of the machine and other threads
+// of this rank need.
 #include <fmt/format.h>
 #include <mpi.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <chrono>
+#include <cstring>
+#include <mutex>
 #include <stdexcept>
 #include <thread>
 
@@ -13,11 +18,11 @@
 namespace lucerna {
 namespace {
 
-// A count is an int; more goes in several calls.
+// MPI counts in int; larger transfers are made in pieces of this size.
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
-// What is sent between two ranks: messages have their own tags, from 0 on.
-constexpr int kGatherTag = 1000;
+// The tags of what goes from one rank to another.
+constexpr int kMessageTag = 1, kGatherTag = 2, kFetchTag = 3, kFetchedTag = 4;
 
 void check(int code, const char* what) {
     if (code == MPI_SUCCESS) return;
@@ -28,29 +33,22 @@ void check(int code, const char* what) {
         fmt::format("{}: {}", what, std::string(text, static_cast<std::size_t>(length))));
 }
 
-// Asks until done() says so: at once for a while, then less and less often.
-constexpr std::chrono::microseconds kAtOnce(1000);
-template <typename Done>
-void wait_until(Done&& done, std::chrono::microseconds at_once = kAtOnce) {
-    constexpr std::chrono::microseconds kLongest(300);
+// Polls without a pause for the first millisecond, then with pauses that grow to 0.3 ms.
+void wait_for(MPI_Request& request, const char* what) {
+    constexpr std::chrono::microseconds kWithoutPause(1000), kLongest(300);
     const auto begin = std::chrono::steady_clock::now();
     std::chrono::microseconds pause(20);
-    while (!done()) {
-        if (std::chrono::steady_clock::now() - begin < at_once) {
+    for (;;) {
+        int done = 0;
+        check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), what);
+        if (done != 0) return;
+        if (std::chrono::steady_clock::now() - begin < kWithoutPause) {
             std::this_thread::yield();
         } else {
             std::this_thread::sleep_for(pause);
             pause = std::min(2 * pause, kLongest);
         }
     }
-}
-
-void wait_for(MPI_Request& request, const char* what) {
-    wait_until([&] {
-        int done = 0;
-        check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), what);
-        return done != 0;
-    });
 }
 
 int count_of(std::size_t bytes) {
@@ -131,24 +129,43 @@ class OpenMpi final : public Communicator {
         }
     }
 
-    void send(int to, int tag, std::span<const std::byte> bytes) override {
-        MPI_Request request{};
-        check(MPI_Isend(bytes.data(), count_of(bytes.size()), MPI_BYTE, to, tag, messages_, &request),
-              "MPI_Isend");
+    // Rank 0 serves the counters by messages: over TCP Open MPI 4.1 has no windows (MPI_Win_allocate), and a
+    // passive target would have to call MPI, too.
+    std::int64_t fetch_add(int counter, std::int64_t more) override {
+        if (rank_ == 0) return counters_[static_cast<std::size_t>(counter)].fetch_add(more);
+        const std::lock_guard lock(fetching_);
+        const Fetch fetch{counter, more};
+        std::int64_t before = 0;
+        MPI_Request request{}, answer{};
+        check(MPI_Irecv(&before, sizeof before, MPI_BYTE, 0, kFetchedTag, messages_, &answer), "MPI_Irecv");
+        check(MPI_Isend(&fetch, sizeof fetch, MPI_BYTE, 0, kFetchTag, messages_, &request), "MPI_Isend");
         wait_for(request, "MPI_Isend");
+        wait_for(answer, "MPI_Irecv");
+        return before;
     }
-    std::vector<std::byte> receive(int from, int tag) override {
-        std::optional<Message> message;
-        // By a thread beside those that work.
-        wait_until([&] { return (message = try_receive_from(from, tag)).has_value(); },
-                   std::chrono::microseconds(0));
-        return std::move(message->bytes);
+
+    void send_to_rank_0(std::span<const std::byte> bytes) override {
+        MPI_Request request{};
+        check(MPI_Issend(bytes.data(), count_of(bytes.size()), MPI_BYTE, 0, kMessageTag, messages_, &request),
+              "MPI_Issend");
+        wait_for(request, "MPI_Issend");
     }
-    std::optional<Message> try_receive(int tag) override { return try_receive_from(MPI_ANY_SOURCE, tag); }
+    std::optional<Message> try_receive() override {
+        while (const auto request = try_receive(kFetchTag)) {
+            Fetch fetch{};
+            std::memcpy(&fetch, request->bytes.data(), sizeof fetch);
+            const std::int64_t before = fetch_add(static_cast<int>(fetch.counter), fetch.more);
+            MPI_Request answer{};
+            check(MPI_Isend(&before, sizeof before, MPI_BYTE, request->from, kFetchedTag, messages_, &answer),
+                  "MPI_Isend");
+            wait_for(answer, "MPI_Isend");
+        }
+        return try_receive(kMessageTag);
+    }
 
     void abort(int exit_code) override {
         MPI_Abort(MPI_COMM_WORLD, exit_code);
-        std::abort();  // it does not return
+        std::abort();  // MPI_Abort does not return, but is not declared so.
     }
 
   private:
@@ -186,11 +203,11 @@ class OpenMpi final : public Communicator {
         }
     }
 
-    std::optional<Message> try_receive_from(int from, int tag) {
+    std::optional<Message> try_receive(int tag) {
         int there = 0;
         MPI_Message message{};
         MPI_Status status{};
-        check(MPI_Improbe(from, tag, messages_, &there, &message, &status), "MPI_Improbe");
+        check(MPI_Improbe(MPI_ANY_SOURCE, tag, messages_, &there, &message, &status), "MPI_Improbe");
         if (there == 0) return std::nullopt;
         int count = 0;
         MPI_Get_count(&status, MPI_BYTE, &count);
@@ -201,13 +218,19 @@ class OpenMpi final : public Communicator {
         return received;
     }
 
+    struct Fetch {
+        std::int64_t counter, more;
+    };
+
     int rank_ = 0, size_ = 1;
     MPI_Comm collectives_ = MPI_COMM_NULL, messages_ = MPI_COMM_NULL;
+    std::array<std::atomic<std::int64_t>, kCounters> counters_{};  // at rank 0
+    std::mutex fetching_;                                          // one answer at a time
 };
 
 }  // namespace
 }  // namespace lucerna
 
-extern "C" lucerna::Communicator* lucerna_mpi_1() {
+extern "C" lucerna::Communicator* lucerna_mpi_2() {
     return new lucerna::OpenMpi();
 }

@@ -24,8 +24,16 @@ constexpr std::size_t kFull = 1U << 24;
 using Key = std::tuple<std::uint32_t, bool, bool, std::int32_t, std::int32_t, const void*, const void*, bool,
                        bool, int>;
 Key key_of(const SurfaceTraits& t, bool with_n, bool with_uv, int kind = 0) {
-    return {t.material,    t.reverse_orientation, t.media.border, t.media.inside, t.media.outside,
-            t.alpha.get(), t.shadow_alpha.get(),  with_n,         with_uv,        kind};
+    return {t.material,
+            t.reverse_orientation,
+            t.media.is_interface,
+            t.media.inside,
+            t.media.outside,
+            t.alpha.get(),
+            t.shadow_alpha.get(),
+            with_n,
+            with_uv,
+            kind};
 }
 
 template <typename Value>

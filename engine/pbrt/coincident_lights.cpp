@@ -130,8 +130,8 @@ const SurfaceTraits& traits_of(const Draft& draft, const AreaSpec& area) {
 bool is_same_kind(const Draft& draft, const AreaSpec& a, const AreaSpec& b) {
     const SurfaceTraits &s = traits_of(draft, a), &t = traits_of(draft, b);
     return a.unseen == b.unseen && (a.unseen || (!s.alpha && !t.alpha)) && !s.shadow_alpha &&
-           !t.shadow_alpha && s.media.border == t.media.border && s.media.inside == t.media.inside &&
-           s.media.outside == t.media.outside;
+           !t.shadow_alpha && s.media.is_interface == t.media.is_interface &&
+           s.media.inside == t.media.inside && s.media.outside == t.media.outside;
 }
 
 // Removes the lights and their surfaces.

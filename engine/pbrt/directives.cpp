@@ -502,8 +502,8 @@ void DirectiveReader::concatenate(const M44d& m, std::string_view what) {
                                "it is left out");
     }
     if (!reading_.state.at_start) return;
-    // A singular transformation projects shapes, which remain visible; whatever needs the inverse does not
-    // (see what_cannot_be_undone).
+    // A singular transformation flattens shapes, which remain visible; directives that need its inverse
+    // report that themselves.
     if (inverse(reading_.state.ctm) && !inverse(product)) {
         reading_.depart(
             place_,

@@ -289,7 +289,7 @@ MediumInterface read_medium_interface(Reading& reading, const Place& at, const s
     MediumInterface media;
     media.inside = index_of_medium(reading, at, inside);
     media.outside = index_of_medium(reading, at, outside);
-    media.border = media.inside != media.outside;
+    media.is_interface = media.inside != media.outside;
     return media;
 }
 

@@ -124,7 +124,7 @@ std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params) {
     traits.material = use_material(reading);
     traits.reverse_orientation = reading.state.reverse_orientation;
     traits.media = reading.state.media;
-    if (traits.media.border) reading.draft.uses_media = true;
+    if (traits.media.is_interface) reading.draft.uses_media = true;
     traits.alpha = read_cut_out(reading, params, "alpha");
     traits.shadow_alpha = read_cut_out(reading, params, "shadowalpha");
     if (!lets_all_pass(traits)) return traits;

@@ -34,7 +34,7 @@ std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const
         error.mean = relative_error(by_near.mean, by_far.mean);
         double squares = 0, lit = 0;
         // Converts half-widths to standard errors.
-        const double width = student_95(static_cast<std::uint64_t>(near.heads));
+        const double width = student_95(static_cast<std::uint64_t>(near.sensors));
         for (std::size_t i = 0; i < by_near.points.size(); ++i) {
             const Reading95 of = relative_error(by_near.points[i].all, by_far.points[i].all);
             error.points.push_back(of);

@@ -22,12 +22,12 @@ namespace {
 
 // A point has enough sensor replicas for a reliable interval, and an image enough pixels for tiles for all
 // threads.
-constexpr int kLeastHeads = 16;
+constexpr int kLeastSensors = 16;
 constexpr std::int64_t kLeastPixels = 16384;
 constexpr int kWidth = 256;
 // The first round takes so many samples over all replicas of a point, so that its interval is meaningful, and
 // at least so many per replica.
-constexpr int kFirstOfPoint = 256, kFirstOfHead = 4;
+constexpr int kFirstOfPoint = 256, kFirstOfSensor = 4;
 // Intervals scatter from round to round, so aiming a little below the wanted width often saves a round.
 constexpr double kAim = 0.95;
 
@@ -105,18 +105,18 @@ class PointImage {
             }
         }
         const auto points = static_cast<std::int64_t>(receivers.points.size());
-        receivers.heads =
-            kLeastHeads * static_cast<int>(std::max<std::int64_t>(1, kLeastPixels / kLeastHeads / points));
-        heads_ = receivers.heads;
+        receivers.sensors = kLeastSensors * static_cast<int>(std::max<std::int64_t>(
+                                                1, kLeastPixels / kLeastSensors / points));
+        sensors_ = receivers.sensors;
         FilmSettings film;
         film.width = kWidth;
-        film.height = static_cast<int>((points * heads_ + kWidth - 1) / kWidth);
+        film.height = static_cast<int>((points * sensors_ + kWidth - 1) / kWidth);
         film.parts = true;
         film.chance = has_chance_light(job.scene);
         job.film = film;
     }
 
-    int heads() const { return heads_; }
+    int sensors() const { return sensors_; }
     Readings read(const RenderResult& result, const std::vector<std::string>& groups) const {
         const Image& parts = result.parts.value();
         const LightOf all(result.image, ""), direct(parts, std::string(layer_name(Layer::direct)) + ".");
@@ -136,29 +136,29 @@ class PointImage {
             SurfaceIlluminance& done = read.surfaces.emplace_back();
             done.surface = surface;
             for (std::size_t i = 0; i < surface.size(); ++i) {
-                RunningStats heads, indirect, rest, rest_indirect, met;
+                RunningStats sensors, indirect, rest, rest_indirect, met;
                 PointParts point;
                 point.groups.resize(groups.size());
                 ChanceAtPoint by_chance;
                 by_chance.groups.resize(groups.size());
-                for (int h = 0; h < heads_; ++h, ++pixel) {
-                    heads.add(all(pixel));
+                for (int h = 0; h < sensors_; ++h, ++pixel) {
+                    sensors.add(all(pixel));
                     double not_direct = 0;
                     for (const LightOf& part : others) not_direct += part(pixel);
                     indirect.add(not_direct);
-                    point.direct += direct(pixel) / heads_;
-                    point.mirrored += caustic(pixel) / heads_;
+                    point.direct += direct(pixel) / sensors_;
+                    point.mirrored += caustic(pixel) / sensors_;
                     for (std::size_t g = 0; g < groups.size(); ++g)
-                        point.groups[g] += by_group[g](pixel) / heads_;
+                        point.groups[g] += by_group[g](pixel) / sensors_;
                     if (!chance) continue;
                     const double found = (*chance)(pixel);
                     met.add(found);
-                    rest.add(heads_without(all(pixel), found));
-                    rest_indirect.add(heads_without(not_direct, found));
+                    rest.add(reading_without(all(pixel), found));
+                    rest_indirect.add(reading_without(not_direct, found));
                     for (std::size_t g = 0; g < groups.size(); ++g)
-                        by_chance.groups[g] += chance_by_group[g](pixel) / heads_;
+                        by_chance.groups[g] += chance_by_group[g](pixel) / sensors_;
                 }
-                point.all = reading_95(heads);
+                point.all = reading_95(sensors);
                 point.indirect = reading_95(indirect);
                 read.scatter.push_back({point.all.half_width, point.indirect.half_width});
                 done.points.push_back(std::move(point));
@@ -180,14 +180,14 @@ class PointImage {
         return lights;
     }
     // Returns `all` - `found`, or 0 where this is no more than single-precision rounding.
-    static double heads_without(double all, double found) {
+    static double reading_without(double all, double found) {
         constexpr double kRounding = 1e-5;
         const double rest = all - found;
         return rest > kRounding * all ? rest : 0.0;
     }
 
     std::span<const CalculationSurface> surfaces_;
-    int heads_ = 1;
+    int sensors_ = 1;
 };
 
 double share_of(double half_width, const Reading95& point, const Reading95& mean) {
@@ -407,12 +407,13 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     report.groups = job.scene.light_groups().names;
     report.unit = unit_text(Quantity::illuminance, unit);
     report.flux_unit = flux_unit_text(unit);
-    report.heads = points.heads();
+    report.sensors = points.sensors();
     report.lamps = luminaires_of(job.scene);
     const bool counts = options.most_samples > 0;
-    PathRounds rounds(job, Quantity::illuminance,
-                      counts ? options.most_samples : std::max(kFirstOfHead, kFirstOfPoint / report.heads),
-                      options.seed, options.workers, options.seconds);
+    PathRounds rounds(
+        job, Quantity::illuminance,
+        counts ? options.most_samples : std::max(kFirstOfSensor, kFirstOfPoint / report.sensors),
+        options.seed, options.workers, options.seconds);
     std::optional<ChanceLightAt> there;
     for (;;) {
         const RenderResult result = rounds.render(monitor);

@@ -90,7 +90,7 @@ struct IlluminanceReport {
     double precision = 0;             // the largest such share that was reached
     // "precision", "time", "samples", "user", "forecast", or "light paths", which limit the precision.
     std::string ended_by;
-    int heads = 0;    // of each point
+    int sensors = 0;  // of each point
     int samples = 0;  // of each replica
     std::uint64_t rays = 0;
     double seconds = 0;

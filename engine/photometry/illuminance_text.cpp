@@ -135,8 +135,8 @@ std::string illuminance_json(const IlluminanceReport& report, const MeasurementU
                         {"confidence", 0.95},
                         {"precision", report.precision},
                         {"ended_by", report.ended_by},
-                        {"heads_of_a_point", report.heads},
-                        {"samples_of_a_head", report.samples},
+                        {"sensors_of_a_point", report.sensors},
+                        {"samples_of_a_sensor", report.samples},
                         {"rays", report.rays},
                         {"seconds", report.seconds},
                         {"surfaces", nlohmann::json::array()}};

@@ -24,10 +24,10 @@ struct Scatter {
     double monte_carlo = 0;  // Monte Carlo variance of one run, mean of all runs
 };
 
-Scatter scatter_of(std::span<const Reading95> by_replicate, int heads) {
+Scatter scatter_of(std::span<const Reading95> by_replicate, int sensors) {
     RunningStats values;
     Scatter scatter;
-    const double width = student_95(static_cast<std::uint64_t>(heads));  // in standard errors
+    const double width = student_95(static_cast<std::uint64_t>(sensors));  // in standard errors
     for (const Reading95& reading : by_replicate) {
         values.add(reading.value);
         scatter.monte_carlo += sqr(reading.half_width / width) / static_cast<double>(by_replicate.size());
@@ -61,7 +61,7 @@ SurfaceUncertainty surface_uncertainty(const IlluminanceReport& whole,
     const auto of = [&](Reading95 SurfaceIlluminance::*what) {
         return lamp_uncertainty(
             readings(by_replicate, [&](const IlluminanceReport& r) { return r.surfaces[s].*what; }),
-            whole.heads);
+            whole.sensors);
     };
     SurfaceUncertainty made;
     made.surface = whole.surfaces[s].surface.name;
@@ -72,11 +72,11 @@ SurfaceUncertainty surface_uncertainty(const IlluminanceReport& whole,
     for (std::size_t i = 0; i < whole.surfaces[s].points.size(); ++i) {
         const std::vector<Reading95> values =
             readings(by_replicate, [&](const IlluminanceReport& r) { return r.surfaces[s].points[i].all; });
-        made.points.push_back(lamp_uncertainty(values, whole.heads));
+        made.points.push_back(lamp_uncertainty(values, whole.sensors));
         made.upper_bounds += made.points.back().upper_bound;
         const double e = whole.surfaces[s].points[i].all.value;
         if (!(e > 0)) continue;
-        const Scatter scatter = scatter_of(values, whole.heads);
+        const Scatter scatter = scatter_of(values, whole.sensors);
         squares += (scatter.variance - scatter.monte_carlo) / sqr(e);
         ++lit;
     }
@@ -91,10 +91,10 @@ double chi_square_quantile(double z, int n) {
     return n * std::pow(1 - v + z * std::sqrt(v), 3);
 }
 
-LampUncertainty lamp_uncertainty(std::span<const Reading95> by_replicate, int heads) {
+LampUncertainty lamp_uncertainty(std::span<const Reading95> by_replicate, int sensors) {
     assert(by_replicate.size() >= 2);
     const int freedom = static_cast<int>(by_replicate.size()) - 1;
-    const Scatter scatter = scatter_of(by_replicate, heads);
+    const Scatter scatter = scatter_of(by_replicate, sensors);
     if (!(scatter.variance * freedom > scatter.monte_carlo * chi_square_quantile(kNormal95, freedom)))
         return bound_of(scatter, freedom);
     const double lamps = scatter.variance - scatter.monte_carlo;  // > 0, as the quantile is above `freedom`

@@ -55,8 +55,8 @@ struct MeasurementUncertainty {
 };
 
 // Returns the uncertainty from a number's values for at least two independent replicates, each with its Monte
-// Carlo interval from `heads` sensor replicas.
-LampUncertainty lamp_uncertainty(std::span<const Reading95> by_replicate, int heads);
+// Carlo interval from `sensors` independent sensors.
+LampUncertainty lamp_uncertainty(std::span<const Reading95> by_replicate, int sensors);
 
 // Compares `whole`, by the lamps themselves, with reports on the same surfaces by replicates.
 MeasurementUncertainty measurement_uncertainty(const IlluminanceReport& whole,

@@ -1,5 +1,6 @@
-// Picture files through OpenImageIO. A shared library of its own, loaded by engine/image/pictures.cpp; it
-// uses nothing of the other modules but that header, and says nothing of what numbers are good for.
+// Reads and writes picture files by OpenImageIO. This is part of a shared library that
+// engine/image/pictures.cpp loads. It uses no other module but the header pictures.h, and does not
+// interpret the numbers.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagecache.h>
 #include <OpenImageIO/imageio.h>
@@ -107,11 +108,11 @@ class Tiled final : public TiledPicture {
     }
 
     std::shared_ptr<OIIO::ImageCache> cache_;
-    OIIO::ImageCache::ImageHandle* handle_;  // the cache's
+    OIIO::ImageCache::ImageHandle* handle_;  // owned by the cache
     ChannelRange channels_;
 };
 
-// Private: not the one that the library shares among all who ask.
+// Makes a private cache, not the one that the library shares among all callers.
 class Cache final : public TileCache {
   public:
     explicit Cache(std::size_t bytes)
@@ -145,7 +146,7 @@ class OpenImageIo final : public Pictures {
   public:
     std::unique_ptr<PictureReader> open(const std::filesystem::path& file, PictureUse use) const override {
         OIIO::ImageSpec how;
-        // Whoever leaves out alpha must not find the colours darkened by it.
+        // Colours that are used without alpha must not be darkened by it.
         how.attribute("oiio:UnassociatedAlpha", 1);
         if (use == PictureUse::measurement) how.attribute("oiio:RawColor", 1);
         auto in = OIIO::ImageInput::open(file.string(), &how);
@@ -180,7 +181,7 @@ class OpenImageIo final : public Pictures {
         return bytes;
     }
     void write(const std::filesystem::path& file, const PictureToWrite& picture) const override {
-        // In memory first: of a disk that is full, PNG and TIFF say nothing.
+        // Encodes in memory first, because the writers of PNG and TIFF do not report a full disk.
         const std::vector<unsigned char> bytes = encode(picture);
         std::ofstream stream(file, std::ios::binary);
         stream.exceptions(std::ios::badbit | std::ios::failbit);

@@ -25,7 +25,7 @@ using Owned = std::unique_ptr<T, Release>;
     throw std::runtime_error(owned ? owned->message : "no cause given");
 }
 
-// Where a font is missing, another one is taken without a word, and where there is none, text is.
+// Throws if the font is missing. librsvg would silently use another font, or omit the text if there is none.
 void require_font(const std::string& family) {
     const Owned<FcPattern> wanted(FcPatternCreate());
     FcPatternAddString(wanted.get(), FC_FAMILY, reinterpret_cast<const FcChar8*>(family.c_str()));
@@ -46,7 +46,8 @@ DrawnSvg draw_svg_by_librsvg(std::string_view svg, double scale, const std::stri
     const Owned<GInputStream> stream(
         g_memory_input_stream_new_from_data(svg.data(), static_cast<gssize>(svg.size()), nullptr));
     GError* error = nullptr;
-    // Unlimited: pictures inside a drawing are long attributes. No base: nothing else is read.
+    // UNLIMITED allows pictures inside a drawing, which are long attributes. Without a base no other file is
+    // read.
     const Owned<RsvgHandle> drawing(
         rsvg_handle_new_from_stream_sync(stream.get(), nullptr, RSVG_HANDLE_FLAG_UNLIMITED, nullptr, &error));
     if (!drawing) fail(error);

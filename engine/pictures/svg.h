@@ -1,4 +1,4 @@
-// Drawings in SVG as pixels, through librsvg; part of the library of pictures.
+// Draws SVG as pixels by librsvg. This is part of the library of pictures.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace lucerna {
 
-// As Pictures::draw_svg says.
+// Implements Pictures::draw_svg.
 DrawnSvg draw_svg_by_librsvg(std::string_view svg, double scale, const std::string& font);
 
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 namespace lucerna {
 namespace {
 
-// 0: not set, or no number.
+// Returns 0 if the variable is not set or is no number.
 int number_in_environment(const char* name) {
     const char* const text = std::getenv(name);
     if (!text) return 0;
@@ -26,8 +26,8 @@ int number_in_environment(const char* name) {
 }  // namespace
 
 bool is_parallel_job() {
-    if (number_in_environment("OMPI_COMM_WORLD_SIZE") >
-        0)  // mpirun, whose own daemons Slurm may have counted
+    // mpirun goes first: within a Slurm job Slurm's variables may count mpirun's own daemons.
+    if (number_in_environment("OMPI_COMM_WORLD_SIZE") > 0)
         return number_in_environment("OMPI_COMM_WORLD_SIZE") > 1;
     return std::getenv("PMIX_RANK") != nullptr && number_in_environment("SLURM_STEP_NUM_TASKS") > 1;
 }
@@ -45,8 +45,8 @@ int processes_without_mpi() {
 }
 
 std::unique_ptr<Communicator> join_parallel_job() {
-    const Module module{"liblucerna_mpi.so", "lucerna_mpi_1", "several ranks need"};
-    const auto join = reinterpret_cast<decltype(&lucerna_mpi_1)>(load_module(module, {"mpi"}));
+    const Module module{"liblucerna_mpi.so", "lucerna_mpi_2", "several ranks need"};
+    const auto join = reinterpret_cast<decltype(&lucerna_mpi_2)>(load_module(module, {"mpi"}));
     try {
         return std::unique_ptr<Communicator>(join());
     } catch (const std::runtime_error& error) {

@@ -1,8 +1,10 @@
-// The ranks of a parallel job, as MPI names them: processes of one program, on one machine or on many, that
-// work together. By a library that is loaded where a job has more than one (engine/mpi/).
+// The ranks of a parallel job, in the sense of MPI: processes of one program, on one machine or on several,
+// that work together. The implementation by MPI is a shared library (engine/mpi/), which is loaded if a job
+// has more than one rank.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,8 +13,8 @@
 
 namespace lucerna {
 
-// Every call waits without keeping a processor busy for long. What a dead rank leaves waiting the launcher
-// ends.
+// Every call waits without keeping a processor busy for long. If a rank dies, the launcher ends those that
+// wait for it.
 class Communicator {
   public:
     struct Message {
@@ -20,48 +22,55 @@ class Communicator {
         std::vector<std::byte> bytes;
     };
 
-    // All ranks leave together; not after abort().
+    // Waits until all ranks leave, unless abort() was called.
     virtual ~Communicator() = default;
 
     virtual int rank() const = 0;
     virtual int size() const = 0;
     virtual std::string host() const = 0;  // of this rank
 
-    // Collectives: every rank calls the same ones in the same order, each from one thread at a time.
+    // These calls are collective: every rank makes the same ones in the same order, each from one thread at a
+    // time.
 
-    // Rank 0's bytes, as many on every rank.
+    // Copies rank 0's bytes to all ranks, which pass spans of the same size.
     virtual void broadcast(std::span<std::byte> bytes) = 0;
-    // `all`: of rank 0, 1, …, one after the other; sizes[r] bytes of rank r, known to all.
+    // Concatenates the bytes of rank 0, 1, … in `all`, on every rank. All ranks know the sizes.
     virtual void all_gather(std::span<const std::byte> own, std::span<const std::size_t> sizes,
                             std::span<std::byte> all) = 0;
-    // The same for rank 0 alone; elsewhere `sizes` and `all` are not looked at.
+    // Does the same at rank 0 alone; the other ranks ignore `sizes` and `all`.
     virtual void gather(std::span<const std::byte> own, std::span<const std::size_t> sizes,
                         std::span<std::byte> all) = 0;
 
-    // Messages of less than a gigabyte, from any thread. Those of one tag between two ranks keep their order.
-    virtual void send(int to, int tag, std::span<const std::byte> bytes) = 0;
-    virtual std::vector<std::byte> receive(int from, int tag) = 0;
-    virtual std::optional<Message> try_receive(int tag) = 0;  // from any rank
+    // These calls may be made by any thread at any time.
 
-    // Ends all ranks, this one, too.
+    // Adds to one of the counters that all ranks share, and returns the value before. Counters begin at 0 and
+    // are rank 0's: on another rank the call waits until rank 0 calls try_receive().
+    static constexpr int kCounters = 4;
+    virtual std::int64_t fetch_add(int counter, std::int64_t more) = 0;
+    // Sends a message of less than a gigabyte to rank 0, and returns when rank 0 receives it.
+    virtual void send_to_rank_0(std::span<const std::byte> bytes) = 0;
+    // Returns the next message at rank 0, if one has come.
+    virtual std::optional<Message> try_receive() = 0;
+
+    // Ends all ranks, including this one.
     virtual void abort(int exit_code) = 0;
 };
 
-// Whether the launcher (mpirun, srun) has started more than one rank of this program, by the environment that
-// it leaves.
+// Returns whether the launcher (mpirun, srun) has started more than one rank of this program, by the
+// variables that it sets in the environment.
 bool is_parallel_job();
-// Which of them this is, before it joins; 0 outside a parallel job.
+// Returns this rank's number before it joins the job; 0 outside a parallel job.
 int rank_by_launcher();
 
-// How many processes srun started that know nothing of each other: without --mpi=pmix it starts a program so
-// many times. 1: none beside this one.
+// Returns how many processes srun has started that know nothing of each other: without --mpi=pmix it starts a
+// program several times. 1 means that this process is the only one.
 int processes_without_mpi();
 
-// Joins the job. Throws InputError where the library is missing or MPI cannot start.
+// Joins the job. Throws InputError if the library is missing or MPI cannot start.
 std::unique_ptr<Communicator> join_parallel_job();
 
 }  // namespace lucerna
 
-// The one thing that liblucerna_mpi.so gives away. The number changes with the types above. Throws
+// The only function that liblucerna_mpi.so exports. Its number changes with the types above. Throws
 // std::runtime_error.
-extern "C" lucerna::Communicator* lucerna_mpi_1();
+extern "C" lucerna::Communicator* lucerna_mpi_2();

@@ -1,6 +1,6 @@
-// Values as bytes, for ranks of one program on machines of one kind: numbers, structs of numbers, vectors and
-// arrays of these, and what lists its fields: `template <typename Archive> void fields(Archive& archive)
-// { archive(a, b); }` serves both ways.
+// Packs values into bytes, for ranks of one program on machines of one kind: numbers, structs of numbers,
+// strings, vectors and arrays of these, and structs that list their fields: `template <typename Archive> void
+// fields(Archive& archive) { archive(a, b); }` serves for packing and unpacking.
 #pragma once
 
 #include <array>
@@ -14,7 +14,8 @@
 
 namespace lucerna {
 
-// Imath's vectors have copy constructors of their own and are numbers all the same.
+// Imath's vectors have copy constructors of their own, and so are not trivially copyable; their bytes can be
+// copied.
 template <typename T>
 inline constexpr bool is_plain_data =
     std::is_trivially_destructible_v<T>&& std::is_standard_layout_v<T> && !std::is_pointer_v<T>;
@@ -37,7 +38,7 @@ class Packer {
     template <typename T>
     void put(const T& value) {
         if constexpr (requires(T & t, Packer & p) { t.fields(p); }) {
-            const_cast<T&>(value).fields(*this);  // which only reads them here
+            const_cast<T&>(value).fields(*this);  // fields() only reads them for a Packer.
         } else {
             static_assert(is_plain_data<T>);
             put_bytes(std::as_bytes(std::span(&value, 1)));
@@ -56,7 +57,7 @@ class Packer {
     void put(const std::array<T, n>& values) {
         put(std::span<const T>(values));
     }
-    // Of a number that both sides know.
+    // A span has as many values on both sides, and its size is not packed.
     template <typename T, std::size_t n>
     void put(const std::span<T, n>& values) {
         if constexpr (is_plain_data<T>) {
@@ -78,6 +79,12 @@ class Unpacker {
     template <typename... Fields>
     void operator()(Fields&&... fields) {
         (take(fields), ...);
+    }
+    template <typename T>
+    T next() {
+        T value{};
+        take(value);
+        return value;
     }
     bool empty() const { return left_.empty(); }
     std::span<const std::byte> left() const { return left_; }

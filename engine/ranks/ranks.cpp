@@ -2,26 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
-#include <exception>
+#include <numeric>
+#include <thread>
 
 namespace lucerna {
 namespace {
 
-constexpr int kRequestTag = 1, kAnswerTag = 2;  // and the request's kind: several may wait at a time
-
-template <typename T>
-std::vector<std::byte> packed(T value) {
-    Packer packer;
-    packer(value);
-    return packer.take();
-}
-template <typename T>
-T unpacked(std::span<const std::byte> bytes) {
-    T value{};
-    Unpacker unpacker(bytes);
-    unpacker(value);
-    return value;
-}
+// Rank 0 adds this to the number of items done to end a loop. No loop has as many items.
+constexpr std::int64_t kEnded = std::int64_t{1} << 40;
 
 }  // namespace
 
@@ -35,13 +23,10 @@ Ranks::Ranks(std::unique_ptr<Communicator> communicator, int threads)
     }
     all_threads_ = 0;
     for (const int of_rank : threads_) all_threads_ += of_rank;
-    service_ = std::thread([this] { serve(); });
 }
 
 Ranks::~Ranks() {
-    hurry(true);
-    service_.join();
-    // The others wait for what this rank will not do: they cannot leave together.
+    // After an error the other ranks wait for this one in a collective call, and cannot leave with it.
     if (std::uncaught_exceptions() > exceptions_) (void)communicator_.release();
 }
 
@@ -49,7 +34,7 @@ int Ranks::on_this_host() const {
     return static_cast<int>(std::count(hosts_.begin(), hosts_.end(), host(rank())));
 }
 
-// --- Where ranks meet
+// --- Agreement
 
 void Ranks::broadcast(std::string_view what, std::span<std::byte> bytes) {
     const Stopwatch clock;
@@ -63,48 +48,31 @@ std::vector<std::byte> Ranks::broadcast(std::string_view what, std::vector<std::
     return bytes;
 }
 
-Ranks::Gathered::Gathered(std::span<const std::size_t> sizes) {
-    for (const std::size_t size : sizes) size_ += size;
-    bytes_ = std::make_unique_for_overwrite<std::byte[]>(size_);
-    const std::byte* begin = bytes_.get();
-    for (const std::size_t size : sizes) {
-        parts_.emplace_back(begin, size);
-        begin += size;
-    }
-}
-
-// The sizes go first, by which all ranks wait for the last.
-Ranks::Gathered Ranks::all_gather(std::string_view what, std::vector<std::byte> own) {
+// The sizes go first, and with them all ranks wait for the last one.
+Ranks::Gathered Ranks::join(std::string_view what, std::span<const std::byte> own, bool everywhere) {
     const Stopwatch clock;
-    const std::vector<std::size_t> sizes = sizes_of_all(own.size());
-    const double waited = clock.seconds();
-    Gathered all(sizes);
-    communicator_->all_gather(own, sizes, all.all());
-    count(what, all.all().size(), waited, clock.seconds() - waited);
-    return all;
-}
-
-Ranks::Gathered Ranks::gather(std::string_view what, std::vector<std::byte> own) {
-    const Stopwatch clock;
-    const std::vector<std::size_t> sizes = sizes_of_all(own.size());
-    const double waited = clock.seconds();
-    Gathered all = leads() ? Gathered(sizes) : Gathered();
-    communicator_->gather(own, sizes, all.all());
-    count(what, leads() ? all.all().size() : own.size(), waited, clock.seconds() - waited);
-    return all;
-}
-
-std::vector<std::size_t> Ranks::sizes_of_all(std::size_t own) {
+    const std::size_t size_here = own.size();
     std::vector<std::size_t> sizes(static_cast<std::size_t>(size()));
-    const std::vector<std::size_t> each(sizes.size(), sizeof own);
-    communicator_->all_gather(std::as_bytes(std::span(&own, 1)), each,
+    const std::vector<std::size_t> each(sizes.size(), sizeof size_here);
+    communicator_->all_gather(std::as_bytes(std::span(&size_here, 1)), each,
                               std::as_writable_bytes(std::span(sizes)));
-    return sizes;
+    const double waited = clock.seconds();
+    Gathered all;
+    std::size_t bytes = 0;
+    if (everywhere || leads()) {
+        bytes = std::reduce(sizes.begin(), sizes.end());
+        all.bytes = std::make_unique_for_overwrite<std::byte[]>(bytes);
+        const std::byte* begin = all.bytes.get();
+        for (const std::size_t size : sizes) all.emplace_back(std::exchange(begin, begin + size), size);
+    }
+    const std::span<std::byte> to(all.bytes.get(), bytes);
+    everywhere ? communicator_->all_gather(own, sizes, to) : communicator_->gather(own, sizes, to);
+    count(what, all.empty() ? own.size() : bytes, waited, clock.seconds() - waited);
+    return all;
 }
 
-// From any thread that does not hold the mutex.
 void Ranks::count(std::string_view what, std::size_t bytes, double waited, double seconds) {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(traffic_mutex_);
     Traffic& traffic = traffic_[std::string(what)];
     ++traffic.calls;
     traffic.bytes += bytes;
@@ -112,325 +80,195 @@ void Ranks::count(std::string_view what, std::size_t bytes, double waited, doubl
     traffic.seconds += seconds;
 }
 
-// --- Work that is shared out
+// --- Shared work
 
-// Of a loop with a count: those with which ranks begin unasked. Half of them, so that the rest evens out how
-// fast ranks are.
-std::int64_t Ranks::first_items(const Loop& loop) {
-    return loop.count / 2;
-}
+// A loop on one rank: the items that it does, and at rank 0 what it does beside them.
+class Ranks::Share {
+  public:
+    Share(Ranks& ranks, const Loop& loop, int threads) : ranks_(ranks), loop_(loop), threads_(threads) {}
 
-void Ranks::Queue::fill(const Loop& loop, int ranks) {
-    of_.assign(static_cast<std::size_t>(ranks) + 1, {});
-    for (const std::int64_t item : loop.items) {
-        const int holder = loop.holders.empty() ? kNobody : loop.holders[static_cast<std::size_t>(item)];
-        of_[static_cast<std::size_t>(holder == kNobody ? ranks : holder)].push_back(item);
-    }
-    for (std::int64_t item = first_items(loop); item < loop.count; ++item)
-        of_[static_cast<std::size_t>(ranks)].push_back(item);
-}
-
-// Its own first, then what nobody has, then the last of whoever has most left. So many at a time that a rank
-// asks some ten times a second, and that none has much left when the others have nothing.
-std::vector<Ranks::Item> Ranks::Queue::take(int rank, int threads, double seconds_per_item, int all_threads) {
-    constexpr double kSeconds = 0.1;
-    const auto nobodys = of_.size() - 1;
-    std::size_t from = static_cast<std::size_t>(rank);
-    if (of_[from].empty()) from = nobodys;
-    if (of_[from].empty()) {
-        const auto more = [](const auto& a, const auto& b) { return a.size() < b.size(); };
-        from = static_cast<std::size_t>(std::max_element(of_.begin(), of_.end(), more) - of_.begin());
-    }
-    const bool own = from == static_cast<std::size_t>(rank);
-    auto& queue = of_[from];
-    const double per_thread = seconds_per_item > 0 ? std::max(1.0, kSeconds / seconds_per_item) : 1.0;
-    const double fair =
-        0.25 * static_cast<double>(queue.size()) * (own ? 1.0 : static_cast<double>(threads) / all_threads);
-    const double least = own ? threads : 1;
-    const double wanted = std::min(per_thread * threads, std::max(fair, least));
-    const std::size_t count = std::min(queue.size(), static_cast<std::size_t>(wanted));
-    std::vector<Item> items;
-    const int holder = from == nobodys ? kNobody : static_cast<int>(from);
-    for (std::size_t i = 0; i < count; ++i) {
-        const bool first = own || from == nobodys;
-        items.push_back({first ? queue.front() : queue.back(), holder});
-        first ? queue.pop_front() : queue.pop_back();
-    }
-    return items;
-}
-
-void Ranks::begin(Loop loop) {
-    {
+    // Returns the next item: one of this rank's own, then one that it takes from the counter; none if all are
+    // taken, the time is up or the loop has ended.
+    std::optional<std::int64_t> next() {
         const std::lock_guard lock(mutex_);
-        loop_ = std::move(loop);
-        loop_clock_ = {};
-        ended_ = false;
-        told_ = 0;
-        failure_ = nullptr;
-        if (leads()) queue_.fill(loop_, size());
+        if (failed_ || clock_.seconds() >= loop_.seconds || has_ended()) return {};
+        if (next_own_ < loop_.own.size()) return loop_.own[next_own_++];
+        if (next_ == end_) take();
+        if (next_ == end_) return {};
+        return loop_.shared[static_cast<std::size_t>(next_++)];
     }
-    hurry(false);
-    // Nobody asks before all can answer.
+    void done(std::int64_t item) {
+        if (loop_.made && !ranks_.leads()) send_made(item);
+        ++ranks_.unreported_;
+        const std::lock_guard lock(mutex_);
+        done_.push_back(item);
+    }
+    void fail() { failed_ = true; }
+
+    // Returns the items that this rank has done; at rank 0 when all ranks are done.
+    std::vector<std::int64_t> finish() {
+        ranks_.is_in_loop_ = false;
+        if (ranks_.leads()) {
+            constexpr std::chrono::microseconds kLongest(300);
+            attend([this] { return ranks_done_ + 1 == ranks_.size(); }, kLongest);
+            if (failure_) std::rethrow_exception(failure_);
+        } else {
+            ranks_.report_done();
+            ranks_.communicator_->send_to_rank_0({});  // says that this rank is done
+        }
+        return std::move(done_);
+    }
+
+    // Lets rank 0 report progress, end the loop and receive what others made, until `leaves` is true. Its
+    // calls of the communicator let the other ranks reach the counters. It polls at once after a message,
+    // then less and less often, because polling takes time of a processor that others work on.
+    template <typename Leaves>
+    void attend(Leaves&& leaves, std::chrono::microseconds longest) {
+        constexpr std::chrono::microseconds kShortest(30);
+        auto pause = kShortest;
+        while (!leaves()) {
+            advance();
+            has_ended();
+            if (const auto message = ranks_.communicator_->try_receive()) {
+                message->bytes.empty() ? void(++ranks_done_) : receive(*message);
+                pause = kShortest;
+            } else {
+                std::this_thread::sleep_for(pause);
+                pause = std::min(2 * pause, longest);
+            }
+        }
+        advance();
+    }
+
+  private:
+    // Returns whether rank 0 has ended the loop; at rank 0 it asks and ends it.
+    bool has_ended() {
+        if (ranks_.leads() && !ranks_.ended_ && loop_.ends && loop_.ends()) ranks_.end_loop();
+        return ranks_.has_ended();
+    }
+    // Takes a quarter of what would be this rank's share of the items that are left, so that one that is four
+    // times as slow as the others is done with them [Polychronopoulos and Kuck 1987].
+    void take() {
+        const auto items = static_cast<std::int64_t>(loop_.shared.size());
+        if (end_ == items) return;
+        const std::int64_t more =
+            std::max<std::int64_t>(1, (items - end_) * threads_ / (4 * ranks_.all_threads()));
+        ranks_.report_done();
+        if (ranks_.ended_) return;
+        const std::int64_t first = ranks_.communicator_->fetch_add(ranks_.taken_, more);
+        next_ = std::min(first, items);
+        end_ = std::min(first + more, items);
+    }
+    void send_made(std::int64_t item) {
+        Packer packer;
+        packer(item);
+        const std::vector<std::byte> made = loop_.made(item);
+        packer(std::span(made));
+        const Stopwatch clock;
+        ranks_.communicator_->send_to_rank_0(packer.take());
+        ranks_.count("items made", made.size(), 0, clock.seconds());
+    }
+    void receive(const Communicator::Message& message) {
+        if (failure_) return;
+        try {
+            std::int64_t item = 0;
+            Unpacker unpacker(message.bytes);
+            unpacker(item);
+            loop_.arrived(item, message.from, unpacker.left());
+        } catch (...) {
+            failure_ = std::current_exception();
+            ranks_.end_loop();
+        }
+    }
+    void advance() {
+        const std::int64_t done = ranks_.report_done();
+        if (done > told_ && loop_.advance) loop_.advance(done - told_);
+        told_ = done;
+    }
+
+    Ranks& ranks_;
+    const Loop& loop_;
+    int threads_;
+    Stopwatch clock_;
+    std::mutex mutex_;
+    std::atomic<bool> failed_{false};
+    std::size_t next_own_ = 0;
+    std::int64_t next_ = 0, end_ = 0;  // taken and not begun: places in Loop::shared
+    std::vector<std::int64_t> done_;
+    // At rank 0:
+    std::int64_t told_ = 0;       // items, to Loop::advance
+    int ranks_done_ = 0;          // other ranks
+    std::exception_ptr failure_;  // of Loop::arrived
+};
+
+std::vector<std::int64_t> Ranks::work(const Workers& workers, const Loop& loop,
+                                      const std::function<bool(std::int64_t)>& body) {
+    constexpr std::chrono::microseconds kLongest(500);
+    begin_loop();
+    Share share(*this, loop, workers.threads);
+    std::exception_ptr failure;
+    std::jthread attendant;
+    if (leads()) {
+        attendant = std::jthread([&](const std::stop_token& stop) {
+            try {
+                share.attend([&] { return stop.stop_requested(); }, kLongest);
+            } catch (...) {
+                failure = std::current_exception();
+                share.fail();
+            }
+        });
+    }
+    parallel_chunks(workers, workers.threads, [&](std::int64_t /*thread*/) {
+        try {
+            while (const auto item = share.next())
+                if (body(*item)) share.done(*item);
+        } catch (...) {
+            share.fail();
+            throw;
+        }
+    });
+    attendant = {};
+    if (failure) std::rethrow_exception(failure);
+    return share.finish();
+}
+
+// Two loops take turns with the counters: when rank 0 clears those of the last loop but one, all ranks have
+// begun the last one, and none uses them any more.
+void Ranks::begin_loop() {
+    taken_ = (taken_ + 2) % Communicator::kCounters;
+    done_ = taken_ + 1;
+    if (leads()) {
+        for (const int counter : {taken_, done_})
+            communicator_->fetch_add(counter, -communicator_->fetch_add(counter, 0));
+    }
+    ended_ = false;
+    is_in_loop_ = true;
+    unreported_ = 0;
+    since_report_ = {};
     all_gather("begin", {});
 }
 
-Ranks::Answer Ranks::hand_out(int rank, const Request& request) {
-    const std::lock_guard lock(mutex_);
-    told_ += request.done;
-    if (request.done > 0 && loop_.advance) loop_.advance(request.done);
-    if (!ended_ && loop_.ends && loop_.ends()) ended_ = true;
-    Answer answer;
-    answer.seconds = loop_.seconds - loop_clock_.seconds();
-    answer.one_by_one = loop_.one_by_one;
-    if (ended_) return answer;
-    const double seconds_per_item = loop_.one_by_one ? 0 : request.seconds;
-    answer.items = queue_.take(rank, request.threads, seconds_per_item, all_threads_);
-    if (loop_.moved) {
-        for (const Item& item : answer.items) loop_.moved(item.number, rank);
-    }
-    return answer;
-}
-
-std::vector<std::byte> Ranks::answer(int from, const Request& request, std::span<const std::byte> made) {
-    switch (request.kind) {
-        case kTake:
-            return packed(hand_out(from, request));
-        case kAskedToStop:
-            return packed(asked_to_stop());
-        case kMade:
-            take_delivery(request.item, from, made);
-            return {};
-        default:
-            break;  // kFetch
-    }
-    const std::lock_guard lock(mutex_);
-    return loop_.give ? loop_.give(request.item) : std::vector<std::byte>();
-}
-
-// Looks for messages, soon after one has come or a loop has begun, and less and less often: looking takes
-// time of a processor that others work on.
-void Ranks::serve() {
-    constexpr std::chrono::microseconds kShortest(30), kLongest(2000);
-    auto pause = kShortest;
-    std::unique_lock lock(hurry_mutex_);
-    while (!leaving_) {
-        lock.unlock();
-        const auto message = communicator_->try_receive(kRequestTag);
-        if (message) {
-            Request request{};
-            Unpacker unpacker(message->bytes);
-            unpacker(request);
-            communicator_->send(message->from, kAnswerTag + request.kind,
-                                answer(message->from, request, unpacker.left()));
-        }
-        lock.lock();
-        if (message || hurry_.wait_for(lock, pause, [this] { return hurries_ || leaving_; })) {
-            hurries_ = false;
-            pause = kShortest;
-        } else {
-            pause = std::min(2 * pause, kLongest);
-        }
-    }
-}
-
-void Ranks::hurry(bool leave) {
-    const std::lock_guard lock(hurry_mutex_);
-    hurries_ = true;
-    leaving_ = leave;
-    hurry_.notify_all();
-}
-
-std::vector<std::byte> Ranks::fetch(std::int64_t item, int from) {
-    Request request{kFetch};
-    request.item = item;
-    communicator_->send(from, kRequestTag, packed(request));
-    return communicator_->receive(from, kAnswerTag + kFetch);
-}
-
-void Ranks::deliver(std::int64_t item) {
-    Request request{kMade};
-    request.item = item;
-    Packer packer;
-    packer(request);
-    const std::vector<std::byte> made = loop_.made(item);
-    packer(std::span(made));
-    const std::lock_guard lock(delivering_);
-    const Stopwatch clock;
-    communicator_->send(0, kRequestTag, packer.take());
-    communicator_->receive(0, kAnswerTag + kMade);
-    count("items made", made.size(), 0, clock.seconds());
-}
-
-void Ranks::take_delivery(std::int64_t item, int from, std::span<const std::byte> made) {
-    const std::lock_guard arriving(arriving_);
-    std::unique_lock lock(mutex_);
-    const auto arrived = loop_.arrived;
-    lock.unlock();
-    if (!arrived) return;
-    try {
-        arrived(item, from, made);
-    } catch (...) {
-        lock.lock();
-        if (!failure_) failure_ = std::current_exception();
-        failed_ = true;  // which stops the others, too
-        ended_ = true;
-    }
-}
-
-void Ranks::end_deliveries() {
-    all_gather("end", {});
-    const std::lock_guard lock(mutex_);
-    if (failure_) std::rethrow_exception(failure_);
-}
-
-void Ranks::forget_loop() {
-    const std::lock_guard arriving(arriving_);
-    const std::lock_guard lock(mutex_);
-    loop_ = {};
+void Ranks::end_loop() {
+    communicator_->fetch_add(done_, kEnded);
     ended_ = true;
 }
 
-bool Ranks::asked_to_stop() {
-    constexpr double kSecondsBetween = 0.3;
-    if (leads()) return failed_ || (asked_to_stop_ && asked_to_stop_());
-    const std::unique_lock lock(stop_mutex_, std::try_to_lock);
-    if (told_to_stop_ || !lock || (since_asked_ && since_asked_->seconds() < kSecondsBetween))
-        return told_to_stop_;
-    communicator_->send(0, kRequestTag, packed(Request{kAskedToStop}));
-    told_to_stop_ = unpacked<bool>(communicator_->receive(0, kAnswerTag + kAskedToStop));
-    since_asked_.emplace();
-    return told_to_stop_;
+// Returns how many items all ranks have reported.
+std::int64_t Ranks::report_done() {
+    const std::int64_t own = unreported_.exchange(0);
+    const std::int64_t all = communicator_->fetch_add(done_, own) + own;
+    if (all >= kEnded) ended_ = true;
+    return all % kEnded;
 }
 
-Ranks::Share::Share(Ranks& ranks, int threads) : ranks_(ranks), threads_(threads) {
-    std::int64_t before = 0;
-    for (int r = 0; r < ranks.rank(); ++r) before += ranks.threads(r);
-    const std::int64_t first = first_items(ranks.loop_), all = ranks.all_threads();
-    const std::int64_t end = first * (before + ranks.threads(ranks.rank())) / all;
-    for (std::int64_t item = first * before / all; item < end; ++item) items_.push_back(item);
-    asker_ = std::thread([this] { keep_asking(); });
-}
-
-std::optional<std::int64_t> Ranks::Share::next() {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-        if (clock_.seconds() >= until_) {
-            items_.clear();
-            ended_ = true;
-        }
-        if (given_up_ || (ended_ && items_.empty())) return std::nullopt;
-        if (!items_.empty()) {
-            const std::int64_t item = items_.front();
-            items_.pop_front();
-            if (wants_more()) wanted_.notify_one();
-            return item;
-        }
-        ++idle_;
-        wanted_.notify_one();
-        came_.wait(lock, [this] { return !items_.empty() || ended_ || given_up_; });
-        --idle_;
-    }
-}
-
-void Ranks::Share::keep_asking() {
-    // With what a rank begins unasked it may be at work for long, and rank 0's user cannot wait for that.
-    constexpr std::chrono::milliseconds kPatience(300);
-    std::unique_lock lock(mutex_);
-    for (;;) {
-        const bool woken =
-            wanted_.wait_for(lock, kPatience, [this] { return ended_ || given_up_ || wants_more(); });
-        if (ended_ || given_up_) break;
-        if (!woken) {
-            if (first_items(ranks_.loop_) == 0) continue;
-            lock.unlock();
-            const bool stop = ranks_.asked_to_stop();
-            lock.lock();
-            if (!stop) continue;
-            items_.clear();
-            ended_ = true;
-            break;
-        }
-        const Request what = request();
-        lock.unlock();
-        Answer answer;
-        std::exception_ptr failure;
-        try {
-            answer = asked(what);
-        } catch (...) {
-            failure = std::current_exception();
-        }
-        lock.lock();
-        for (const Item& item : answer.items) items_.push_back(item.number);
-        if (answer.items.empty()) ended_ = true;
-        one_by_one_ = answer.one_by_one;
-        until_ = clock_.seconds() + answer.seconds;
-        if (failure) failure_ = failure, given_up_ = true;
-        came_.notify_all();
-    }
-    came_.notify_all();
-}
-
-void Ranks::Share::stop_asking() {
-    if (!asker_.joinable()) return;
-    give_up();
-    asker_.join();
-}
-
-Ranks::Request Ranks::Share::request() {
-    Request request{kTake};
-    request.threads = threads_;
-    request.done = static_cast<std::int64_t>(done_.size() - told_);
-    request.seconds = done_.empty() ? 0 : busy_ / static_cast<double>(done_.size());
-    told_ = done_.size();
-    return request;
-}
-
-Ranks::Answer Ranks::Share::asked(const Request& request) {
-    Answer answer;
-    if (ranks_.leads()) {
-        answer = ranks_.hand_out(0, request);
-    } else {
-        ranks_.communicator_->send(0, kRequestTag, packed(request));
-        answer = unpacked<Answer>(ranks_.communicator_->receive(0, kAnswerTag + kTake));
-    }
-    if (!ranks_.loop_.take) return answer;
-    // A state that is elsewhere is fetched by whoever gets the item, and is here from then on.
-    for (const Item& item : answer.items) {
-        const bool elsewhere = item.holder != kNobody && item.holder != ranks_.rank();
-        std::vector<std::byte> state;
-        if (elsewhere) {
-            const Stopwatch clock;
-            state = ranks_.fetch(item.number, item.holder);
-            ranks_.count("moved items", state.size(), 0, clock.seconds());
-        }
-        ranks_.loop_.take(item.number, std::move(state));
-    }
-    return answer;
-}
-
-void Ranks::Share::done(std::int64_t item, double seconds) {
-    const std::lock_guard lock(mutex_);
-    done_.push_back(item);
-    busy_ += seconds;
-}
-
-void Ranks::Share::give_up() {
-    const std::lock_guard lock(mutex_);
-    given_up_ = true;
-    wanted_.notify_all();
-    came_.notify_all();
-}
-
-std::vector<std::int64_t> Ranks::Share::finish() {
-    stop_asking();
-    if (failure_) std::rethrow_exception(failure_);
-    const auto left = static_cast<std::int64_t>(done_.size() - told_);
-    if (ranks_.leads() && left > 0) {
-        const std::lock_guard lock(ranks_.mutex_);
-        ranks_.told_ += left;
-        if (ranks_.loop_.advance) ranks_.loop_.advance(left);
-    }
-    return std::move(done_);
+bool Ranks::has_ended() {
+    constexpr double kSecondsBetween = 0.1;
+    if (leads() || ended_ || !is_in_loop_) return ended_;
+    const std::unique_lock lock(reporting_, std::try_to_lock);
+    if (!lock || since_report_.seconds() < kSecondsBetween) return ended_;
+    report_done();
+    since_report_ = {};
+    return ended_;
 }
 
 }  // namespace lucerna

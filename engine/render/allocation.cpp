@@ -12,7 +12,8 @@
 namespace lucerna {
 namespace {
 
-// Of a denoised error, by least squares on its logarithm (docs/explanation/denoising.md).
+// The exponents of a denoised error were fitted by least squares on its logarithm
+// (docs/explanation/denoising.md).
 constexpr double kPowerOfNoise = 0.35, kPowerOfStructure = 0.1, kLeastStructure = 1e-4;
 
 int level_of(int count, int first) {
@@ -141,8 +142,8 @@ std::vector<double> SampleAllocation::errors(int half, const std::vector<Seen>& 
     return errors;
 }
 
-// Of the next `done` samples per pixel half are this half's: in proportion to the errors, as far as what
-// is there and the bounds allow.
+// Distributes this half's share of the next `done` samples per pixel in proportion to the errors, within the
+// bounds and given the samples taken so far.
 void SampleAllocation::allocate(int half, int done, const std::vector<double>& errors) {
     const double least = 2.0 * done / 2 / kLeastShare, most = 2.0 * done / 2 * kMost;
     constexpr double kNone = 1e-6;  // of what varies most; what does not vary comes last

@@ -1,9 +1,10 @@
 // Adaptive sampling: which pixels get the next samples.
 //
-// A pixel of n samples has a squared error e²/n; of a number of samples altogether the sum over the image is
-// least where n goes as e. Of the measured image e is the standard deviation of one sample. Of the denoised
-// image it is what the filter leaves: less than in proportion of much noise, as the same neighbours share it;
-// more where pixels have few neighbours of their kind, at edges and in textures. So an allocation goes by
+// A pixel of n samples has a squared error e²/n. For a given total number of samples the sum over the image
+// is least if n is proportional to e. For the measured image e is the standard deviation of one sample. For
+// the denoised image it is the error that the filter leaves: it grows more slowly than the noise, which is
+// shared among the neighbours, and is larger where pixels have few similar neighbours, at edges and in
+// textures. An allocation therefore uses
 //
 //     e = (s²)^0.35 (g + 0.0001)^0.1
 //
@@ -32,7 +33,7 @@ class SampleAllocation {
   public:
     static constexpr int kBlock = 4;  // pixels a side
 
-    // Of a film of two halves. Until decide() all pixels get as many.
+    // The film has two halves. Until decide() all pixels get the same number of samples.
     explicit SampleAllocation(const Film& film);
 
     int blocks() const { return across_ * down_; }
@@ -44,7 +45,7 @@ class SampleAllocation {
 
     // Where upto() next stops to see: the first power of two after `count`, at least kFirstSeen.
     static int next_seen(int count);
-    // What the camera sees (render_features); before the first decision.
+    // Takes the features that the camera sees (render_features). Called before the first decision.
     void look_at(const Image& features);
 
     // The block's pixels have so many samples of that half, a next_seen(). Blocks may be told at once.
@@ -87,8 +88,8 @@ class SampleAllocation {
     // times the mean, however it stands out.
     static constexpr int kLeastShare = 4, kMost = 16;
 
-    // What a block's first samples of a half told: the mean of its luminances, and of the variances of one
-    // sample's; and the variance from pixel to pixel without what is noise, below 0 by chance.
+    // Estimates from a block's first samples of a half: the mean luminance, the mean variance of one sample,
+    // and the variance from pixel to pixel without the noise, which may be below 0 by chance.
     struct Seen {
         float luminance = 0, variance = 0, structure = 0;
     };

@@ -277,7 +277,7 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
         for (std::size_t i = 0; i < balls.size(); ++i) {
             const double enough = share * std::max(mean, others[i] + light[i].value);
             if (light[i].standard_error > enough) return false;
-            // What may count must be told from 0.
+            // Light that may count must be significantly above 0.
             const bool told = light[i].value > kTold * light[i].standard_error;
             if (!told && light[i].value > kLittle * enough) return false;
         }

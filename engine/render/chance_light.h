@@ -27,8 +27,8 @@ struct ChanceLight {
     double value = 0, standard_error = 0;
 };
 
-// Of what light paths bring, the part that others did not meet: 0 unless it is more than so many standard
-// errors of both.
+// Returns the part of the light brought by light paths that eye paths did not meet: 0 unless it exceeds
+// `standard_errors` standard errors of both.
 double missing_light(const ChanceLight& by_light_paths, const ChanceLight& met, double standard_errors);
 
 struct ChanceLightWork {
@@ -52,7 +52,7 @@ class ChanceLightAt {
         std::vector<double> groups;  // its parts, by light group of the scene
         double blur = 0;             // by how much the blur may change it: balls of half the radius tell
     };
-    // Of consecutive receivers.
+    // Returns the mean over consecutive receivers.
     Mean mean(std::size_t first, std::size_t count) const;
 
   private:
@@ -68,14 +68,14 @@ class ChanceLightAt {
 ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
                               std::span<const double> others, double share, const ChanceLightWork& work);
 
-// The mean over a view of what surfaces send to the eye of such light, by density estimation at the first
-// diffuse surface that a camera ray meets. Of a job whose integrator is a path tracer.
+// Estimates the mean over a view of such light that surfaces send to the eye, by density estimation at the
+// first diffuse surface that a camera ray meets. The job's integrator is a path tracer.
 ChanceLight chance_light_in_view(const Job& job, const ChanceLightWork& work);
 // The mean luminance of an image's pixels, but for few that stand apart from all others (a lamp in view), and
 // the standard error by which they scatter: wide, as it holds what they show.
 ChanceLight mean_of(const Image& image);
 
-// What a rendered image lacks of light that its path tracer hardly finds.
+// Light that its path tracer hardly finds and that a rendered image lacks.
 struct MissingInImage {
     double missing = 0;  // in the image's mean; 0: nothing that could be told
     double mean = 0;     // of the image

@@ -1,4 +1,4 @@
-// What a render must know to go on where another one stopped, and the file that keeps it.
+// The state from which a render continues where another one stopped, and the file that stores it.
 //
 // The sums of every pixel, and how many samples each tile has. All else is made anew: random numbers are
 // functions of the seed, and so are photon maps. The image is then, bit for bit, that of a render which never

@@ -9,7 +9,7 @@
 
 #include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/render/film.h"
 #include "engine/render/tiles.h"
 
@@ -26,7 +26,7 @@ struct Seen {
     std::uint32_t object = 0, material = 0;  // from 1
 };
 
-// Of what has no peak exactly, of gloss by its guess.
+// Returns the albedo: exact for lobes without a peak, estimated for gloss.
 Rgb feature_albedo(const Bsdf& bsdf, const V3f& wo) {
     Rgb albedo(0.0F);
     if (bsdf.has_diffuse()) albedo = bsdf.diffuse_part().albedo(wo);
@@ -118,7 +118,7 @@ bool disagree(const Means<kFeatureChannels>& means) {
 }
 
 constexpr std::size_t kFeatures = kFeatureChannels, kInCamera = 3;
-// Of Features::more: variances of the features, then Nc, its variances and the ids.
+// Number of channels of Features::more: variances of the features, then Nc, its variances and the ids.
 constexpr std::size_t kMore = kFeatures + 2 * kInCamera + 2;
 
 std::string variance_name(const std::string& name) {

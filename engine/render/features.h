@@ -13,7 +13,7 @@ namespace lucerna {
 
 struct Features {
     Image image;  // feature_channels() of engine/denoise/denoise.h
-    // What a denoiser does not look at: the variances of these means, under their names with "variance"
+    // Channels that a denoiser does not use: the variances of these means, under their names with "variance"
     // before the last part (albedo.variance.R, variance.Z); and
     //   Nc.X .Y .Z   N in the camera's axes: to the right, up, and towards the viewer; its variances, too
     //   id.object    Scene::object_of() where most samples of the pixel see it; 0: where the sky is seen

@@ -165,7 +165,8 @@ V3d Film::variance(const Pixel& pixel) const {
     const double n = pixel.count, weight2 = sqr(double{kind_.weight});
     V3d variance;
     for (int c = 0; c < 3; ++c) {
-        // Of w (L - mean L), whose mean is the covariance; too small by what the covariance itself scatters.
+        // This is the variance of w (L - mean L), whose mean is the covariance; it neglects the scatter of
+        // the covariance itself.
         const double covariance = double{pixel.covariance_sum[c]} / (n - 1);
         variance[c] = std::max(0.0, weight2 * sqr(double{pixel.root_m2[c]}) / (n - 1) - sqr(covariance)) / n;
     }

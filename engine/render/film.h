@@ -50,8 +50,8 @@ class Film {
         float weight;
         float blur = 0;
     };
-    // What one pass saw through a pixel. Its samples depend on each other (they look at the same photons),
-    // those of different passes do not: the variance is taken between passes.
+    // Adds the samples of one pass through a pixel. They depend on each other, because they use the same
+    // photons; samples of different passes do not, so that the variance is taken between passes.
     void add_pass(int x, int y, std::span<const Sample> samples, int half = 0);
 
     // The luminance of a pixel by one half, and the variance of that of one of its samples.
@@ -69,14 +69,15 @@ class Film {
 
     // Channels R G B (the pixel times `scale`) and variance.R variance.G variance.B: the variance of that
     // value. Pixels without a sample show the nearest of an earlier step that has one, and are black where
-    // there is none; with one sample the variance is 0 and says nothing. What is beyond float32 is written as
-    // the largest number that is not (of radiances above some 1e19).
+    // there is none; with one sample the variance is 0 and says nothing. Values beyond float32 (from
+    // radiances above some 1e19) are written as its largest number.
     //
     // A pixel is E[wL], and E[w] = 1. It is estimated as mean(L) + cov(w, L): as unbiased as mean(wL), and
     // exact where L does not vary, however the signs of the weights fall.
     // The film holds light (working_space.h); the image has the components of that space.
     Image develop(float scale, const WorkingSpace& colours = {}) const;
-    // One half of the samples (half_channels() of engine/denoise/denoise.h). Of a film of two halves.
+    // Develops one half of the samples (half_channels() of engine/denoise/denoise.h) of a film with two
+    // halves.
     Image develop_half(int half, float scale, const WorkingSpace& colours = {}) const;
 
     // The noise that is left, as a share: the root of the mean, over all pixels, of the squares of each
@@ -89,10 +90,9 @@ class Film {
     // go by. Luminances are what neighbours and both halves agree on: relative to the one sample that made it
     // bright, the error of a firefly would be none.
     //
-    // What few pixels decide alone is no number of the image: pixels that see a lamp smaller than themselves
-    // vary by far more than all others. At most one in a thousand, they stand apart where they vary more than
-    // ten times as much as any other and more than all others together; the error and the mean are without
-    // them.
+    // A few pixels must not decide the error of the image alone: pixels that see a lamp smaller than
+    // themselves vary by far more than all others. At most one pixel in a thousand is left out of the error
+    // and the mean, if these vary more than ten times as much as any other and more than all others together.
     static constexpr int kLeastForError = 4;  // two or three have met too little of what is rare and bright
     // The square of an estimate's blur over that of D, by Epanechnikov's kernel across an edge, where it
     // grows as the radius. Where light is smooth, blur grows as the disc's area, and 1.14 would do.
@@ -100,10 +100,10 @@ class Film {
     static constexpr double kMostUncertainty = 0.18;
     struct ErrorEstimate {
         double relative = 0;
-        // What density estimates blur, likewise a share; 0 where samples do not tell it. D, what an estimate
-        // differs by from one on a disc a quarter as wide, has the blur's mean, but for what the smaller disc
-        // blurs itself, and much noise; D_A and D_B of two halves are independent, and the mean of their
-        // product is the square of D's mean without a noise term.
+        // Relative blur of density estimates; 0 if the samples do not measure it. D, the difference of an
+        // estimate from one on a disc a quarter as wide, has the mean of the blur, except for the blur of the
+        // smaller disc itself, and much noise. D_A and D_B of two halves are independent, so that the mean of
+        // their product is the square of D's mean without a noise term.
         double blur = 0;
         // Whether `relative` is worth a statement: the standard error of the mean of the squares, over the
         // pixels, is no more than kMostUncertainty of it. It is more where fireflies make most of an error.
@@ -201,7 +201,7 @@ class Film {
     static void store(const V3f& value, const V3d& variance, const V3f& scales, float* to);
     static V3f value(const Pixel& pixel);
     double shown(std::size_t pixel) const;  // luminance of its value
-    // Of the value of what has these sums, which are of samples, or of passes; 0 while there is only one.
+    // Returns the variance of the value with these sums of samples or passes; 0 while there is only one.
     V3d variance(const Pixel& pixel) const;
     static V3d variance(const Passes& passes);
     V3d variance(std::size_t pixel) const {
@@ -222,7 +222,7 @@ class Film {
         std::size_t pixels;
     };
     std::optional<Brightness> brightness() const;
-    // Of what the pixel and its neighbours show, the brightest of them left out.
+    // Returns the mean of the pixel and its neighbours without the brightest of them.
     double around(std::span<const double> shown, int x, int y) const;
 
     int width_, height_;

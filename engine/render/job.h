@@ -43,8 +43,8 @@ struct FilmSettings {
     // Each half is stratified on its own, and the image of both a little less: in Cornell's box its squared
     // error is a tenth larger at 64 samples.
     bool two_halves = false;
-    // Of two halves, and of a method that does not work in passes: samples are allocated to where they are
-    // needed (allocation.h); `spp` is then their mean over the pixels.
+    // For a film of two halves and a method that does not work in passes, samples are allocated to where they
+    // are needed (allocation.h); `spp` is then their mean over the pixels.
     bool adaptive = false;
     // Beside the image its parts and the scene's light groups are made (engine/scene/path_account.h).
     bool parts = false;
@@ -61,13 +61,13 @@ struct FilmSettings {
 // film is head y width + x of all; so many in a row are of one point.
 struct Receivers {
     std::vector<Receiver> points;
-    int heads = 1;  // of each point, >= 1
+    int sensors = 1;  // of each point, >= 1
 
     bool empty() const { return points.empty(); }
     // Pixels beyond the last point's measure that one once more.
     const Receiver& of(std::int64_t pixel) const {
         const auto last = static_cast<std::int64_t>(points.size()) - 1;
-        return points[static_cast<std::size_t>(std::min(pixel / heads, last))];
+        return points[static_cast<std::size_t>(std::min(pixel / sensors, last))];
     }
 };
 
@@ -77,7 +77,7 @@ struct SceneText {
     WordHash directives;
     std::vector<std::filesystem::path> files;  // some more than once
 
-    // Of directives and contents of files; reads them. Throws InputError.
+    // Returns a hash of the directives and of the contents of the files, which it reads. Throws InputError.
     std::uint64_t hash() const;
 };
 
@@ -92,25 +92,25 @@ struct Job {
     Receivers receivers = {};
     // Calculation surfaces that the scene names; `receivers` may measure on them.
     std::vector<CalculationSurface> surfaces = {};
-    // What the scene was read from, the scene file first; empty for one made in memory.
+    // The files that the scene was read from, the scene file first; empty for a scene made in memory.
     std::vector<std::filesystem::path> files = {};
-    // What is kept beside those files, to be found the next time: lamps' cell tables. It changes no image.
+    // Files that are stored beside those for the next time: lamps' cell tables. They change no image.
     std::vector<std::filesystem::path> caches = {};
-    // What the text says of geometry, materials, lights and media, with the colours and the unit of the
-    // render; and of the camera, the film and calculation surfaces. SceneOverrides::edit is not part of them.
+    // The text of geometry, materials, lights and media, with the colours and the unit of the render; and the
+    // text of the camera, the film and the calculation surfaces. SceneOverrides::edit is not part of them.
     SceneText world = {}, view = {};
     // That the scene asks of a method that works in passes, by which `spp` was set; 0: it does not say.
     int passes = 0;
-    // The medium of the borders around `camera`, where that is not the scene's own camera; only the path
+    // The medium around `camera`, where that is not the scene's own camera; only the path
     // tracer looks at it.
     std::optional<std::int32_t> camera_medium = {};
 };
 
-// What light in the scene depends on: program, arithmetic and Job::world, by name. Reads the files of the
-// latter. Throws InputError.
+// Returns by name all that the light in the scene depends on: program, arithmetic and Job::world, whose files
+// it reads. Throws InputError.
 Facts scene_facts(const Job& job);
 
-// What the job's image shows.
+// Returns the part of the film that the job's image shows, with the camera.
 inline View view_of(const Job& job) {
     const FilmSettings& film = job.film;
     if (film.is_part()) return {&job.camera, V2f(film.view_begin), V2f(film.view_end)};

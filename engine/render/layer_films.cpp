@@ -107,8 +107,8 @@ void LayerFilms::restore(std::span<const std::byte> sums) {
 }
 
 std::size_t LayerFilms::bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups, Wanted wanted) {
-    // Channels: of the developed image, and as they are added to the one that is written. Of a group in
-    // halves also those of both, and of the denoised light.
+    // Channels of the developed image, and their copies in the image that is written. A group in halves also
+    // has the channels of both halves and of the denoised light.
     constexpr std::size_t kChannels = 2 * 6 * sizeof(float);
     const std::size_t by_group = wanted.parts ? groups.names.size() : 0;
     const std::size_t halves = kind.two_halves ? 2 * (2 * kHalfChannels + 3) * sizeof(float) : 0;

@@ -28,12 +28,12 @@ class LayerFilms {
 
     // A sample, as Film::add() has it.
     void add(int x, int y, const SampleAccount& sample, float weight, int half = 0);
-    // What one pass saw through a pixel, as Film::add_pass() has it.
+    // Adds the samples of one pass through a pixel, like Film::add_pass().
     void add_pass(int x, int y, std::span<const SampleAccount> samples, std::span<const float> weights,
                   int half = 0);
 
     // Channels NAME.R .G .B and NAME.variance.R .G .B of each, as Film::develop() makes them: the parts by
-    // layer_name(), the groups as lightgroup.NAME. Of groups in two halves then first.lightgroup.NAME
+    // layer_name(), the groups as lightgroup.NAME, and groups in two halves also as first.lightgroup.NAME
     // and second.lightgroup.NAME, as Film::develop_half() makes them.
     Image develop(float scale, const WorkingSpace& colours) const;
     // SampleAccount::by_chance, if wanted: channels R .G .B, variance.R .G .B; and where parts are wanted,
@@ -58,7 +58,7 @@ class LayerFilms {
         kind.two_halves = kind.allocated;
         return of_group(kind);
     }
-    // What is blurred, the image tells.
+    // The image alone states the blur.
     static Film::Kind of_group(Film::Kind kind) {
         kind.tells_blur = false;
         return kind;

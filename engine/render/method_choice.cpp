@@ -91,7 +91,7 @@ Family family_of(const IntegratorSettings& settings) {
     return std::holds_alternative<IgiSettings>(settings) ? kVirtualLights : kPhotons;
 }
 
-// What a block shows: luminance, and the variance of that.
+// The luminance of a block, and its variance.
 struct Level {
     double mean = 0, variance = 0;
 };
@@ -110,9 +110,9 @@ std::optional<Level> level_by(Family family, const std::vector<const Trial*>& tr
     return Level{sum.mean / count, sum.variance / sqr(count)};
 }
 
-// What a block shows by what most families agree on. Each may be wrong by itself: paths miss small bright
-// lights that mirrors and glass show, and know nothing of what they have missed; photons are blurred; virtual
-// lights have sparks. Two of the three are seldom wrong in the same way.
+// Returns the level of a block on which most families of methods agree. Each family may be wrong by itself:
+// paths miss small bright lights behind mirrors and glass without noticing, photons are blurred, and virtual
+// lights have bright spots. Two of the three are seldom wrong in the same way.
 Level consensus(const std::vector<const Trial*>& trials, std::size_t block) {
     std::vector<Level> levels;
     for (std::size_t family = 0; family < kFamilies; ++family) {
@@ -156,11 +156,10 @@ std::vector<double> deviations_of(const Trial& trial, const Consensus& agreed) {
     return deviations;
 }
 
-// Of one sample, and one standard error more: where few blocks have most of it, the others may have met too
-// little. Of passes, whose density estimates have no rare samples, the largest hundredth of the blocks counts
-// as the next one does: whether one of them lies on the few pixels where a lamp glints in metal is luck,
-// which must not decide between methods. (With other methods rare bright samples may be
-// anywhere; a denoiser finds them.)
+// Estimates the variance of one sample and adds one standard error, because a few blocks often carry most of
+// it. Density estimates of passes have no rare samples: the largest hundredth of their blocks counts like the
+// next one, because it is chance whether a block lies on the few pixels where a lamp glints in metal. (With
+// other methods rare bright samples may be anywhere, and a denoiser finds them.)
 double variance_of(const Trial& trial, const Consensus& agreed, bool denoised) {
     constexpr std::size_t kOneIn = 100;
     std::vector<double> sorted;
@@ -186,7 +185,7 @@ double beyond_noise(const Trial& trial, const Consensus& agreed) {
     return std::max(0.0, shares.mean()) + (shares.count() > 1 ? shares.standard_error() : 0);
 }
 
-// What density estimates blur, squared, and one standard error more.
+// Estimates the squared blur of density estimates and adds one standard error.
 double blur2_of(const Trial& trial, const Consensus& agreed) {
     RunningStats shares;
     for (std::size_t b = 0; b < trial.blocks().size(); ++b)
@@ -227,9 +226,9 @@ bool estimates_from_photons(const IntegratorSettings& settings, const Scene& sce
     return igi && igi->caustic_paths > 0 && throws_caustics(scene);
 }
 
-// What a denoiser, and samples that go where it needs them, leave of the squared noise: of samples that do
-// not depend on those of pixels around a tenth; of those that see the same photons or virtual lights a
-// fourth; of passes, whose density estimates blur the noise of photons over many pixels, a third.
+// Returns the share of the squared noise that a denoiser with adaptive samples leaves: a tenth if the samples
+// of neighbouring pixels are independent, a fourth if they see the same photons or virtual lights, and a
+// third in passes, whose density estimates blur the noise of photons over many pixels.
 double left_by_denoiser(const Trial& trial) {
     if (trial.in_passes()) return 0.35;
     return family_of(trial.settings()) == kRays ? 0.1 : 0.25;
@@ -259,8 +258,8 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     }
     cost.beyond = beyond_noise(trial, agreed);
     if (trial.in_passes()) {
-        // Of two passes it is mostly noise of the photons that a block's pixels share; of two halves the blur
-        // itself is measured.
+        // The difference of two passes is mostly noise of the photons that a block's pixels share. Two halves
+        // measure the blur itself.
         if (job.film.two_halves) cost.beyond = blur2_of(trial, agreed);
         cost.kind = MethodCost::Kind::passes;
         cost.sample *= make_integrator(trial.settings())->samples_per_pass();
@@ -271,11 +270,11 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
         return cost;
     }
     cost.kind = MethodCost::Kind::maps;
-    // What most methods agree on is no judge of it where all of them but paths, which miss that light, show
-    // it by photons, as a caustic.
+    // The consensus does not reveal blur where all methods but paths, which miss that light, show it by
+    // photons, as in a caustic.
     cost.beyond = std::max(cost.beyond, blur2_of(trial, agreed));
-    // Of VPLs it is noise. Of photons, with a fixed number in an estimate, it falls by the estimates' area;
-    // the studies give somewhat less.
+    // For VPLs this error is noise. For photons, with a fixed number in an estimate, it falls with the area
+    // of the estimates; the studies give somewhat less.
     cost.power = estimates_from_photons(trial.settings(), job.scene) ? 2.0 / 3 : 1;
     const auto* maps = std::get_if<PhotonMapSettings>(&trial.settings());
     cost.most_work = maps ? static_cast<double>(kMostPhotons) / static_cast<double>(maps->photons)
@@ -358,7 +357,7 @@ class Choosing {
   private:
     bool by_error() const { return limits_.error > 0; }
 
-    // Of the methods from `first` on, how many there is time for.
+    // Returns for how many of the methods from `first` on there is time.
     static double waiting(const std::vector<Method>& methods, std::size_t first, double left) {
         const auto fits = [left](const Method& method) { return method.least_seconds <= left; };
         const auto begin = methods.begin() + static_cast<std::ptrdiff_t>(first);
@@ -393,7 +392,7 @@ class Choosing {
         return true;
     }
 
-    // False if the user stopped it. What this scene has and the method cannot do is no reason to fail.
+    // Returns false if the user stopped it. A method that does not support this scene is skipped.
     bool run(const IntegratorSettings& settings, double seconds) {
         Phase phase(monitor_, fmt::format("trial of {}", short_text(settings)), 1);
         auto trial = std::make_unique<Trial>(job_, lamps_, settings, ~seed_, workers_, monitor_);
@@ -480,7 +479,7 @@ std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, 
 namespace {
 
 constexpr double kMostPreparation = 0.25;  // of the time
-// Of an error that was asked for, what may be of a kind that is estimated once and not seen to fall.
+// The share of a requested error that may be of a kind that is estimated once and does not fall visibly.
 constexpr double kBeyondShare = 0.5;
 
 }  // namespace

@@ -33,7 +33,8 @@ struct Method {
     // their errors tells.
     bool always = false;
 };
-// What shows the same picture as `asked`, first the one that has no bias; `asked` alone if nothing else does.
+// Returns the methods that show the same image as `asked`, the unbiased one first; `asked` alone if there are
+// none.
 std::vector<Method> methods_like(const IntegratorSettings& asked);
 
 // By limits.error if there is one, else by limits.seconds. Takes a seventh of the time, or of what the best
@@ -47,7 +48,7 @@ std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, 
 // trial measured.
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// What is known of a method after its trial; errors are shares of luminance.
+// The estimates of a method after its trial; errors are relative to luminance.
 struct MethodCost {
     enum class Kind {
         rays,    // every sample is worth the same, and nothing else matters
@@ -68,7 +69,7 @@ struct MethodCost {
     double most_work = 1;  // times that of the trial, for maps
 };
 
-// Of one sample, as `samples` of every pixel will show it.
+// Returns the variance of one sample as it appears in an image of `samples` samples per pixel.
 double variance_in(double samples, const MethodCost& cost);
 
 // The exponent `tail` of MethodCost for samples that deviate from their means by so much, relative to them,

@@ -1,4 +1,4 @@
-// How a render tells of its way through the image.
+// How a render reports its progress, and the clocks that it goes by.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace lucerna {
 
-// Phases within a pass are not told: a thousand passes would be thousands of lines.
+// Hides the phases within a pass: a thousand passes would print thousands of lines.
 class PassMonitor final : public Monitor {
   public:
     explicit PassMonitor(Monitor& monitor) : monitor_(monitor) {}
@@ -22,14 +22,14 @@ class PassMonitor final : public Monitor {
     Monitor& monitor_;
 };
 
-// The way through the image: by samples, or by time where that is what ends it. Of an image that is taken up
-// again, the part that is left.
+// Reports the progress of the image, in samples, or in time if that ends the render. A resumed render reports
+// what is left.
 class Progress {
   public:
     struct Span {
-        std::uint64_t asked = 0;  // samples of all tiles together; 0: no end
-        std::uint64_t there = 0;  // of them, from the start
-        double seconds = 0;       // from the start
+        std::uint64_t asked = 0;  // samples of all tiles together; 0 means no end
+        std::uint64_t there = 0;  // of these, at the beginning
+        double seconds = 0;       // at the beginning
     };
     Progress(Monitor& monitor, std::string_view name, const Span& span, const Limits& limits)
         : by_time_(std::isfinite(limits.seconds)),
@@ -39,14 +39,14 @@ class Progress {
                                    : left(span.asked, span.there)),
           phase_(monitor, name, total_) {}
 
-    // From any thread.
+    // Adds samples of a tile; from any thread.
     void tile(int samples) {
         if (!by_time_) phase_.advance(static_cast<std::uint64_t>(samples));
     }
     void round(double seconds) {
         if (by_time_) advance_to(std::min(left(tenths(seconds), begin_), total_));
     }
-    // It ended as it should: what is left of the time is not needed.
+    // Completes the phase where the render did not need all of its time.
     void finish() {
         if (by_time_) advance_to(total_);
     }
@@ -67,14 +67,14 @@ class Progress {
     Phase phase_;
 };
 
-// What is done again and again, but no more often than every so many seconds; nor, where it may wait, so
-// often that it takes more than a twentieth of all time.
+// Says when to repeat something: at intervals of `every` seconds at least, and, if it may wait, so rarely
+// that it takes no more than a twentieth of all time.
 class Recurring {
   public:
     explicit Recurring(double every, bool may_wait = false)
         : every_(every), next_(every), may_wait_(may_wait) {}
-    bool due(double now) const { return now >= next_; }
-    // It was, from the one time to the other.
+    bool is_due(double now) const { return now >= next_; }
+    // Records that it was done from one time to another.
     void done(double begin, double end) {
         next_ = end + (may_wait_ ? std::max(every_, 19 * (end - begin)) : every_);
     }
@@ -82,6 +82,42 @@ class Recurring {
   private:
     double every_, next_;
     bool may_wait_;
+};
+
+// The time that an image has taken.
+class RenderClock {
+  public:
+    // `earlier`: seconds of the renders that this one continues.
+    explicit RenderClock(double earlier) : earlier_(earlier) {}
+    double seconds() const { return clock_.seconds(); }             // of this render
+    double elapsed() const { return earlier_ + clock_.seconds(); }  // of all renders of the image
+    double earlier() const { return earlier_; }
+
+  private:
+    double earlier_;
+    Stopwatch clock_;
+};
+
+// Seconds, by the clock and by the processors of all threads.
+struct PhaseTime {
+    double seconds = 0, processor = 0;
+};
+// Adds the time of its scope to a phase.
+class TimedPhase {
+  public:
+    explicit TimedPhase(PhaseTime& phase) : phase_(phase) {}
+    ~TimedPhase() {
+        phase_.seconds += clock_.seconds();
+        phase_.processor += processor_.seconds();
+    }
+    TimedPhase(const TimedPhase&) = delete;
+    TimedPhase& operator=(const TimedPhase&) = delete;
+    double seconds() const { return clock_.seconds(); }
+
+  private:
+    PhaseTime& phase_;
+    Stopwatch clock_;
+    ProcessorStopwatch processor_;
 };
 
 }  // namespace lucerna

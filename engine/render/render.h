@@ -37,7 +37,7 @@ struct RenderOptions {
     // Gets what another render needs to go on from here, likewise. Its facts are the caller's to fill in.
     double keep_every = std::numeric_limits<double>::infinity();  // seconds
     std::function<void(Checkpoint)> keep = {};
-    // What to go on from; null: from the start. Limits are then those of all renders together.
+    // Checkpoint to continue from; null: from the start. Limits are then those of all renders together.
     const Checkpoint* resume = nullptr;
 };
 
@@ -46,7 +46,7 @@ struct RenderResult {
     // what the numbers count: "cd/m^2", "W/(m^2 sr)", "lx", "W/m^2".
     Image image;
     RenderReport report;
-    // Of a film of two halves: these, with features; and what a denoiser makes of them, R G B.
+    // Both halves of a film of two halves, with features; and the denoised image, R G B.
     std::optional<Layers> layers = {};
     std::optional<Image> denoised = {};
     // LayerFilms::develop()'s, and Features::variance and ::ids, if the job's film asks for parts.

@@ -25,6 +25,17 @@ std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
     return pixels * (sums + kImage + kept + denoiser);
 }
 
+void require_fitting_method(const Job& job, const RenderOptions& options) {
+    if (options.maps.any() && !std::holds_alternative<PhotonMapSettings>(job.integrator)) {
+        throw InputError(fmt::format("only photonmap can save and load its maps; the integrator is {}",
+                                     integrator_name(job.integrator)));
+    }
+    if (!job.receivers.empty() && !make_integrator(job.integrator)->takes_receivers()) {
+        throw InputError(fmt::format("{} cannot compute the illuminance at points in space; use path",
+                                     integrator_name(job.integrator)));
+    }
+}
+
 void require_image_memory(const Job& job, const RenderOptions& options) {
     const V2i size = job.film.rendered_size();
     const std::uint64_t ranks = options.workers.ranks ? options.workers.ranks->on_this_host() : 1;
@@ -35,7 +46,7 @@ void require_image_memory(const Job& job, const RenderOptions& options) {
 
 namespace {
 
-// What a method leaves out of a light that only particles carry; empty: nothing.
+// Names the light of a lamp known only by its particles that a method leaves out; empty: none.
 struct LeftOut {
     std::string_view operator()(const PathSettings&) const { return "light is"; }
     std::string_view operator()(const DirectSettings&) const { return "light is"; }

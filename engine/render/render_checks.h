@@ -1,4 +1,4 @@
-// What is looked at before a render begins: memory, and light that the picture will lack.
+// Checks a render before it begins: its method, its memory, and light that the picture will lack.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,22 @@
 
 namespace lucerna {
 
-// The memory that an image takes while it is made.
+// Throws InputError if the job's method can neither use the files of maps nor measure the receivers that are
+// asked for.
+void require_fitting_method(const Job& job, const RenderOptions& options);
 
-// Bytes at the most, of the image alone: the film's sums, the image that is made of them, and, where
-// checkpoints are kept, the sums once more. What the scene and a method's maps take comes on top.
+// Returns the bytes that an image takes at most while it is made: the film's sums, the image that is
+// developed from them, and, if checkpoints are kept or resumed, the sums once more. The scene and a method's
+// maps come on top.
 std::uint64_t image_memory(const Job& job, const RenderOptions& options);
 
-// Throws InputError if there is not as much: before any work.
+// Throws InputError if there is less memory than that.
 void require_image_memory(const Job& job, const RenderOptions& options);
 
-// Lights that only particles carry, media that glow, and methods that do not look for them there.
-
-// One warning if some light's direct light, or all of its light, will be missing from the picture.
+// Warns if the method misses the direct light, or all light, of a lamp that only particles carry.
 void warn_of_unseen_lights(const Scene& scene, const IntegratorSettings& method, Monitor& monitor);
 
-// One warning if media glow and the method does not look for that.
+// Warns if media glow and the method does not look for that.
 void warn_of_glowing_media(const Scene& scene, const IntegratorSettings& method, Monitor& monitor);
 
 }  // namespace lucerna

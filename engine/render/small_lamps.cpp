@@ -9,11 +9,11 @@
 namespace lucerna {
 namespace {
 
-// What rounding may move a lamp on the film, pixels.
+// Distance by which rounding may move a lamp on the film, pixels.
 constexpr float kSlack = 0.01F;
 
-// Of a lamp in reach, the least share of its importance that it keeps where its bounds lie at the filter's
-// edge: bounds are wider than lamps.
+// The least share of the importance of a lamp in reach, where its bounds lie at the filter's edge, because
+// bounds are wider than lamps.
 constexpr float kLeastShare = 0.1F;
 
 // The length that two intervals share.
@@ -67,7 +67,7 @@ bool SmallLamps::take(std::uint32_t light, std::optional<CellId> part, const Lig
 std::vector<SmallLamps::Touch> SmallLamps::touches() const {
     const V2i first = job_.film.crop_begin, last = first + job_.film.rendered_size() - V2i(1);
     const V2f radius = filter_.radius();
-    // Of pixels on one axis, those whose centre lies within the radius of the bounds.
+    // Finds the pixels on one axis whose centre lies within the radius of the bounds.
     const auto from = [](float bound, float reach) {
         return static_cast<int>(std::ceil(bound - reach - 0.5F - kSlack));
     };

@@ -30,10 +30,10 @@ class SmallLamps {
     // Lamps that one sample asks at the most; of more in reach, so many are drawn by what they may send.
     static constexpr int kMostAsked = 2;
 
-    // Those that the job's image shows. Taken are lights, and parts of lights, that surfaces without cut-outs
-    // carry, that shine towards the lens, and that lie before it at some distance (Camera::bounds_on_film());
-    // none where the image is not of radiance, or the camera no perspective one. Of a part of a picture they
-    // are the same, for each pixel, as of the whole. The job outlives this.
+    // Finds the small lamps that the job's image shows: lights, and parts of lights, on surfaces without
+    // cut-outs that shine towards the lens and lie before it at some distance (Camera::bounds_on_film()).
+    // There are none if the image does not show radiance or the camera is not a perspective one. A crop has
+    // the same lamps in each pixel as the whole image. The job outlives this.
     explicit SmallLamps(const Job& job);
 
     // The lamps in reach of a pixel's filter; none: all is as without this. `pixel`: of the whole picture.
@@ -48,7 +48,7 @@ class SmallLamps {
     // pixel's share of what the eye sees of the lamps, weighed by the filter.
     void add(const InReach& lamps, const V2i& pixel, Sampler& sampler, const PathAccount& path) const;
 
-    // What a camera ray then does not count.
+    // The lamps that a camera ray then does not count.
     const LampSet& lamps() const { return set_; }
     std::size_t size() const { return lamps_.size(); }
 

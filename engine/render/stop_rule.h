@@ -22,9 +22,9 @@ class StopRule {
 
     bool wants_error() const { return limits_.error > 0; }
 
-    // How many units to do next, at most `wanted` (>= 1); 0: end. To be asked with all units done so far and
-    // the seconds since the beginning, before the first unit and after every answer's work. What would, at
-    // the pace of the last answer, not be done in time is not begun; the first unit always is.
+    // Returns how many units to do next, at most `wanted` (>= 1); 0: end. It is called with all units done so
+    // far and the seconds since the beginning, before the first unit and after the work of every answer.
+    // Units that would not end in time at the pace of the last answer are not begun, except for the first.
     int next(int done, int wanted, double seconds) {
         int units = std::min(wanted, most_ - done);
         if (units <= 0) {
@@ -51,7 +51,7 @@ class StopRule {
     bool out_of_time() const { return reason_ == kTime; }
     // Time is up in the middle of a unit.
     const char* time_is_up() { return reason_ = kTime; }
-    // What ended it: "samples", "time", "error"; "user" as long as none of them did.
+    // Returns what ended it: "samples", "time" or "error"; "user" as long as none of them did.
     const char* reason() const { return reason_; }
 
   private:

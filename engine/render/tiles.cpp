@@ -14,7 +14,7 @@ constexpr std::uint32_t kSmallLampsBranch = 0x51a;
 
 CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> half, int index) const {
     if (!job_.receivers.empty()) return receiver_sample(at, index);
-    // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
+    // Random numbers depend on the place in the whole picture, so that a crop is the same picture, cut out.
     const V2i whole = at + job_.film.crop_begin;
     const ImageSamplers& samplers = halves_[static_cast<std::size_t>(half.value_or(0))];
     Sampler sampler = samplers.at(whole, static_cast<std::uint32_t>(index));
@@ -25,7 +25,8 @@ CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> ha
     return {job_.camera.ray(film, lens), film, half, place.weight, sampler, whole, {}, job_.camera_medium};
 }
 
-// Stratified on its own: heads of one point must not depend on each other, as pixels of a picture may.
+// Each pixel is stratified on its own: sensors of one point must not depend on each other, as pixels of a
+// picture may.
 CameraSampler::Sample CameraSampler::receiver_sample(const V2i& at, int index) const {
     const std::int64_t pixel = std::int64_t{at.y} * job_.film.width + at.x;
     Sampler sampler = Sampler::stratified(seed_, Purpose::receiver, static_cast<std::uint64_t>(pixel),
@@ -47,7 +48,7 @@ Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample,
     if (sample.medium) path.medium = *sample.medium;
     if (const auto lamps = lamps_ ? lamps_->in_reach(sample.pixel) : SmallLamps::InReach()) {
         path.rule = EmissionRule::all_but(&lamps_->lamps());
-        // Independent of the sample's place in the pixel, and so of its weight, whose mean is 1.
+        // It is independent of the sample's place in the pixel, and so of its weight, whose mean is 1.
         Sampler own = sample.sampler.split_alike(kSmallLampsBranch);
         lamps_->add(lamps, sample.pixel, own, path);
     }
@@ -101,7 +102,7 @@ void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int f
     layers_->add_pass(at.x, at.y, pass_accounts, weights, camera_sampler_.half(first).value_or(0));
 }
 
-// Block by block and half by half, as many as each has been allocated.
+// Renders block by block and half by half as many samples as each has been allocated.
 void TileRenderer::render_allocated(const Estimator& estimator, int tile, int first, int end) {
     constexpr int kSide = SampleAllocation::kBlock;
     static_assert(kTile % kSide == 0);
@@ -125,7 +126,7 @@ void TileRenderer::render_allocated(const Estimator& estimator, int tile, int fi
     });
 }
 
-// `account` is reused from sample to sample.
+// The caller reuses `account` from sample to sample.
 void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int half, int index,
                               SampleAccount& account) {
     account.clear();
@@ -135,11 +136,11 @@ void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int hal
         film_.add(at.x, at.y, taken.radiance, taken.weight, half, taken.blur);
         if (layers_) layers_->add(at.x, at.y, account, taken.weight, half);
     } else {
-        report_bad(at, 2 * index + half, taken.radiance);  // as they are counted where all get the same
+        report_bad(at, 2 * index + half, taken.radiance);  // its number if all pixels got the same samples
     }
 }
 
-// A sample that is not a number is left out of the image and named.
+// Leaves a sample that is not a number out of the image, and names it.
 void TileRenderer::report_bad(const V2i& at, int sample, const Rgb& value) {
     const std::lock_guard lock(mutex_);
     const std::array<int, 3> here{sample, at.y, at.x};

@@ -1,4 +1,4 @@
-// A picture's samples, tile by tile: the unit of work and of progress.
+// Renders an image's samples tile by tile: a tile is the unit of work and of progress.
 #pragma once
 
 #include <algorithm>
@@ -20,11 +20,12 @@
 
 namespace lucerna {
 
-// The camera samples of a job's image, by pixel and number. For a film of two halves they alternate between
-// these, in runs of `samples_per_pass`, each half stratified on its own.
+// Makes the camera samples of a job's image, by pixel and number. For a film of two halves the samples
+// alternate between these, in runs of `samples_per_pass`, and each half is stratified on its own.
 class CameraSampler {
   public:
-    // `samples_per_pass`: as the integrator has it. `lamps`: of the job; null: none is sampled on its own.
+    // `samples_per_pass` is the integrator's. `lamps` are the job's; null means that none is sampled on its
+    // own.
     CameraSampler(const Job& job, std::uint64_t seed, int samples_per_pass, const SmallLamps* lamps)
         : job_(job),
           lamps_(lamps),
@@ -35,25 +36,25 @@ class CameraSampler {
 
     struct Sample {
         Ray ray;
-        V2f film;  // EyePath's, as the next
-        std::optional<int> half;
-        float weight;     // FilterSampler's
-        Sampler sampler;  // for what follows
-        V2i pixel;        // of the whole picture
+        V2f film;                 // EyePath::film
+        std::optional<int> half;  // EyePath::half
+        float weight;             // FilterSampler's
+        Sampler sampler;          // for the rest of the path
+        V2i pixel;                // of the whole picture, without a crop
         std::optional<Hit> receiver = {};
-        std::optional<std::int32_t> medium = {};  // in which the ray begins; none: that of the scene's camera
+        std::optional<std::int32_t> medium = {};  // of the ray's origin; none: that of the scene's camera
     };
-    // `at` counts from the corner of what is rendered.
+    // Returns the sample `number` of a pixel, which counts from the corner of the rendered crop.
     Sample sample(const V2i& at, int number) const {
         const std::optional<int> half = this->half(number);
         return sample(at, half, half ? number / (2 * run_) * run_ + number % run_ : number);
     }
-    // Of a half, its sample `index`.
+    // Returns the sample `index` of a half.
     Sample sample(const V2i& at, std::optional<int> half, int index) const;
-    // Books what an estimator sees there on an empty account.
+    // Estimates the sample's radiance, and books it on an empty account.
     Film::Sample radiance(const Estimator& estimator, Sample sample, SampleAccount& account) const;
 
-    // Of a film of two halves: the sample's; else none.
+    // Returns the half of a sample, if the film has two.
     std::optional<int> half(int number) const {
         if (!job_.film.two_halves) return std::nullopt;
         return number / run_ & 1;
@@ -70,12 +71,12 @@ class CameraSampler {
     FilterSampler filter_;
 };
 
-// Samples that were not finite and left out; the first of them, to find it again: of the first such sample
-// number the first pixel in reading order, whichever thread found what when.
+// Samples that were left out because they were not finite. The first of them is kept, so that it can be found
+// again: by sample number, then by pixel in reading order, whichever thread found it.
 struct BadSamples {
     std::uint64_t count = 0;
     std::string first;
-    std::array<int, 3> at{};  // sample, y, x; all 0: before any of this render's own
+    std::array<int, 3> at{};  // sample, y, x; all 0 for one from a checkpoint, before all of this render
 
     void add(const BadSamples& more) {
         if (more.count > 0 && (count == 0 || more.at < at)) first = more.first, at = more.at;
@@ -87,12 +88,12 @@ struct BadSamples {
     }
 };
 
-// One finished set-up: everything a tile needs. Any thread may render any tile, each tile by one at a time.
+// Has everything that a tile needs. Any thread may render any tile, one thread at a time for each tile.
 class TileRenderer {
   public:
-    // `samples_per_pass`: as the integrator has it. Where it is more than one, the samples of one call of
-    // render() depend on each other (the film was made for that). `layers` are filled with the image; null:
-    // they are not wanted. `allocation`: who gets samples; null: all get the same.
+    // `samples_per_pass` is the integrator's. If it is more than one, the samples of one call of render()
+    // depend on each other, and the film's kind is by_pass. `layers` get the same samples as the film; null
+    // if they are not wanted. `allocation` says which pixels get samples; null means all alike.
     TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass,
                  LayerFilms* layers = nullptr, SampleAllocation* allocation = nullptr)
         : lamps_(job),
@@ -105,24 +106,24 @@ class TileRenderer {
           allocation_(allocation) {}
 
     int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
-    // The tile's pixels, from the corner of what is rendered.
+    V2i place(int tile) const { return {tile % across(), tile / across()}; }  // column and row
+    // The tile's pixels, counted from the corner of the rendered crop.
     PixelBox box(int tile) const {
-        const V2i begin(tile % across() * kTile, tile / across() * kTile);
+        const V2i begin = kTile * place(tile);
         return {begin, {std::min(begin.x + kTile, film_.width()), std::min(begin.y + kTile, film_.height())}};
     }
 
-    // The samples [first, end) of every pixel of a tile, `first` > 0.
+    // Renders the samples [first, end) of every pixel of a tile, `first` > 0.
     void render(const Estimator& estimator, int tile, int first, int end);
 
-    // The samples [0, end) in steps, each of more pixels, evenly over the tile, so that there is soon
-    // something to see everywhere (Film::develop). Of a tile's pixels those of a step that have no sample
-    // yet.
+    // Renders the samples [0, end) in steps, each of more pixels, evenly over the tile, so that there is soon
+    // something to see everywhere (Film::develop). It renders those pixels of a step that have no sample yet.
     static constexpr int kFirstSteps = 3;
     void render_first(const Estimator& estimator, int tile, int end, int step);
 
     const BadSamples& bad_samples() const { return bad_; }
-    // Those of the render that this one goes on with: its samples came before.
-    void take_up_bad(BadSamples before) { bad_ = std::move(before); }
+    // Counts the bad samples of the render that this one continues.
+    void resume_bad(BadSamples before) { bad_ = std::move(before); }
 
   private:
     static constexpr int kTile = 16;  // pixels

@@ -1,5 +1,5 @@
-// A short look by one method at blocks of pixels here and there in the image: what it costs, and how its
-// samples scatter. What choose_method() goes by.
+// A trial: one method renders a few samples in blocks of pixels spread over the image, to measure its cost
+// and the variance of its samples. choose_method() compares trials.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ std::vector<V2i> trial_blocks(const FilmSettings& film);  // their first pixels
 
 class Trial {
   public:
-    // What is passed must outlive it. `lamps`: the job's. `seed` is not the render's: a method is not chosen
-    // for its luck.
+    // The arguments must outlive it. `lamps` are the job's. `seed` differs from the render's, so that a
+    // method is not chosen by chance.
     Trial(const Job& job, const SmallLamps& lamps, const IntegratorSettings& settings, std::uint64_t seed,
           const Workers& workers, Monitor& monitor);
 
@@ -37,18 +37,19 @@ class Trial {
     // Seconds, all workers at it: of preparation (of one pass, where it works in passes), and of one sample
     // of one pixel.
     double prepare_seconds() const;
-    // Of preparation, what would take as long for more photons or more sets of VPLs; 0 in passes.
+    // Returns the part of the preparation that would take as long with more photons or sets of VPLs; 0 in
+    // passes.
     double once_seconds() const { return once_; }
     double sample_seconds() const;
-    // Of every block that was looked at, in the order of trial_blocks(): luminance of its pixels' samples;
-    // where it works in passes, what each saw through the pixel.
+    // The luminance of the samples of each block's pixels, in the order of trial_blocks(); if the method
+    // works in passes, the luminance of each pass.
     struct Block {
         explicit Block(std::size_t count) : pixels(count), blur(count) {}
         std::vector<RunningStats> pixels;
         // Where it works in passes: the block's means by each. Its pixels see the same photons, and the mean
         // varies by more than they tell.
         RunningStats passes;
-        // Of the samples of each half, where the job's film has two: the sums of their Film::Sample::blur.
+        // The sums of Film::Sample::blur over the samples of each half, if the job's film has two.
         struct HalfBlur {
             double sum = 0;
             int samples = 0;

@@ -356,7 +356,8 @@ void Accelerator::Impl::attach_user(RTCScene to, const ShapeSet& set, std::uint3
     const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
     users.push_back({&set, id});
     rtcSetGeometryUserPrimitiveCount(geometry.get(), primitives);
-    rtcSetGeometryMask(geometry.get(), kSurfaces | kBorders);  // callbacks check each primitive's layer
+    rtcSetGeometryMask(geometry.get(),
+                       kSurfaces | kMediumInterfaces);  // callbacks check each primitive's layer
     rtcSetGeometryUserData(geometry.get(), &users.back());
     rtcSetGeometryBoundsFunction(
         geometry.get(), [](const RTCBoundsFunctionArguments* args) { user_bounds(args); }, nullptr);
@@ -393,7 +394,7 @@ void Accelerator::Impl::attach_instance(std::uint32_t index) {
         }
     }
     rtcSetGeometryTransform(geometry.get(), 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
-    rtcSetGeometryMask(geometry.get(), kSurfaces | kBorders);
+    rtcSetGeometryMask(geometry.get(), kSurfaces | kMediumInterfaces);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(scene.get(), geometry.get(), world.geometries() + index);
     error.check();

@@ -10,7 +10,7 @@ namespace lucerna {
 class CoatTable;
 
 // A surface counts as smooth if both alphas are below kSmoothAlpha, because float32 directions cannot resolve
-// a narrower lobe. Of two different alphas the smaller counts as at least kLeastAlpha. Alphas are GGX's,
+// a narrower lobe. The smaller of two different alphas counts as at least kLeastAlpha. Alphas are GGX's,
 // finite, >= 0, and may exceed 1.
 inline constexpr float kSmoothAlpha = 1e-3F;
 inline constexpr float kLeastAlpha = 1e-4F;

@@ -22,11 +22,11 @@ V3f aim(const Box3f& box, int i) {
 }
 
 // Returns the medium on the near side of the first medium interface that a ray meets beyond other surfaces.
-std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
+std::optional<std::int32_t> before_first_interface(const Scene& scene, Ray ray) {
     for (int i = 0; i < kMostPassages; ++i) {
-        const auto hit = scene.intersect_with_borders(ray);
+        const auto hit = scene.intersect_with_medium_interfaces(ray);
         if (!hit) return std::nullopt;
-        if (hit->media.border) return medium_towards(hit->media, hit->at.n, -ray.d, kNoMedium);
+        if (hit->media.is_interface) return medium_towards(hit->media, hit->at.n, -ray.d, kNoMedium);
         ray = Ray{hit->at.towards(ray.d), ray.d};
     }
     return std::nullopt;
@@ -53,7 +53,7 @@ Rgb passing(const Scene& scene, const Ray& way, std::int32_t medium, Sampler& sa
     if (scene.blocked(way, shadow)) return Rgb(0);
     Rgb passed(1);
     Ray rest = way;
-    for (int panes = 0; panes < kMaxBorders && rest.t_max > 0; ++panes) {
+    for (int panes = 0; panes < kMaxMediumInterfaces && rest.t_max > 0; ++panes) {
         const auto pane = scene.has_panes() ? scene.intersect_pane(rest, shadow) : std::nullopt;
         if (!scene.media().empty()) {
             const Ray before{rest.o, rest.d, pane ? pane->t : rest.t_max};
@@ -95,14 +95,14 @@ MediaTraversal traverse_media(const Scene& scene, const Ray& ray, const std::opt
 std::int32_t medium_around(const Scene& scene, const SurfacePoint& from, const V3f& d) {
     const SceneMedia& media = scene.media();
     if (media.all.size() == media.regions.size()) return kNoMedium;  // regions have no interfaces
-    if (const auto found = before_first_border(scene, Ray{from.towards(d), d})) return *found;
+    if (const auto found = before_first_interface(scene, Ray{from.towards(d), d})) return *found;
     // The first interface on a ray towards any interface determines the medium, too.
     const V3f start = from.towards(d);
-    for (int i = 0; scene.a_border() && i < kAims; ++i) {
-        const V3f way = aim(*scene.a_border(), i) - start;
+    for (int i = 0; scene.any_medium_interface() && i < kAims; ++i) {
+        const V3f way = aim(*scene.any_medium_interface(), i) - start;
         const float length = way.length();
         if (!(length > 0)) continue;
-        if (const auto found = before_first_border(scene, Ray{start, way / length})) return *found;
+        if (const auto found = before_first_interface(scene, Ray{start, way / length})) return *found;
     }
     return media.camera;
 }

@@ -63,7 +63,7 @@ std::optional<InScattering> scattered_at(MediaAlong along, MediaAlong before, do
 Rgb transmittance(MediaAlong along, Sampler& sampler);
 
 // Limits the medium interfaces on one ray. Only rounding at a grazing interface can reach it.
-inline constexpr int kMaxBorders = 10'000;
+inline constexpr int kMaxMediumInterfaces = 10'000;
 
 struct MediumPiece {
     Ray ray;              // begins at the interface before the piece; t_max is the piece's end
@@ -77,8 +77,9 @@ struct MediumPiece {
 template <typename Visit>
 std::int32_t for_each_piece(const Scene& scene, const Ray& ray, std::int32_t medium, Visit&& visit) {
     Ray rest = ray;
-    for (int borders = 0; borders < kMaxBorders; ++borders) {
-        const auto hit = scene.has_borders() ? scene.intersect_border(rest) : std::nullopt;
+    for (int interfaces = 0; interfaces < kMaxMediumInterfaces; ++interfaces) {
+        const auto hit =
+            scene.has_medium_interfaces() ? scene.intersect_medium_interface(rest) : std::nullopt;
         const double to_go = static_cast<double>(rest.t_max);
         const double end = hit ? static_cast<double>(hit->t) : to_go;
         MediaAlong along(scene.media(), medium, rest, end);

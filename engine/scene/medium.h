@@ -71,7 +71,7 @@ Rgb passes_without_end(const SceneMedia& media, std::int32_t inside);
 // Hit's normal; `present` is the medium that the path is in.
 inline std::int32_t medium_towards(const MediumInterface& media, const V3f& n, const V3f& w,
                                    std::int32_t present) {
-    if (!media.border) return present;
+    if (!media.is_interface) return present;
     return n.dot(w) > 0 ? media.outside : media.inside;
 }
 

@@ -21,9 +21,9 @@ inline constexpr std::int32_t kNoMedium = -1;
 
 // Holds the media on both sides of a surface, as indices into SceneMedia::all. `outside` is on the side of
 // Hit's geometric normal (ReverseOrientation swaps the two, as in pbrt). A path's medium changes only where
-// `border` is set.
+// `is_interface` is set.
 struct MediumInterface {
-    bool border = false;
+    bool is_interface = false;
     std::int32_t inside = kNoMedium, outside = kNoMedium;
 };
 

@@ -71,7 +71,7 @@ struct Receiver {
 Receiver placed(Receiver receiver, const Scene& scene);
 
 // Returns the normal of one planar sensor of the receiver. `u` is uniform in [0,1)².
-inline V3f head_normal(const Receiver& receiver, const V2f& u) {
+inline V3f sensor_normal(const Receiver& receiver, const V2f& u) {
     const V3f& n = receiver.normal;
     switch (receiver.kind) {
         case ReceiverKind::cylindrical: {

@@ -32,11 +32,11 @@ struct RenderContext {
     bool two_halves = false;
 
     // Returns this context with another monitor, to which its phases are reported.
-    RenderContext told_to(Monitor& other) const {
+    RenderContext with_monitor(Monitor& other) const {
         return {scene, seed, workers, other, view, prepared, two_halves};
     }
     // Returns this context with another deadline of preparations.
-    RenderContext prepared_by(const Deadline& deadline) const {
+    RenderContext with_deadline(const Deadline& deadline) const {
         return {scene, seed, workers, monitor, view, deadline, two_halves};
     }
 };

@@ -84,9 +84,9 @@ struct Scene::Impl {
     LightTree light_tree;
     std::vector<std::uint32_t> impostors;
     std::vector<bool> on_solid_surfaces;  // per light
-    bool has_sky = false, has_specular = false, has_borders = false, has_panes = false;
+    bool has_sky = false, has_specular = false, has_medium_interfaces = false, has_panes = false;
     Box3f bounds;
-    std::optional<Box3f> a_border;
+    std::optional<Box3f> any_medium_interface;
     Counts counts;
     Counter rays, invalid_rays;
     std::unique_ptr<const ShapeSet> world;
@@ -148,7 +148,7 @@ void Scene::Impl::take_shapes() {
     };
     look_at(parts.meshes), look_at(parts.quadrics), look_at(parts.patches), look_at(parts.curves);
     world = std::make_unique<const ShapeSet>(std::move(static_cast<Shapes&>(parts)), parts.materials);
-    a_border = world->a_border();
+    any_medium_interface = world->any_medium_interface();
     prototypes.reserve(parts.prototypes.size());
     for (Shapes& shapes : parts.prototypes) prototypes.emplace_back(std::move(shapes), parts.materials);
     parts.prototypes.clear();
@@ -156,9 +156,9 @@ void Scene::Impl::take_shapes() {
     for (const Instance& instance : parts.instances) {
         assert(instance.prototype < prototypes.size());
         instances.push_back({instance.prototype, InstancePlacement(instance.world_from_prototype)});
-        if (a_border) continue;
-        if (const auto own = prototypes[instance.prototype].a_border())
-            a_border = carried(*own, instance.world_from_prototype);
+        if (any_medium_interface) continue;
+        if (const auto own = prototypes[instance.prototype].any_medium_interface())
+            any_medium_interface = carried(*own, instance.world_from_prototype);
     }
     parts.instances = {};
 }
@@ -173,7 +173,7 @@ void Scene::Impl::count() {
         counts.degenerate_triangles += own.degenerate_triangles;
         counts.geometry_bytes += own.bytes;
         has_specular = has_specular || set.has_specular();
-        has_borders = has_borders || set.has_borders();
+        has_medium_interfaces = has_medium_interfaces || set.has_medium_interfaces();
         has_panes = has_panes || set.has_panes();
     };
     add(*world);
@@ -210,15 +210,15 @@ std::optional<Hit> Scene::intersect(const Ray& ray) const {
     return nearest(ray, kSurfaces);
 }
 
-std::optional<Hit> Scene::intersect_with_borders(const Ray& ray) const {
-    return nearest(ray, kSurfaces | kBorders);
+std::optional<Hit> Scene::intersect_with_medium_interfaces(const Ray& ray) const {
+    return nearest(ray, kSurfaces | kMediumInterfaces);
 }
 
-std::optional<Hit> Scene::intersect_border(const Ray& ray) const {
-    return nearest(ray, kBorders);
+std::optional<Hit> Scene::intersect_medium_interface(const Ray& ray) const {
+    return nearest(ray, kMediumInterfaces);
 }
 
-bool Scene::is_border(const Hit& hit) const {
+bool Scene::is_medium_interface(const Hit& hit) const {
     return hit.light == kNoLight && is_interface(impl_->parts.materials[hit.material]);
 }
 
@@ -399,12 +399,12 @@ bool Scene::has_specular() const {
 const SceneMedia& Scene::media() const {
     return impl_->parts.media;
 }
-const std::optional<Box3f>& Scene::a_border() const {
-    return impl_->a_border;
+const std::optional<Box3f>& Scene::any_medium_interface() const {
+    return impl_->any_medium_interface;
 }
 
-bool Scene::has_borders() const {
-    return impl_->has_borders;
+bool Scene::has_medium_interfaces() const {
+    return impl_->has_medium_interfaces;
 }
 bool Scene::has_panes() const {
     return impl_->has_panes;

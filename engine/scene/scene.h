@@ -101,12 +101,12 @@ class Scene {
     float distance(const Ray& ray, const ClosestHit& closest) const;
     // Returns the hit object's number, from 1: the world's own shapes in their order, then the instances.
     std::uint32_t object_of(const ClosestHit& closest) const;
-    // Returns the nearest surface or medium interface; is_border() tells them apart.
-    std::optional<Hit> intersect_with_borders(const Ray& ray) const;
+    // Returns the nearest surface or medium interface; is_medium_interface() tells them apart.
+    std::optional<Hit> intersect_with_medium_interfaces(const Ray& ray) const;
     // Returns the nearest surface that is only a medium interface, whatever surfaces are before it.
-    std::optional<Hit> intersect_border(const Ray& ray) const;
+    std::optional<Hit> intersect_medium_interface(const Ray& ray) const;
     // Tells whether the hit is only a medium interface.
-    bool is_border(const Hit& hit) const;
+    bool is_medium_interface(const Hit& hit) const;
     // Returns the nearest surface that may pass light straight on (Bsdf::straight_share()), whatever is
     // before it. `shadow` as in blocked().
     std::optional<Hit> intersect_pane(const Ray& ray, bool shadow) const;
@@ -137,11 +137,11 @@ class Scene {
     std::span<const Material> materials() const;
     bool has_specular() const;
     const SceneMedia& media() const;
-    bool has_borders() const;  // whether intersect_border() can find anything
-    bool has_panes() const;    // whether intersect_pane() can
+    bool has_medium_interfaces() const;  // whether intersect_medium_interface() can find anything
+    bool has_panes() const;              // whether intersect_pane() can
     // Returns bounds of some surface at which the medium changes, whatever its material, or none if there is
     // no such surface. A ray towards it from anywhere meets it or another such surface.
-    const std::optional<Box3f>& a_border() const;
+    const std::optional<Box3f>& any_medium_interface() const;
     // Tells whether surfaces carry the light, all of them without cut-outs: then rays always meet it.
     bool is_on_solid_surfaces(std::uint32_t light) const;
     // Returns the medium of the interfaces in which a light's particles begin. As in pbrt, a light is in one

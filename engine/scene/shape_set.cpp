@@ -88,12 +88,12 @@ unsigned ShapeSet::layer(const SurfaceTraits& traits) const {
     const Material& material = materials_[traits.material];
     if (!is_interface(material)) return may_pass_straight(material) ? kPanes : kOpaque;
     if (traits.light != kNoLight) return kOpaque;  // Scene::bsdf() makes it black
-    return traits.media.border ? kBorders : 0;
+    return traits.media.is_interface ? kMediumInterfaces : 0;
 }
 
 unsigned ShapeSet::note(const SurfaceTraits& traits) {
     const unsigned where = layer(traits);
-    has_borders_ = has_borders_ || where == kBorders;
+    has_medium_interfaces_ = has_medium_interfaces_ || where == kMediumInterfaces;
     has_panes_ = has_panes_ || where == kPanes;
     has_specular_ = has_specular_ || ((where & kSurfaces) != 0 && is_specular(materials_[traits.material]));
     return where;
@@ -188,10 +188,12 @@ Box3f ShapeSet::primitive_bounds(std::uint32_t geometry, std::uint32_t primitive
     return box;
 }
 
-std::optional<Box3f> ShapeSet::a_border() const {
-    const auto is_border = [this](const SurfaceTraits& of) { return of.media.border && layer(of) != 0; };
+std::optional<Box3f> ShapeSet::any_medium_interface() const {
+    const auto is_medium_interface = [this](const SurfaceTraits& of) {
+        return of.media.is_interface && layer(of) != 0;
+    };
     for (const Mesh& mesh : shapes_.meshes) {
-        if (mesh.triangles.empty() || !is_border(mesh.traits)) continue;
+        if (mesh.triangles.empty() || !is_medium_interface(mesh.traits)) continue;
         Box3f box;
         for (int c = 0; c < 3; ++c) box.extendBy(vertex_of(mesh, mesh.triangles[0][c]));
         return box;
@@ -199,7 +201,7 @@ std::optional<Box3f> ShapeSet::a_border() const {
     for (const std::uint32_t geometry : {quadrics_id(), patches_id()}) {
         const std::uint32_t count = geometry == quadrics_id() ? quadrics() : patches();
         for (std::uint32_t i = 0; i < count; ++i) {
-            if (is_border(traits(geometry, i))) return primitive_bounds(geometry, i);
+            if (is_medium_interface(traits(geometry, i))) return primitive_bounds(geometry, i);
         }
     }
     return std::nullopt;

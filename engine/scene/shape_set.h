@@ -19,8 +19,8 @@ namespace lucerna {
 
 // Surfaces are in layers. A ray states the layers that it meets.
 inline constexpr unsigned kOpaque = 1;
-inline constexpr unsigned kBorders = 2;  // medium interfaces that are nothing else
-inline constexpr unsigned kPanes = 4;    // surfaces that may pass light in a straight line, unbent
+inline constexpr unsigned kMediumInterfaces = 2;  // medium interfaces that are nothing else
+inline constexpr unsigned kPanes = 4;             // surfaces that may pass light in a straight line, unbent
 inline constexpr unsigned kSurfaces = kOpaque | kPanes;
 
 // Embree's limit for coordinates is 1.844e18.
@@ -51,7 +51,7 @@ class ShapeSet {
     std::uint32_t geometries() const { return quadrics_id() + 2; }
 
     const SurfaceTraits& traits(std::uint32_t geometry, std::uint32_t primitive) const;
-    // Returns kOpaque, kPanes, kBorders, or 0 for a surface that no ray meets.
+    // Returns kOpaque, kPanes, kMediumInterfaces, or 0 for a surface that no ray meets.
     unsigned layer(const SurfaceTraits& traits) const;
 
     // Returns the nearest crossing of a quadric or patch with t_min < t <= t_max.
@@ -60,7 +60,7 @@ class ShapeSet {
     Box3f primitive_bounds(std::uint32_t geometry, std::uint32_t primitive) const;
     // Returns the bounds of one primitive at which the medium changes, whatever its material; none if there
     // is no such primitive. Curves are ignored, because they enclose nothing.
-    std::optional<Box3f> a_border() const;
+    std::optional<Box3f> any_medium_interface() const;
 
     // Returns the hit in full double precision, computed from the primitive. Embree's own t, u and v depend
     // on approximate reciprocals, whose last digits differ between processors. Curves keep Embree's values.
@@ -88,7 +88,7 @@ class ShapeSet {
         std::uint64_t bytes = 0;  // memory of the shapes themselves
     };
     const Counts& counts() const { return counts_; }
-    bool has_borders() const { return has_borders_; }
+    bool has_medium_interfaces() const { return has_medium_interfaces_; }
     bool has_panes() const { return has_panes_; }
     bool has_specular() const { return has_specular_; }
 
@@ -110,7 +110,7 @@ class ShapeSet {
     std::vector<std::uint32_t> quadric_from_;  // index in shapes_.quadrics of each element of quadrics_
     std::vector<PatchAddress> patches_;
     Counts counts_;
-    bool has_borders_ = false, has_panes_ = false, has_specular_ = false;
+    bool has_medium_interfaces_ = false, has_panes_ = false, has_specular_ = false;
 };
 
 // Returns a lamp's shape that is intersected by rays. The shapes must be those in the scene; their materials

@@ -10,12 +10,12 @@
 
 namespace lucerna {
 
-// "a PNG picture" and the like. `first` holds at least the first 262 bytes, if the file has as many.
-// kPlainText for text of no format that is known here; empty for other bytes.
+// Returns the name of a format, for example "a PNG picture", kPlainText for text of no known format, or ""
+// for other bytes. `first` holds at least the first 262 bytes, if the file has as many.
 inline constexpr std::string_view kPlainText = "text";
 std::string_view content_name(std::span<const std::byte> first);
 
-// The bytes by which content_name() tells, and more, from the file's beginning. Throws InputError.
+// Returns the first bytes of the file, as many as content_name() needs and more. Throws InputError.
 std::vector<std::byte> first_bytes(const std::filesystem::path& file);
 
 // Describes the file as a clause, for example "it is a PNG picture". Throws InputError.

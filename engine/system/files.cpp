@@ -4,19 +4,19 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <ios>
+#include <memory>
 #include <stdexcept>
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
-#include "engine/system/gunzip.h"
 #include "engine/system/memory.h"
 #include "engine/text/plain_text.h"
 
@@ -24,7 +24,7 @@ namespace lucerna {
 
 namespace {
 
-// A descriptor that is closed.
+// Owns a file descriptor and closes it.
 class Descriptor {
   public:
     explicit Descriptor(int number) : number_(number) {}
@@ -39,7 +39,7 @@ class Descriptor {
     int number_;
 };
 
-// What something is that is no regular file; empty for one.
+// Says what a file is that is not a regular one, and returns "" for a regular file.
 std::string_view other_kind(mode_t mode) {
     if (S_ISREG(mode)) return "";
     if (S_ISDIR(mode)) return "is a folder, not a file";
@@ -64,7 +64,7 @@ void require_readable(const std::filesystem::path& file) {
         if (std::filesystem::is_symlink(file, status)) throw InputError(at, "no such file: a broken link");
         throw InputError(at, "no such file");
     }
-    check_kind(about);  // before it is opened: that may wait, or set a device going
+    check_kind(about);  // opening may wait, or start a device
     const Descriptor opened(open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
     if (opened < 0) throw InputError(at, std::string("cannot be opened: ") + std::strerror(errno));
     if (fstat(opened, &about) == 0) check_kind(about);
@@ -80,66 +80,95 @@ std::ifstream open_to_read(const std::filesystem::path& file) {
 
 namespace {
 
-// Into a container of bytes or characters.
+// A gzip file that packs better than this and unpacks to more is made to fill the memory.
+constexpr std::size_t kMostTimes = 400, kAnyTimes = std::size_t{64} << 20;
+
+bool is_trap(std::size_t made, std::size_t packed) {
+    return made > kAnyTimes && made / kMostTimes > packed;
+}
+
+// Returns the last four bytes of a gzip file: the unpacked size of its last member, modulo 2^32.
+std::size_t stated_size(const std::filesystem::path& file) {
+    std::uint32_t size = 0;
+    open_to_read(file).seekg(-4, std::ios::end).read(reinterpret_cast<char*>(&size), sizeof size);
+    return size;
+}
+
+// Reads into a container of bytes or characters. zlib unpacks files of gzip and passes on all others.
 template <typename Container>
-Container read_all(const std::filesystem::path& file) {
+Container unpacked(const std::filesystem::path& file) {
+    require_readable(file);
+    const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
+    if (!in) throw InputError({file.string()}, std::string("cannot be opened: ") + std::strerror(errno));
+    const bool plain = gzdirect(in.get()) != 0;
+    const std::size_t size = std::filesystem::file_size(file), stated = plain ? size : stated_size(file);
+    const std::size_t expected = is_trap(stated, size) ? 0 : stated;
+    Container out;
+    std::size_t made = 0;
+    for (int got = 1; got > 0; made += static_cast<std::size_t>(std::max(got, 0))) {
+        if (!plain && is_trap(made, static_cast<std::size_t>(gzoffset(in.get())))) {
+            input_error({file.string()},
+                        "expands to more than {} times its size; such files may be at most {} MiB",
+                        kMostTimes, kAnyTimes >> 20);
+        }
+        if (made == out.size()) {
+            // Makes room for one more byte than expected, so that the end is found without growing.
+            const std::size_t room = std::max(expected, 2 * made) + 1;
+            require_memory(room, file.string() + (plain ? "" : ", unpacked"), "use a smaller file");
+            out.resize(room);
+        }
+        constexpr std::size_t kStep = std::size_t{1} << 26;  // zlib counts in 32 bits
+        got = gzread(in.get(), out.data() + made, static_cast<unsigned>(std::min(kStep, out.size() - made)));
+    }
+    int state = Z_OK;
+    gzerror(in.get(), &state);
+    if (state == Z_ERRNO) throw InputError({file.string()}, "reading failed before the end of the file");
+    if (state == Z_BUF_ERROR) throw InputError({file.string()}, "its compressed data end too early");
+    if (state != Z_OK && state != Z_STREAM_END)
+        throw InputError({file.string()}, "its compressed data are damaged");
+    out.resize(made);
+    return out;
+}
+
+}  // namespace
+
+std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
     std::ifstream in = open_to_read(file);
     in.seekg(0, std::ios::end);
     const std::streamoff size = in.tellg();
     if (size < 0) throw InputError({file.string()}, "its size cannot be determined");
-    // A file of holes has any size that it likes.
+    // A file of holes may state any size.
     require_memory(static_cast<std::uint64_t>(size), file.string(), "use a smaller file");
-    Container bytes(static_cast<std::size_t>(size), typename Container::value_type{});
+    std::vector<std::byte> bytes(static_cast<std::size_t>(size));
     in.seekg(0);
     in.read(reinterpret_cast<char*>(bytes.data()), size);
     if (!in) throw InputError({file.string()}, "reading failed before the end of the file");
     return bytes;
 }
 
-bool begins_as_gzip(const std::filesystem::path& file) {
-    std::array<char, 2> first{};
-    open_to_read(file).read(first.data(), first.size());
-    return first[0] == '\x1f' && first[1] == '\x8b';
-}
-
-}  // namespace
-
-std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
-    return read_all<std::vector<std::byte>>(file);
-}
-
-namespace {
-
-constexpr std::size_t kMostUnpacked = std::size_t{1} << 36;  // what unpacks to more is a trap
-
-}  // namespace
-
 std::vector<std::byte> read_unpacked(const std::filesystem::path& file) {
-    std::vector<std::byte> bytes = read_bytes(file);
-    if (is_gzip(bytes)) return gunzip(bytes, file, kMostUnpacked);
-    return bytes;
+    return unpacked<std::vector<std::byte>>(file);
 }
 
 std::string read_text(const std::filesystem::path& file) {
-    if (!begins_as_gzip(file)) return read_all<std::string>(file);  // no second copy of a large text
-    return gunzip_text(read_bytes(file), file, kMostUnpacked);
+    return unpacked<std::string>(file);
 }
 
 namespace {
 
-// The end of a chain of links, be it there or not.
+// Returns the end of a chain of links, whether it exists or not.
 std::filesystem::path behind_links(std::filesystem::path file) {
-    constexpr int kMostLinks = 40;  // as the system's own limit
+    constexpr int kMostLinks = 40;  // the system's own limit
     for (int i = 0; i < kMostLinks; ++i) {
         std::error_code none;
         const std::filesystem::path next = std::filesystem::read_symlink(file, none);
         if (none) return file;
-        file = file.parent_path() / next;  // or `next` alone, if that begins at the root
+        file = file.parent_path() / next;  // this is `next` if that is absolute
     }
     throw std::runtime_error(std::strerror(ELOOP));
 }
 
-// Where a file lies, or will: one name however it was spelt.
+// Returns the canonical path of a file that need not exist.
 std::filesystem::path place_of(const std::filesystem::path& file) {
     const std::filesystem::path end = behind_links(std::filesystem::absolute(file));
     std::error_code unknown;
@@ -147,29 +176,29 @@ std::filesystem::path place_of(const std::filesystem::path& file) {
     return (unknown ? end.parent_path().lexically_normal() : folder) / end.filename();
 }
 
-// On the disk, not only on its way there. Some file systems tell only now that they are full.
+// Waits until the file is on the disk. Some file systems only report here that they are full.
 void settle(const std::filesystem::path& file) {
     const Descriptor handle(open(file.c_str(), O_RDONLY | O_CLOEXEC));
     if (handle < 0) throw std::runtime_error(std::strerror(errno));
-    // EINVAL: what is written to has no disk.
+    // EINVAL means that there is no disk.
     if (fsync(handle) != 0 && errno != EINVAL) throw std::runtime_error(std::strerror(errno));
 }
 
-// The folder's entry, too. Without that the old file may come back after a power cut: that is allowed.
+// Writes the folder's entry to the disk, too. If this fails, the old file may come back after a power cut.
 void settle_folder(const std::filesystem::path& file) {
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     const Descriptor handle(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (handle >= 0) fsync(handle);
 }
 
-// Streams throw "iostream error"; the system knows more.
+// Returns the system's message for errors of streams, which only say "iostream error".
 std::string cause_of(const std::exception& error, int system_error) {
     const bool stream = dynamic_cast<const std::ios_base::failure*>(&error) != nullptr;
     return stream && system_error != 0 ? std::strerror(system_error) : one_line(error.what());
 }
 
-// A file that is this object's own, beside `target`, with its mode and owner; removed unless it was renamed.
-// Its name is a new one: nothing that stands there is opened, followed or replaced.
+// Makes a new file beside `target`, with the target's mode and owner. It is removed unless it was renamed.
+// Its name was free: no existing file is opened, followed or replaced.
 class Temporary {
   public:
     Temporary(const std::filesystem::path& target, std::string_view suffix) {
@@ -184,7 +213,7 @@ class Temporary {
             const Descriptor made(open(path_.c_str(), kNew, replaces ? 0600 : 0666));
             if (made < 0 && errno == EEXIST) continue;
             if (made < 0) break;
-            // The owner first: a change of owner takes bits of the mode away. Who may not, goes without.
+            // The owner is set first, because that clears bits of the mode. A failure is ignored.
             if (replaces) [[maybe_unused]]
                 const int kept = fchown(made, old.st_uid, old.st_gid);
             if (replaces) fchmod(made, old.st_mode & 0777U);
@@ -193,7 +222,7 @@ class Temporary {
         throw std::runtime_error(std::strerror(errno));
     }
     ~Temporary() {
-        const int cause = errno;  // of the failure that ends it
+        const int cause = errno;  // of the failure that unwinds the stack
         std::error_code ignored;
         if (!path_.empty()) std::filesystem::remove(path_, ignored);
         errno = cause;
@@ -223,12 +252,12 @@ void replace_regular(const std::filesystem::path& file, const WriteTo& write) {
     settle_folder(target);
 }
 
-// A pipe or a device that takes bytes. Opened without waiting: a pipe that nobody reads is an error.
+// Opens a pipe or a device without waiting, so that a pipe that nobody reads is an error.
 Descriptor open_stream(const std::filesystem::path& file) {
     return Descriptor(open(file.c_str(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
 }
 
-// Writers go back in their files, which a pipe cannot: the bytes are gathered in memory first.
+// Collects the bytes in memory and then writes them, because writers seek and a pipe cannot.
 void write_into(const std::filesystem::path& file, const WriteTo& write) {
     const Descriptor memory(memfd_create("lucerna", MFD_CLOEXEC));
     if (memory < 0) throw std::runtime_error(std::strerror(errno));
@@ -247,7 +276,7 @@ void write_into(const std::filesystem::path& file, const WriteTo& write) {
     }
 }
 
-// Whether bytes that are written there go away. Throws for what takes none.
+// Returns whether this is a pipe or a character device. Throws for a file that cannot be written to.
 bool is_stream(const std::filesystem::path& file) {
     struct stat about {};
     if (stat(file.c_str(), &about) != 0 || S_ISREG(about.st_mode)) return false;

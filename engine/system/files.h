@@ -1,5 +1,5 @@
-// Files: the one way in which all readers open them, and a write that leaves the old file or the new one,
-// never half a file.
+// Opens files for all readers, and writes files so that either the old or the new one remains, never half of
+// one.
 #pragma once
 
 #include <cstddef>
@@ -18,22 +18,22 @@
 namespace lucerna {
 
 // Throws InputError with the cause in words (missing, a folder, a pipe, a device, not permitted, empty)
-// unless `file` is a regular file that can be read. Never waits: a pipe is not opened. Whoever hands a file's
-// name to a library asks here first.
+// unless `file` is a regular file that can be read. It never waits, because it does not open pipes. It is
+// called before a library opens a file by its name.
 void require_readable(const std::filesystem::path& file);
 
-// The file from its first byte, opened to read. Throws as require_readable does. No reader opens a stream in
-// any other way (tests/architecture looks).
+// Opens a file to read. Throws as require_readable does. Readers open streams in no other way, which
+// tests/architecture checks.
 std::ifstream open_to_read(const std::filesystem::path& file);
 
-// The whole file. Throws InputError, also for a file that memory cannot hold.
+// Reads a whole file as it is. Throws InputError, also for a file that does not fit into memory.
 std::vector<std::byte> read_bytes(const std::filesystem::path& file);
+// Reads a whole file, and unpacks it if gzip packed it. Throws InputError, also for a gzip file that is
+// damaged, or that unpacks to more than 64 MiB and more than 400 times its size.
+std::vector<std::byte> read_unpacked(const std::filesystem::path& file);
 std::string read_text(const std::filesystem::path& file);
 
-// The whole file, unpacked if it is gzip'd. Throws InputError.
-std::vector<std::byte> read_unpacked(const std::filesystem::path& file);
-
-// What file a name leads to, through links and by whatever way into its folder; it need not be there yet.
+// Identifies the file that a path leads to, through links and folders. The file need not exist yet.
 class FileIdentity {
   public:
     explicit FileIdentity(const std::filesystem::path& file);
@@ -41,7 +41,7 @@ class FileIdentity {
     bool operator==(const FileIdentity& other) const {
         return place_ == other.place_ || (there_ && other.there_ && number_ == other.number_);
     }
-    // A pipe or a device: what is written there destroys nothing.
+    // Returns whether this is a pipe or a device, where writing destroys nothing.
     bool is_stream() const { return stream_; }
     std::filesystem::path folder() const { return place_.parent_path(); }
     std::filesystem::path name() const { return place_.filename(); }
@@ -49,34 +49,34 @@ class FileIdentity {
   private:
     std::filesystem::path place_;
     bool there_ = false, stream_ = false;
-    std::pair<std::uintmax_t, std::uintmax_t> number_;  // of its device, and there
+    std::pair<std::uintmax_t, std::uintmax_t> number_;  // of its device, and of its inode
 };
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
-// What could not be written: a full disk, a missing permission. The input is not at fault.
+// Thrown when a file cannot be written, for example because the disk is full. The input is not at fault.
 class WriteError : public InputError {
   public:
     using InputError::InputError;
 };
 
-// Calls write(temporary) for a temporary file in the same folder, waits until that is on the disk, then
-// renames it over `file`. If write throws (a stream that is told to throw, too), the temporary is removed and
-// the error becomes a WriteError that names `file` and the system's cause; Stopped passes as it is. `write`
-// must close what it wrote and see that it could.
+// Calls write(temporary) for a temporary file in the same folder, waits until that is on the disk, and
+// renames it to `file`. If write throws (as a stream does that was set to), the temporary is removed and a
+// WriteError names `file` and the system's cause; Stopped is passed on. `write` must close the file and check
+// that this succeeded.
 //
-// A symbolic link stays, and what it leads to is replaced, or made. The new file has the old one's mode and,
-// where that is permitted, owner. The temporary is made by this call, readable by nobody who may not read the
-// old file; whatever else has its name stays untouched. A pipe or a character device is written into; a pipe
-// that nobody reads, a disk and a socket are refused.
+// A symbolic link stays, and its target is replaced or made. The new file has the old one's mode and, where
+// that is permitted, its owner. The temporary is a new file that nobody can read who may not read the old
+// one; other files of its name are not touched. A pipe or a character device is written to; a pipe that
+// nobody reads, a disk and a socket are refused.
 void replace_file(const std::filesystem::path& file,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
-// The same for bytes that are there: the parts, one after the other.
+// Writes the parts, one after the other.
 void replace_file(const std::filesystem::path& file, std::span<const std::span<const std::byte>> parts);
 
-// Throws InputError unless replace_file could begin to write there: tries it, and leaves nothing behind.
+// Throws InputError unless replace_file can begin to write there. It tries, and leaves nothing behind.
 void require_replaceable(const std::filesystem::path& file);
 
-// The end of the name, as ".exr", in lower case whatever the file's.
+// Returns the suffix of the name in lower case, for example ".exr".
 std::string suffix_of(const std::filesystem::path& file);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// A hash by which work and contents are named and files are checked. It is not cryptographic.
+// Computes a hash that names work and contents and checks files. It is not cryptographic.
 #pragma once
 
 #include <bit>
@@ -10,7 +10,7 @@
 
 namespace lucerna {
 
-// FNV-1a's step on words, with the high half folded down so that every bit of a word reaches every later one.
+// Applies FNV-1a's step to words, and folds the high half down so that every bit affects all later ones.
 class WordHash {
   public:
     void add(std::uint64_t word) {
@@ -20,12 +20,12 @@ class WordHash {
     void add(int number) { add(static_cast<std::uint64_t>(number)); }
     void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
     void add(float number) { add(std::uint64_t{std::bit_cast<std::uint32_t>(number)}); }
-    // With its length, so that two texts in a row are not one.
+    // Includes the length, so that two texts in a row differ from their concatenation.
     void add(std::string_view text) {
         add(std::uint64_t{text.size()});
         for (const char c : text) add(std::uint64_t{static_cast<unsigned char>(c)});
     }
-    // Eight at a time, the last ones one by one.
+    // Adds eight bytes at a time, and the last ones one by one.
     void add_bytes(std::span<const std::byte> bytes) {
         std::size_t i = 0;
         for (; i + 8 <= bytes.size(); i += 8) {

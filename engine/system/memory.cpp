@@ -17,14 +17,14 @@ namespace {
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
-// The first number of a file that holds nothing else; "max", and what is not there, is no limit.
+// Returns the number that a file consists of. "max" and a missing file mean that there is no limit.
 std::uint64_t number_in(const std::filesystem::path& file) {
     std::uint64_t number = 0;
     std::ifstream in(file);
     return in >> number ? number : kNoLimit;
 }
 
-// /proc/meminfo: "MemAvailable:   23456789 kB".
+// Reads /proc/meminfo: "MemAvailable:   23456789 kB".
 std::optional<std::uint64_t> of_the_machine() {
     std::ifstream in("/proc/meminfo");
     std::uint64_t sum = 0;
@@ -40,8 +40,8 @@ std::optional<std::uint64_t> of_the_machine() {
 
 // --- control groups ---
 
-// How the two versions call the same things. A group's numbers include those of the groups within it; so do
-// its statistics in version 2, while version 1 has names of their own for that.
+// Lists the names of files and statistics in the two versions. A group's numbers include those of the groups
+// within it. In version 2 its statistics do so, too; version 1 has separate names ("total_...") for that.
 struct GroupFiles {
     const char *most, *used, *inactive, *active;
 };
@@ -49,7 +49,7 @@ constexpr GroupFiles kVersion1{"memory.limit_in_bytes", "memory.usage_in_bytes",
                                "total_active_file"};
 constexpr GroupFiles kVersion2{"memory.max", "memory.current", "inactive_file", "active_file"};
 
-// What one group leaves. Pages of files can be taken back, and do not count.
+// Returns the bytes that one group leaves. Cached pages of files can be reclaimed and do not count as used.
 std::uint64_t left_in(const std::filesystem::path& folder, const GroupFiles& files) {
     const std::uint64_t most = number_in(folder / files.most);
     std::uint64_t used = number_in(folder / files.used);
@@ -70,14 +70,14 @@ bool has_word(const std::string& list, std::string_view word) {
     return false;
 }
 
-// A tree of groups: where it is mounted, and which of its groups is seen there.
+// Describes a tree of groups: where it is mounted, and which of its groups is visible there.
 struct Mount {
     std::filesystem::path folder, group;
     bool version2;
 };
 
-// /proc/self/mountinfo: "29 23 0:26 /GROUP /FOLDER rw,… shared:4 - cgroup2 cgroup rw,…"; of version 1 the
-// tree that counts memory.
+// Reads /proc/self/mountinfo: "29 23 0:26 /GROUP /FOLDER rw,… shared:4 - cgroup2 cgroup rw,…". For
+// version 1 it takes the tree that limits memory.
 std::vector<Mount> group_mounts(const std::filesystem::path& root) {
     std::vector<Mount> mounts;
     std::ifstream in(root / "proc/self/mountinfo");
@@ -95,7 +95,7 @@ std::vector<Mount> group_mounts(const std::filesystem::path& root) {
     return mounts;
 }
 
-// /proc/self/cgroup: "0::/GROUP" of version 2, "7:cpu,memory:/GROUP" of version 1.
+// Reads /proc/self/cgroup: "0::/GROUP" in version 2, "7:cpu,memory:/GROUP" in version 1.
 std::optional<std::filesystem::path> own_group(const std::filesystem::path& root, bool version2) {
     std::ifstream in(root / "proc/self/cgroup");
     for (std::string line; std::getline(in, line);) {
@@ -108,14 +108,15 @@ std::optional<std::filesystem::path> own_group(const std::filesystem::path& root
     return std::nullopt;
 }
 
-// From the process's group up to the one that is mounted; a container sees no more.
+// Returns the least of what the process's group and those around it leave, up to the mounted one. A container
+// sees no more.
 std::uint64_t left_up_to_the_mount(const Mount& mount, const std::filesystem::path& own) {
     const std::filesystem::path below = own.lexically_relative(mount.group);
     const GroupFiles& files = mount.version2 ? kVersion2 : kVersion1;
     std::filesystem::path folder = mount.folder;
     std::uint64_t least = left_in(folder, files);
     for (const std::filesystem::path& part : below) {
-        if (part == "." || part == "..") continue;  // the group itself, or one that is not to be seen
+        if (part == "." || part == "..") continue;  // the group itself, or one outside the mount
         folder /= part;
         least = std::min(least, left_in(folder, files));
     }
@@ -142,7 +143,7 @@ std::optional<std::uint64_t> available_in_groups(const std::filesystem::path& ro
     return least == kNoLimit ? std::nullopt : std::optional(least);
 }
 
-// Linux counts in KiB.
+// Linux reports KiB.
 std::uint64_t peak_memory() {
     rusage usage{};
     if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;

@@ -1,4 +1,4 @@
-// Nothing is kept: the dynamic linker knows what is loaded, and asking it again costs microseconds.
+// No state is kept, because the dynamic linker knows what is loaded and asking it again takes microseconds.
 #include "engine/system/module.h"
 
 #include <dlfcn.h>
@@ -13,8 +13,9 @@
 namespace lucerna {
 namespace {
 
-// Libraries expect the usual rounding and no traps while they are set up, and may change both, and the
-// flushing of denormals, for the thread that loads them. Numbers must not depend on whether one was loaded.
+// Restores the floating-point environment. Libraries expect the default one while they are initialised, and
+// may change rounding, traps and the flushing of denormals for the thread that loads them. Results must not
+// depend on whether a library was loaded.
 class SavedFloatEnvironment {
   public:
     SavedFloatEnvironment() {
@@ -48,11 +49,11 @@ std::filesystem::path found_in(const std::vector<std::filesystem::path>& folders
 
 }  // namespace
 
-// Asked of the linker instead of left to it: sanitizers load libraries on behalf of the program, and then its
-// RUNPATH would not count.
+// Asks the linker for the folders instead of letting it search, because sanitizers intercept dlopen, and then
+// the program's RUNPATH would not be used.
 std::vector<std::filesystem::path> library_folders() {
     std::vector<std::filesystem::path> folders;
-    // Whatever this code was linked into: a program, whose name is empty, or a shared library.
+    // This finds what this code was linked into: a program, whose name is empty, or a shared library.
     Dl_info here{};
     void* object = nullptr;
     if (dladdr1(reinterpret_cast<void*>(&library_folders), &here, &object, RTLD_DL_LINKMAP) == 0 || !object)
@@ -62,7 +63,7 @@ std::vector<std::filesystem::path> library_folders() {
     if (!program) return folders;
     Dl_serinfo size{};
     if (dlinfo(program, RTLD_DI_SERINFOSIZE, &size) == 0) {
-        // Of whole Dl_serinfo, so that it is aligned; the linker fills in the count and the names.
+        // The buffer has elements of Dl_serinfo so that it is aligned. The linker fills in the names.
         std::vector<Dl_serinfo> buffer(size.dls_size / sizeof(Dl_serinfo) + 1);
         buffer[0] = size;
         if (dlinfo(program, RTLD_DI_SERINFO, buffer.data()) == 0) {
@@ -78,7 +79,7 @@ void* load_module(const Module& module, const Location& wanted_by,
                   const std::vector<std::filesystem::path>& folders) {
     const std::filesystem::path library = found_in(folders, module, wanted_by);
     const SavedFloatEnvironment kept;
-    // Never unloaded: what it made has its code there.
+    // The library is never unloaded, because objects that it made need its code.
     void* handle = dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE);
     if (!handle) {
         throw InputError(wanted_by, fmt::format("{} {}, which cannot be loaded: {}", module.need,

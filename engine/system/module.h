@@ -1,5 +1,5 @@
-// Our own shared libraries that are loaded when they are first needed: what they are linked with takes longer
-// to load than most commands run.
+// Loads our own shared libraries when they are first needed, because their dependencies take longer to load
+// than most commands run.
 #pragma once
 
 #include <filesystem>
@@ -10,18 +10,18 @@
 
 namespace lucerna {
 
-// Where our shared libraries are looked for: in the RUNPATH of the program, or of the shared library that
-// this code was linked into, then in the system's folders.
+// Returns the folders in which our shared libraries are searched: the RUNPATH of the program or the shared
+// library that this code was linked into, then the system's folders.
 std::vector<std::filesystem::path> library_folders();
 
 struct Module {
-    const char* library;    // the file's name
-    const char* entry;      // the function that it gives away, named by its version
-    std::string_view need;  // of an error: "pictures need"
+    const char* library;    // file name
+    const char* entry;      // the function that it exports, named by its version
+    std::string_view need;  // the beginning of an error, for example "pictures need"
 };
-// The address of the entry, of the library in the first of the folders that has it, loaded if it is not yet;
-// safe from any thread. Throws InputError at `wanted_by`, on whose behalf it is wanted: there is none in any
-// of the folders, or the first there is cannot be used.
+// Returns the address of the entry in the library of the first folder that has it, and loads it if it is not
+// loaded yet; thread-safe. Throws InputError at `wanted_by`, which needs it, if none of the folders has the
+// library or if the first one found cannot be used.
 void* load_module(const Module& module, const Location& wanted_by,
                   const std::vector<std::filesystem::path>& folders = library_folders());
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-// toml++ takes for granted what a text may break ("[#": a table's name that does not begin as one), and lets
-// the compiler rely on it. Here its assertions stay on, as errors of the input.
+// toml++ asserts conditions that a text may violate (in "[#" the table's name begins with an invalid
+// character) and lets the compiler assume them. Here its assertions stay on and throw.
 #undef NDEBUG
 namespace {
 struct TomlFault {};
@@ -16,9 +16,10 @@ struct TomlFault {};
 }
 }  // namespace
 #define TOML_ASSERT(expression) (static_cast<bool>(expression) ? void() : toml_fault())
+#define TOML_MAX_NESTED_VALUES 32
 #include <toml++/impl/preprocessor.h>
-// It also calls unreachable what some letters reach ("µ" where a blank may be): no class of letters, so
-// false.
+// Some letters reach code that it marks as unreachable ("µ" where a blank may be). They belong to no class of
+// letters, so the answer is false.
 #pragma push_macro("TOML_UNREACHABLE")
 #undef TOML_UNREACHABLE
 #define TOML_UNREACHABLE return false
@@ -35,86 +36,48 @@ struct TomlFault {};
 namespace lucerna {
 namespace {
 
-constexpr int kMostNested = 32;  // tables and arrays within each other
-// What toml++ and copy() take for a value, with the text of its place.
-constexpr std::uint64_t kBytesOfValue = 400;
+constexpr int kMostNested = TOML_MAX_NESTED_VALUES;
+constexpr std::size_t kLongest = std::size_t{64} << 20;
 
-// A look at the text before toml++ believes it, which makes a table in a table for every dot of a key, and
-// takes them down again by recursion: what nests too deep is refused here, and the values are counted. Sees
-// strings and comments, brackets and dots, and nothing else of the grammar: where the text is no TOML, toml++
-// stops at the first fault, and what stands behind that does no harm.
-class TomlScan {
-  public:
-    TomlScan(std::string_view text, const std::string& file) : text_(text), file_(file) {}
-
-    void check() {
-        while (at_ < text_.size()) {
-            const char c = text_[at_];
-            if (c == '"' || c == '\'') {
-                skip_string(c);
-            } else if (c == '#') {
-                at_ = std::min(text_.find('\n', at_), text_.size());
-            } else {
-                take(c);
-                ++at_;
-            }
-        }
-        require_memory(values_ * kBytesOfValue, file_, "use a shorter description");
+// Returns the place behind the string that begins at `at`. Three quotes end it, or one; \" does not end a
+// string in double quotes. At a string that is not valid toml++ stops, so what follows it may be misjudged.
+std::size_t end_of_string(std::string_view text, std::size_t at) {
+    const std::string three(3, text[at]);
+    const std::string_view end = text.substr(at).starts_with(three) ? three : text.substr(at, 1);
+    const bool escapes = text[at] == '"';
+    for (at += end.size(); at < text.size() && !text.substr(at).starts_with(end); ++at) {
+        if (escapes && text[at] == '\\') ++at;
+        if (end.size() == 1 && at < text.size() && text[at] == '\n') return at;
     }
+    at = std::min(at + end.size(), text.size());
+    // Up to two more quotes belong to a long string.
+    return end.size() == 1 ? at : std::min(text.find_first_not_of(three[0], at), text.size());
+}
 
-  private:
-    void take(char c) {
-        const bool opens = c == '[' || c == '{', closes = c == ']' || c == '}';
-        if (c == '.') ++dots_;
-        if (opens) {
-            within_.push_back(dots_ + 1);
-            depth_ += within_.back();
+// Refuses keys of many dots. toml++ makes a table in a table for each of them and destroys these by
+// recursion, and only limits how deep lists and tables in braces are nested.
+void check_dots(std::string_view text, const std::string& file) {
+    int dots = 0;
+    for (std::size_t at = 0; at < text.size();) {
+        const char c = text[at];
+        if (c == '"' || c == '\'') {
+            at = end_of_string(text, at);
+            continue;
         }
-        if (closes && !within_.empty()) {
-            depth_ -= within_.back();
-            within_.pop_back();
+        if (c == '#') {
+            at = std::min(text.find('\n', at), text.size());
+            continue;
         }
-        // "a.b = {…" nests by its dots, too, so they count beyond the sign; a number's dot does no harm.
-        if (opens || closes || c == ',' || c == '\n') dots_ = 0;
-        if (opens || c == '.' || c == '=' || c == ',' || c == '\n') ++values_;
-        if (depth_ + dots_ > kMostNested) fail_here();
-    }
-
-    // To behind its end: three quotes, or one; \" does not end a string in double quotes.
-    void skip_string(char quote) {
-        const std::string_view three = quote == '"' ? "\"\"\"" : "'''";
-        const bool long_one = text_.substr(at_).starts_with(three);
-        const std::string_view end = long_one ? three : three.substr(0, 1);
-        for (at_ += end.size(); at_ < text_.size(); ++at_) {
-            if (quote == '"' && text_[at_] == '\\') {
-                ++at_;
-            } else if (text_.substr(at_).starts_with(end)) {
-                at_ += end.size();
-                // Up to two more quotes belong to a long string.
-                while (long_one && at_ < text_.size() && text_[at_] == quote) ++at_;
-                return;
-            } else if (!long_one && text_[at_] == '\n') {
-                return;
-            }
+        if (c == '.' && ++dots > kMostNested) {
+            const std::string_view before = text.substr(0, at);
+            input_error({file, static_cast<int>(std::ranges::count(before, '\n')) + 1,
+                         static_cast<int>(at - (before.rfind('\n') + 1)) + 1},
+                        "tables nested more than {} deep, each dot of a key being one of them", kMostNested);
         }
+        if (std::string_view("[]{},\n").find(c) != std::string_view::npos) dots = 0;
+        ++at;
     }
-    [[noreturn]] void fail_here() const {
-        const std::string_view before = text_.substr(0, at_);
-        const std::size_t line = before.rfind('\n') == before.npos ? 0 : before.rfind('\n') + 1;
-        input_error({file_, static_cast<int>(std::count(before.begin(), before.end(), '\n')) + 1,
-                     static_cast<int>(at_ - line) + 1},
-                    "tables and arrays nested more than {} deep, each dot of a key being one of them",
-                    kMostNested);
-    }
-
-    std::string_view text_;
-    const std::string& file_;
-    std::size_t at_ = 0;
-    int dots_ = 0;             // of the key at hand
-    std::vector<int> within_;  // what each open bracket adds to the depth
-    int depth_ = 0;            // of all open brackets
-    std::uint64_t values_ = 0;
-};
+}
 
 Location place_of_node(const toml::node& node, const std::string& file) {
     const toml::source_position at = node.source().begin;
@@ -157,16 +120,17 @@ std::string_view kind_of(const TomlValue& value) {
 }  // namespace
 
 TomlTable TomlTable::read(const std::filesystem::path& file) {
-    require_readable(file);
-    constexpr std::uintmax_t kMost = std::uintmax_t{64} << 20;
-    std::error_code unknown;
-    if (std::filesystem::file_size(file, unknown) > kMost && !unknown)
-        throw InputError({file.string()}, "is larger than 64 MiB, the limit for a description");
     return parse(read_text(file), file.string());
 }
 
 TomlTable TomlTable::parse(std::string_view text, const std::string& file) {
-    TomlScan(text, file).check();
+    if (text.size() > kLongest)
+        input_error({file}, "is longer than {} MiB, the limit for a description", kLongest >> 20);
+    // toml++ and copy() take some 400 bytes for a value, with the text of its place.
+    const auto values = std::ranges::count_if(
+        text, [](char c) { return std::string_view("[{.=,\n").find(c) != std::string_view::npos; });
+    require_memory(bytes_of(static_cast<std::uint64_t>(values), 400), file, "use a shorter description");
+    check_dots(text, file);
     try {
         const toml::table table = toml::parse(text, file);
         TomlValue root = copy(table, file, 0);

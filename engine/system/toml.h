@@ -1,9 +1,9 @@
-// Descriptions that people write by hand: TOML, read strictly.
+// Reads TOML, in which people write descriptions by hand, strictly.
 //
-// A table is asked for what it should hold, by name and kind, with the range that is accepted; whatever is
-// wrong is said with its file, line and column. What nobody asked for is a mistake too: done() names it and
-// the nearest name that was asked for. Lengths are text with a unit ("1.2mm", "0.75 m"): a bare number would
-// be 40 of what?
+// The caller asks a table for each value by name, kind and accepted range. Errors name file, line and column.
+// A value that nobody asked for is an error, too: done() names it and the most similar name that was asked
+// for. Lengths are text with a unit ("1.2mm", "0.75 m"), because the unit of a bare number could only be
+// guessed.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace lucerna {
 
-// A value and where it stands.
+// Holds a value and its place in the file.
 struct TomlValue {
     using Array = std::vector<TomlValue>;
     using Table = std::map<std::string, TomlValue, std::less<>>;
@@ -31,46 +31,45 @@ struct TomlValue {
 
 class TomlTable {
   public:
-    // The whole file, at most 64 MiB. Throws InputError naming file, line and column.
+    // Reads a file of at most 64 MiB. Throws InputError naming file, line and column.
     static TomlTable read(const std::filesystem::path& file);
-    // The same from memory; `file` only names it in messages.
+    // Reads a text; `file` only names it in messages.
     static TomlTable parse(std::string_view text, const std::string& file);
 
     bool has(std::string_view key) const { return find(key) != nullptr; }
     const Location& place() const { return place_; }
-    // Of the value; of the table if there is none of that name.
+    // Returns the place of a value, or of the table if it has none of that name.
     Location place_of(std::string_view key) const;
 
-    // Each throws InputError if the value is missing, of another kind or out of range. With a `fallback`, a
-    // missing value is that.
+    // Each of these throws InputError if the value is missing, of another kind or out of range. A `fallback`
+    // replaces a missing value.
     double number(std::string_view key, double least, double most, std::optional<double> fallback = {}) const;
     int whole(std::string_view key, int least, int most, std::optional<int> fallback = {}) const;
     bool flag(std::string_view key, std::optional<bool> fallback = {}) const;
     std::string text(std::string_view key, std::optional<std::string> fallback = {}) const;
-    // One of `accepted`.
+    // Returns one of `accepted`.
     std::string choice(std::string_view key, const std::vector<std::string>& accepted,
                        std::optional<std::string> fallback = {}) const;
-    // Metres. length is > 0; place may be negative or "0".
+    // Return metres. A length is greater than 0; a position may be negative or "0".
     double length(std::string_view key, std::optional<double> fallback = {}) const;
     double position(std::string_view key, std::optional<double> fallback = {}) const;
-    // [a, b], or one value for both.
+    // Read [a, b], or one value for both.
     Imath::V2d lengths(std::string_view key, std::optional<Imath::V2d> fallback = {}) const;
     V2i wholes(std::string_view key, int least, int most, std::optional<V2i> fallback = {}) const;
-    // [a, b, …] of numbers in range; any count.
+    // Reads a list of any number of numbers in the range.
     std::vector<double> numbers(std::string_view key, double least, double most) const;
-    // [a, b, …] of times in seconds, each text with its unit ("5s", "2min") or a number of seconds; any
-    // count.
+    // Reads a list of any number of times in seconds, each a text with a unit ("5s", "2min") or a number.
     std::vector<double> durations(std::string_view key) const;
-    // A path, relative to the folder of this file.
+    // Returns a path that is relative to the folder of this file.
     std::filesystem::path path(std::string_view key) const;
 
-    // [key]; a missing one is an error (ask has() first).
+    // Returns [key]. Throws if it is missing, so ask has() first.
     TomlTable table(std::string_view key) const;
-    // [[key]]; none if it is missing.
+    // Returns all of [[key]], or none if it is missing.
     std::vector<TomlTable> tables(std::string_view key) const;
 
-    // Throws InputError at the first value that nobody asked this table for. Tables taken out of it have
-    // their own done().
+    // Throws InputError at the first value that nobody asked this table for. Its inner tables have their own
+    // done().
     void done() const;
 
   private:
@@ -84,7 +83,7 @@ class TomlTable {
 
     TomlValue::Table values_;
     Location place_;
-    std::string name_;  // as people write it, for messages; empty: the file itself
+    std::string name_;  // as in the file, for messages; empty for the file itself
     mutable std::set<std::string, std::less<>> asked_;
 };
 

@@ -19,7 +19,7 @@ std::optional<FactDifference> first_difference(const Facts& first, const Facts& 
         const auto found = from.find(name);
         return found == from.end() ? std::string("nothing") : plain_line(found->second);
     };
-    Facts all = second;  // in an order that tells the coarse things first
+    Facts all = second;  // its order has the general facts first
     all.insert(all.end(), first.begin(), first.end());
     for (const auto& [name, ignored] : all) {
         FactDifference difference{plain_line(name), value(before, name), value(now, name)};

@@ -1,4 +1,4 @@
-// What makes an image what it is, and whether that of two is the same.
+// Compares the facts that determine an image.
 #pragma once
 
 #include <optional>
@@ -9,17 +9,17 @@
 
 namespace lucerna {
 
-// Name and value: the scene, every setting, the seed, the version. Only renders of which all of this is the
-// same can go on with each other's sums, or make parts of one picture.
+// Facts are pairs of name and value: the scene, every setting, the seed, the version. Only renders with equal
+// facts can continue each other's sums or contribute to one image.
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
-// In one line: what would end it, or part it, is a space.
+// Returns the text as one line: line breaks and tabs become spaces.
 std::string plain_line(std::string_view text);
 
 struct FactDifference {
-    std::string name, of_first, of_second;  // each in one line; "nothing" where one of them lacks it
+    std::string name, of_first, of_second;  // each is one line; "nothing" if one of the two lacks it
 };
-// The first in the order of the second's facts; none where all are the same.
+// Returns the first difference in the order of the second's facts, or none if all are equal.
 std::optional<FactDifference> first_difference(const Facts& first, const Facts& second);
 
 }  // namespace lucerna

@@ -11,7 +11,7 @@ unsigned byte_at(std::string_view text, std::size_t at) {
     return static_cast<unsigned char>(text[at]);
 }
 
-// How long the character is that begins with this byte; 0: none does.
+// Returns the length of a character that begins with this byte, or 0 if none does.
 std::size_t length_by(unsigned first) {
     if (first < 0x80) return 1;
     if (first >= 0xc2 && first < 0xe0) return 2;
@@ -19,14 +19,15 @@ std::size_t length_by(unsigned first) {
     return first >= 0xf0 && first < 0xf5 ? 4 : 0;
 }
 
-// Of the character at the beginning; 0: what is there is none.
+// Returns the length of the character at the beginning, or 0 if the bytes there are not UTF-8.
 std::size_t length_of(std::string_view text) {
     const std::size_t length = length_by(byte_at(text, 0));
     if (length > text.size()) return 0;
     for (std::size_t i = 1; i < length; ++i) {
         if ((byte_at(text, i) & 0xc0U) != 0x80) return 0;
     }
-    // Spelt longer than need be, surrogates, and beyond the last: a decoder may make anything of these.
+    // Overlong forms, surrogates and code points beyond U+10FFFF are invalid; decoders treat them
+    // differently.
     const unsigned second = length > 2 ? byte_at(text, 1) : 0;
     switch (length > 2 ? byte_at(text, 0) : 0) {
         case 0xe0:

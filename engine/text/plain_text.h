@@ -1,5 +1,5 @@
-// Text for a terminal. Names in scenes, file names and headers of images may hold anything; what a terminal
-// would obey instead of showing it is written out.
+// Makes text safe for a terminal. Names in scenes, file names and headers of images may contain anything, and
+// a terminal would obey control characters instead of showing them.
 #pragma once
 
 #include <string>
@@ -7,17 +7,17 @@
 
 namespace lucerna {
 
-// Control characters, of ASCII but for line breaks and tabs, and of Unicode (U+0080 to U+009F), and bytes
-// that are no UTF-8, become \xNN. All else stays as it is.
+// Replaces control characters of ASCII except line breaks and tabs, those of Unicode (U+0080 to U+009F), and
+// bytes that are not UTF-8, by \xNN.
 std::string plain_text(std::string_view text);
 
-// A field of a CSV line (RFC 4180): in quotes where it has to be.
+// Returns a field of a CSV line (RFC 4180), in quotes where they are necessary.
 std::string csv_field(const std::string& text);
 
-// A library's message with its line breaks folded away.
+// Returns a library's message with spaces in place of line breaks.
 std::string one_line(std::string_view text);
 
-// How many bytes at the end of `text` begin a character of UTF-8 that is not all there yet: 0 to 3.
+// Returns the number of bytes, 0 to 3, at the end of `text` that begin an incomplete character of UTF-8.
 std::size_t unfinished_bytes(std::string_view text);
 
 }  // namespace lucerna

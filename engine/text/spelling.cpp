@@ -8,11 +8,11 @@
 namespace lucerna {
 namespace {
 
-// Longer words are mistyped in no way that a hint would mend, and of more names only the first are looked at:
-// so a hint takes some hundredths of a second at the most, whatever the input.
+// Longer words get no hint, and only the first names are compared, so that a hint takes at most some
+// hundredths of a second, whatever the input.
 constexpr std::size_t kLongestName = 64, kMostNames = 4096;
 
-// Names that scenes make up may hold anything; a message is one line of plain text.
+// Names of a scene may contain anything, but a message is one line of plain text.
 bool is_plain(std::string_view name) {
     return std::all_of(name.begin(), name.end(), [](char c) { return c >= 0x20 && c < 0x7f; });
 }
@@ -20,7 +20,7 @@ bool is_plain(std::string_view name) {
 }  // namespace
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-    // Three rows of the table of optimal string alignment.
+    // Keeps three rows of the table of optimal string alignment.
     std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
     for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
     for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -42,7 +42,7 @@ std::string did_you_mean(std::string_view name, std::span<const std::string_view
     std::string_view nearest;
     std::size_t least = std::max<std::size_t>(2, name.size() / 2);
     for (const std::string_view candidate : known.first(std::min(known.size(), kMostNames))) {
-        // The lengths' difference is the least that the distance can be.
+        // The difference of the lengths is a lower bound of the distance.
         const std::size_t apart =
             std::max(name.size(), candidate.size()) - std::min(name.size(), candidate.size());
         if (candidate.size() > kLongestName || apart >= least || !is_plain(candidate)) continue;

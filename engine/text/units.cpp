@@ -17,7 +17,7 @@
 namespace lucerna {
 namespace {
 
-// The number that all of `word` is.
+// Returns the number, if the whole word is one.
 template <typename T>
 std::optional<T> whole_word(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
@@ -31,12 +31,12 @@ struct Unit {
     std::string_view name;
     double size;  // in the SI unit
 };
-// Longest names first: "mm" ends in "m" too.
+// "m" comes last, because "mm" ends in it, too.
 constexpr std::array<Unit, 5> kLengthUnits{
     {{"um", 1e-6}, {"µm", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}}};
 constexpr std::array<Unit, 3> kTimeUnits{{{"min", 60.0}, {"s", 1.0}, {"h", 3600.0}}};
 
-// A number and one of the units, in the SI unit.
+// Reads a number with one of the units, and returns it in the SI unit.
 std::optional<double> measure(std::string_view word, std::span<const Unit> units) {
     for (const Unit& unit : units) {
         if (!word.ends_with(unit.name)) continue;
@@ -53,7 +53,7 @@ std::optional<double> metres(std::string_view word) {
     return measure(word, kLengthUnits);
 }
 
-// "AxB" into A and B.
+// Splits "AxB" into A and B.
 std::optional<std::pair<std::string_view, std::string_view>> halves(std::string_view word) {
     const std::size_t cross = word.find_first_of("xX");
     if (cross == std::string_view::npos) return std::nullopt;

@@ -80,7 +80,7 @@ void add_emission(const Scene& scene, const EyePath& path, const std::optional<H
 }
 
 void add_emission_ahead(const Scene& scene, EyePath path, std::optional<Hit> hit, Sampler& sampler) {
-    for (int panes = 0; panes < kMaxBorders; ++panes) {
+    for (int panes = 0; panes < kMaxMediumInterfaces; ++panes) {
         add_emission(scene, path, hit, sampler);
         if (!hit || !scene.has_panes() || path.rule.kind == EmissionRule::Kind::none) return;
         path.throughput *= scene.bsdf(*hit).straight_share(-path.ray.d);

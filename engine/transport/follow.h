@@ -108,7 +108,7 @@ bool begin_at_meter(const Scene& scene, EyePath& path, Sampler& sampler, Visitor
     if (!receiver) {
         met = scene.intersect(path.ray);
         if (!met) return false;
-        // What is between the camera and the surface matters only for the medium of the surface.
+        // The way from the camera to the surface matters only for the medium at the surface.
         if (!scene.media().empty()) {
             const Ray way{path.ray.o, path.ray.d, met->t};
             path.medium = for_each_piece(scene, way, path.medium, [](const MediumPiece&) { return true; });

@@ -7,11 +7,11 @@
 namespace lucerna {
 namespace {
 
-// Of light paths, for each that was asked for. Usually they have one or two, and some ten where lamps stand
-// in frosted glass; in a room of mirrors that take nothing away they have a thousand.
+// All light paths together have at most this many bounces per path asked for. Usually paths have one or two,
+// and some ten where lamps stand in frosted glass; in a room of lossless mirrors they have a thousand.
 constexpr int kMostBounces = 16;
 
-// False if a material has no lobe but such with a peak, or none: no photon lies on it.
+// Tells whether a material may have a lobe without a peak, on which photons lie.
 struct MayBeDiffuse {
     static bool of(const Material& material) { return std::visit(MayBeDiffuse{}, material.model); }
 
@@ -33,7 +33,7 @@ struct MayBeDiffuse {
     }
 };
 
-// Whether there may be a surface on which photons lie.
+// Tells whether the scene may have a surface on which photons lie.
 bool shows_caustics(const Scene& scene) {
     const auto materials = scene.materials();
     return std::any_of(materials.begin(), materials.end(), MayBeDiffuse::of);
@@ -75,7 +75,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     maps.emission = learned;
     maps.index = settings.index;
     density_.radius = largest_radius(diagonal(scene));
-    density_.k = (density_.k + halves - 1) / halves;  // of discs that are as wide
+    density_.k = (density_.k + halves - 1) / halves;  // so that discs are as wide
     made_.emplace();
     for (int half = 0; half < halves; ++half) {
         maps.sets = halves - half;
@@ -83,7 +83,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
         maps.deadline = context.prepared.shared_by(maps.sets);
         PhotonMaps built = build_photon_maps(scene, maps, context.workers, context.monitor);
         if (context.monitor.stopped()) return;
-        // As many for the other half, whatever there would be time for.
+        // The other half gets as many paths, even if there were time for more or fewer.
         maps.paths = static_cast<std::int64_t>(built.ledger.paths);
         maps.most_bounces = 0;
         constexpr auto kCaustic = static_cast<std::size_t>(MapKind::caustic);

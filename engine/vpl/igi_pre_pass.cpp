@@ -17,20 +17,21 @@
 namespace lucerna {
 namespace {
 
-// Of the mean radiance, added to a pixel's own: what is darker than that may be as wrong as that.
+// This is ε relative to the mean radiance. Darker pixels may be off by as much.
 constexpr double kDarkest = 0.05;
 
-// Places at which a path is tried, and paths for one camera ray: four of five shadow rays are those of paths.
+// Each path is tried at kTries places, with a camera ray for kPathsPerRay paths: most shadow rays serve
+// paths.
 constexpr std::size_t kTries = 4;
 constexpr std::int64_t kPathsPerRay = 16, kMostRays = 4096;
 
-// What each pre-pass path adds at its places.
+// Holds what one pre-pass path adds to the radiance at its places.
 struct PathTrial {
     std::array<std::uint32_t, kTries> place;
     std::array<float, kTries> radiance{};
 };
 
-// Places evenly over all of them, others for each path.
+// Draws the places of one path, stratified over all of them.
 PathTrial draw_places(std::size_t places, Sampler sampler) {
     PathTrial trial;
     for (std::size_t i = 0; i < kTries; ++i) {
@@ -41,13 +42,13 @@ PathTrial draw_places(std::size_t places, Sampler sampler) {
     return trial;
 }
 
-// Lights up places by the VPLs of each path.
+// Lights places by the VPLs of each path.
 struct ShadingPointsLit : LightPathVisitor {
     VplGloss gloss{};
     const ShadingPointContribution* shading = nullptr;
     std::span<const ShadingPoint> places;
     std::span<PathTrial> all;    // by path
-    PathTrial* trial = nullptr;  // of the path that is under way
+    PathTrial* trial = nullptr;  // of the current path
     std::optional<Sampler> roulette;
     std::uint32_t first = 0, end = 0;  // paths of the chunk
 
@@ -84,7 +85,7 @@ std::vector<PathTrial> try_paths(const RenderContext& context, const IgiSettings
     paths.pass = kEmissionPrePass;
     paths.specular_below = vpl_specular_below(vpl_gloss(settings));
     paths.per_chunk = 2048;
-    paths.interleaved = false;  // a place is lit by the path that is under way
+    paths.interleaved = false;  // a path is traced as a whole, so that `trial` is its own
     paths.phase = "pre-pass";
     std::vector<ShadingPointsLit> chunks;
     trace_light_paths({context.scene, context.workers, context.monitor}, paths, chunks,
@@ -99,7 +100,7 @@ std::vector<PathTrial> try_paths(const RenderContext& context, const IgiSettings
     return all;
 }
 
-// What each camera ray shows, direct and indirect light, and a little more: > 0.
+// Returns the radiance that each camera ray shows, direct and indirect light, plus ε: > 0.
 std::vector<float> radiances(const ShadingPoints& seen, std::span<const PathTrial> trial) {
     std::vector<double> sum(seen.places.size()), count(seen.places.size());
     for (const PathTrial& one : trial) {
@@ -130,11 +131,11 @@ std::vector<float> scores(const ShadingPoints& seen, std::span<const PathTrial> 
     return result;
 }
 
-// By the pre-pass's own paths, as far as their first surfaces.
+// Builds guides from the first hits of the pre-pass's own paths.
 std::optional<GuideMap> guides(const IgiSettings& settings, const RenderContext& context) {
     if (nothing_to_choose(context.scene)) return std::nullopt;
     GuideParameters parameters{settings.pre_pass, context.seed, kEmissionPrePass, {}};
-    parameters.settings.radius = largest_radius(diagonal(context.scene));  // as of photon maps
+    parameters.settings.radius = largest_radius(diagonal(context.scene));  // as for photon maps
     parameters.settings.index = settings.index;
     return build_guides(context.scene, parameters, context.workers, context.monitor);
 }
@@ -146,18 +147,18 @@ std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const Re
     const Scene& scene = context.scene;
     if (!(scene.picker().total_power() > 0)) return std::nullopt;
 
-    // Where the picture is shaded, and by which lights it is lit directly.
+    // Find the places that VPLs shade, and their direct light.
     const std::int64_t rays = std::clamp<std::int64_t>(settings.pre_pass / kPathsPerRay, 64, kMostRays);
     ShadingPoints seen = find_shading_points(settings, context, rays);
     if (seen.places.empty()) return std::nullopt;
 
-    // What light paths bring there.
+    // Light them by the VPLs of light paths.
     const auto trial = try_paths(context, settings, seen.places);
     if (context.monitor.stopped()) return std::nullopt;
     seen.shown = radiances(seen, trial);
     const std::vector<float> second_moments = scores(seen, trial);
 
-    // Which ones to emit, and which lights to ask.
+    // Learn which paths to emit, and which lights to sample.
     IgiPrePass result{
         ImportancePrePass{learn_density(scene, context.seed, second_moments)}, guides(settings, context), {}};
     if (context.monitor.stopped()) return std::nullopt;
@@ -172,16 +173,16 @@ std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const Re
 
 namespace {
 
-// Samples of direct light at each place.
+// Each place takes this many samples of direct light.
 constexpr int kLightSamples = 4;
 
 constexpr std::uint32_t kDirectBranch = 1;  // of a camera ray's sampler
 
-// Bounces over mirrors and glass that a camera ray is followed for: what is behind more of them is a small
-// part of a picture.
+// A camera ray has at most this many bounces over mirrors and glass: what lies behind more of them is a small
+// part of an image.
 constexpr int kMostSpecular = 8;
 
-// Camera rays, followed to the places they are shaded at.
+// Follows camera rays to the places where they are shaded.
 class ShadingPointFinder {
   public:
     ShadingPointFinder(const Scene& scene, const IgiSettings& settings)
@@ -250,9 +251,8 @@ ShadingPointContribution::ShadingPointContribution(const Scene& scene, const Igi
 
 namespace {
 
-// Places at which each VPL is tried. Those of one set that is kept light every pixel once or more: so that
-// trying them takes a tenth of the time of that, kThinning times as many are tried at as many places as that
-// leaves, within bounds.
+// Trying VPLs takes about this share of the time in which the VPLs that are kept light each pixel once;
+// `factor` times as many are tried as are kept. Each is tried at kLeastTries to kMostTries places.
 constexpr float kShareOfTime = 0.1F;
 constexpr float kLeastTries = 16, kMostTries = 256;
 
@@ -262,7 +262,7 @@ std::size_t tries(const View& view, std::uint32_t factor) {
     return static_cast<std::size_t>(std::clamp(share, kLeastTries, kMostTries));
 }
 
-// Samplers of VPLs and of sets; paths' own end where theirs do.
+// These are pass numbers of the samplers of VPLs and of sets, which no pass of light paths has.
 constexpr std::uint32_t kLightsPass = 0xfffffffdU, kSetsPass = 0xfffffffcU;
 
 float importance_of(const Vpl& light, const ShadingPoints& seen, const ShadingPointContribution& shading,
@@ -309,15 +309,16 @@ std::vector<float> importances_of(const VplSets& sets, std::size_t many, const S
     return result;
 }
 
-// With which each light is kept: in proportion to its importance, never more than 1, and `wanted` of them on
-// average.
+// Returns the probability of keeping each VPL: by importance, with a defensive share of the mean, at most 1,
+// so that `wanted` of them are kept on average.
 std::vector<double> chances(std::span<const float> importance, double defensive_weight, double wanted) {
     double mean = 0;
     for (const float w : importance) mean += double{w} / static_cast<double>(importance.size());
     std::vector<double> chance;
     for (const float w : importance)
         chance.push_back(mean > 0 ? defensive_weight * mean + (1 - defensive_weight) * double{w} : 1.0);
-    // What is cut off at 1 goes to the others: a few rounds, each of which leaves less.
+    // Where the bound of 1 cuts off some probability, the others get it, in a few rounds that each leave
+    // less.
     double scale = 0;
     for (int round = 0; round < 8; ++round) {
         double sure = 0, open = 0;
@@ -348,7 +349,7 @@ VplSets thin_vpls(const VplSets& sets, std::uint32_t factor, const ShadingPoints
     kept.ledger = sets.ledger;
     kept.begins.push_back(0);
     for (std::size_t set = 0; set + 1 < sets.begins.size(); ++set) {
-        // One is kept wherever the sum of the chances passes a whole number.
+        // A VPL is kept wherever the sum of the probabilities passes an integer.
         Sampler sampler(context.seed, Purpose::importance, kSetsPass, set);
         double sum = double{sampler.next()};
         for (std::size_t i = sets.begins[set]; i < sets.begins[set + 1]; ++i) {

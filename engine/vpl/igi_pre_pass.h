@@ -1,24 +1,25 @@
-// The importance pre-pass of instant global illumination: which lights, and which of their particles, bring
-// light to the picture [Wald 2003].
+// Runs the importance pre-pass of instant global illumination: learns which lights, and which of their light
+// paths, contribute to the image [Wald 2003].
 //
-// [Wald 2003] traces a few paths per pixel and counts by which lights they were lit; light paths then start
-// from those lights alone. Here the question is put to what will answer for it: pre-pass light paths, emitted
-// plainly, make VPLs as those of the sets will be made, and each path's light a few places that the camera
-// sees, shadow rays and all. A lamp in another room whose light comes in through the door matters by that
-// light; one whose VPLs all lie behind walls does not. The importance of a path is its second moment,
+// [Wald 2003] traces a few paths per pixel and counts which lights lit them; light paths then start from
+// those lights alone. Here the light paths themselves are tried: pre-pass paths, emitted plainly, make VPLs
+// as those of the sets are made, and these light a few places that the camera sees, shadow rays included. A
+// lamp in another room whose light comes in through the door counts by that light; one whose VPLs all lie
+// behind walls does not. The importance of a path is its second moment,
 //
 //   m = mean over places of (X / (L + ε))²,
 //
-// X what all VPLs of the path together add to the pixel's radiance, L that radiance (direct light by a few
-// samples, indirect by the pre-pass's own paths) and ε a share of the mean L, so that black pixels do not
-// matter most. It is what EmissionTrial wants (engine/guiding/importance_pre_pass.h): of all densities of
-// starts, the learned one then makes the picture's relative error least. That is importance and nothing more:
-// a density that errs is less good, and still unbiased (photon/learned_emission.h).
+// where X is the radiance that all VPLs of the path together add to the pixel, L is the pixel's radiance
+// (direct light by a few samples, indirect light by the pre-pass's own paths) and ε is a share of the mean L,
+// so that black pixels do not matter most. EmissionTrial takes these moments
+// (engine/guiding/importance_pre_pass.h): of all densities of path starts, the learned one gives the image
+// the least relative error. A density that errs is less efficient, but the image is still unbiased
+// (photon/learned_emission.h).
 //
-// Where the pre-pass's paths first land they say by which lights a place is lit: those are asked for direct
-// light (engine/guiding/guide.h), for what is wasted on lights behind walls is wasted there, too.
+// The first hits of the pre-pass's paths also tell which lights reach a place. Direct light samples those
+// lights (engine/guiding/guide.h), because samples of lights behind walls are wasted, too.
 //
-// Paths and places are those of no pass, so the learned density does not depend on the VPLs that it weighs.
+// No pass has these paths and places, so the learned density does not depend on the VPLs that it weighs.
 #pragma once
 
 #include <algorithm>
@@ -34,10 +35,10 @@
 
 namespace lucerna {
 
-// Where a picture is shaded by VPLs: a few places that the camera sees, and what VPLs bring there. What a
-// pre-pass weighs light paths by, and VPLs.
+// The following types describe a few places that the camera sees, and what VPLs bring there. The pre-pass
+// weighs light paths and VPLs by it.
 
-// Where the picture is shaded by VPLs.
+// Describes a place that VPLs shade in the image.
 struct ShadingPoint {
     Hit hit;
     Bsdf bsdf;
@@ -51,15 +52,15 @@ struct ShadingPoint {
 
 struct ShadingPoints {
     std::vector<ShadingPoint> places;
-    std::vector<float> shown;  // by camera ray: luminance
+    std::vector<float> shown;  // luminance of each camera ray
 };
 
-// Rays evenly over the film; `shown` is emission and direct light. Requires a view and media that do not
-// scatter. The same for any number of threads.
+// Traces rays evenly over the film to the places where VPLs shade them. `shown` is emission and direct light.
+// Requires a view and media that do not scatter. The result is the same for any number of threads.
 ShadingPoints find_shading_points(const IgiSettings& settings, const RenderContext& context,
                                   std::int64_t rays);
 
-// What a VPL brings to the camera ray of a place, luminance, as the image has it of a set of one path.
+// Computes the luminance that a VPL of a set of one path brings to the camera ray of a place.
 class ShadingPointContribution {
   public:
     ShadingPointContribution(const Scene& scene, const IgiSettings& settings);
@@ -76,45 +77,44 @@ class ShadingPointContribution {
 };
 
 struct IgiPrePass {
-    ImportancePrePass
-        importance;  // useful: share of the pre-pass's paths that lit any place they were tried at
-    std::optional<GuideMap> guides;  // none: there is nothing to choose, or the defensive weight is 1
-    ShadingPoints seen;              // `shown` with all indirect light, and a little more: > 0
+    ImportancePrePass importance;    // `useful`: share of paths that lit a place
+    std::optional<GuideMap> guides;  // none if there is nothing to choose
+    ShadingPoints seen;              // `shown` includes all indirect light, and ε: > 0
 };
 
-// Settings with a mindist that is not left to the scene. None where there is nothing to learn: no light,
-// nothing seen; or if the monitor stopped it. Requires a view and media that do not scatter. The same for any
-// number of threads.
+// Runs the pre-pass. `settings` are as with_distance() returns them. Returns none if there is nothing to
+// learn (no light, nothing seen), or if the monitor stopped it. Requires a view and media that do not
+// scatter. The result is the same for any number of threads.
 std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const RenderContext& context);
 
-// More light paths than sets hold, and of their VPLs those that the picture needs.
+// Thinning traces more light paths than the sets hold, and keeps those of their VPLs that the image needs.
 //
-// Learned emission (photon/learned_emission.h) ends where a path leaves its light: what most of a path's VPLs
-// do for the picture is decided later, behind the door or before it. So several times as many paths are
-// traced, which costs little beside shading, and their VPLs are thinned: each is tried at places that the
-// camera sees, shadow rays and all, and kept with a probability that goes by its importance there,
+// Learned emission (photon/learned_emission.h) ends where a path leaves its light, but what its VPLs do for
+// the image is decided later, behind the door or before it. Therefore several times as many paths are traced,
+// which costs little beside shading, and their VPLs are thinned: each is tried at places that the camera
+// sees, shadow rays included, and kept with a probability that depends on its importance there,
 //
 //   I = root of the mean over places of (X / L)²,    p = min(1, c (β · mean I + (1 - β) · I)),
 //
-// c such that as many are kept as one set's own paths would have made. What is kept is divided by p: every
-// mean stays what it is, since p > 0 and the places do not know by whom they will be shaded; and no light
-// weighs more than 1/β (the defensive weight) times what it would among as many kept blindly. Within a set
-// the choice is systematic (one number for all), so that the sum of a set's importance hardly varies.
+// where c is such that as many are kept as one set's own paths would have made. A kept VPL is divided by p.
+// Every mean is preserved, because p > 0 and the places are independent of the image's samples. No VPL weighs
+// more than 1/β (the defensive weight) times what it would among as many kept uniformly. Within a set the
+// choice is systematic (one random number for all), so that the sum of a set's importance hardly varies.
 //
-// [Georgiev and Slusallek 2010] accept lights by their contribution to the image as a whole; here each is
+// [Georgiev and Slusallek 2010] accept VPLs by their contribution to the image as a whole; here each is
 // weighed relative to what the pixels show, as the paths are.
 
-// Light paths that are traced for each of a set's own, and how many all sets may trace together: some 700 MB
-// of lights at most, while they are tried.
+// Each set gets kThinning times as many light paths, as long as those of all sets together are at most
+// kMostPathsToThin, whose VPLs take some 700 MB while they are tried.
 inline constexpr std::uint32_t kThinning = 16, kMostPathsToThin = 1U << 22;
 
-// As many as that leaves for sets of so many paths, a power of 2; 1: none are to spare.
+// Returns the thinning factor that this limit allows for such sets, a power of 2; 1 means no thinning.
 inline std::uint32_t thinning(const VplParameters& parameters) {
     const std::uint64_t paths = std::uint64_t{parameters.sets} * parameters.paths;  // powers of 2, at least 1
     return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(kMostPathsToThin / paths, 1, kThinning));
 }
 
-// Keeps about 1/factor of each set's lights, factor at least 1. The same for any number of threads.
+// Keeps about 1/factor of the VPLs, factor at least 1. The result is the same for any number of threads.
 VplSets thin_vpls(const VplSets& sets, std::uint32_t factor, const ShadingPoints& seen,
                   const IgiSettings& settings, const RenderContext& context);
 

@@ -3,7 +3,7 @@
 namespace lucerna {
 namespace {
 
-// What each channel counts for in luminance().
+// Returns the weight of each channel in luminance().
 Rgb channel_weights() {
     return {luminance({1, 0, 0}), luminance({0, 1, 0}), luminance({0, 0, 1})};
 }
@@ -26,7 +26,7 @@ LightReceiver light_receiver(const Vertex& vertex, const IgiSettings& settings, 
     at.exact = bsdf.is_lambertian();
     at.below = at.exact ? 0.0F : -1.0F;
     at.weight = channel_weights() * unit;
-    // The same towards all directions on the eye's side.
+    // A Lambertian surface has the same f towards all directions on the eye's side.
     if (at.exact) at.weight *= bsdf.f(vertex.wo, at.ns, Transport::radiance);
     bound(at, settings);
     return at;
@@ -46,7 +46,7 @@ LightReceiver light_receiver(const MediumVertex& vertex, const IgiSettings& sett
 IgiVpls::IgiVpls(const VplSets& sets, std::uint32_t paths, const IgiSettings& settings,
                  const Workers& workers)
     : settings_(settings), store_(sets, workers), paths_(paths) {
-    // In double: the unit of very faint lights is near the largest float.
+    // This is computed in double, because the unit of very faint lights is near the largest float.
     to_radiance_ = static_cast<float>(double{settings.indirect_scale} /
                                       (static_cast<double>(paths_) * double{store_.unit()}));
 }

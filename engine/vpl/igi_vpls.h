@@ -18,13 +18,13 @@
 
 namespace lucerna {
 
-// A place as VPLs see it; `unit` is the store's, `settings.mindist` a distance.
+// Describes a place as VPLs see it. `unit` is the store's; `settings` are as with_distance() returns them.
 LightReceiver light_receiver(const Vertex& vertex, const IgiSettings& settings, float unit);
 LightReceiver light_receiver(const MediumVertex& vertex, const IgiSettings& settings, float unit);
 
-// Of `sets`, a power of two, the one that u in [0,1) chooses: of all, or, for a half of the samples (0 or 1),
-// of its half of them, if there are two. Sums such as (u + half)/2 may be rounded up to 1; products with
-// powers of two are exact.
+// Returns the index of the set, of `sets` (a power of two), that u in [0,1) chooses: among all, or, for a
+// half of the samples (0 or 1), among its half of the sets, if there are two. Products of u with powers of
+// two are exact, while sums such as (u + half)/2 may be rounded up to 1.
 inline std::size_t chosen_set(float u, std::optional<int> half, std::size_t sets) {
     const std::size_t among = half && sets > 1 ? sets / 2 : sets;
     const std::size_t first = among < sets ? static_cast<std::size_t>(*half) * among : 0;
@@ -33,28 +33,28 @@ inline std::size_t chosen_set(float u, std::optional<int> half, std::size_t sets
 
 class IgiVpls {
   public:
-    // `settings.mindist` is a distance here. Every set was made of `paths` light paths.
+    // `settings` are as with_distance() returns them. Every set was made of `paths` light paths.
     IgiVpls(const VplSets& sets, std::uint32_t paths, const IgiSettings& settings, const Workers& workers);
 
-    // Sets to choose one of, each as good as any other; and the light paths that one stands for.
+    // Return the number of sets, each as good as any other, and of the light paths that one set stands for.
     std::size_t sets() const { return store_.sets(); }
     std::uint32_t paths() const { return paths_; }
     std::size_t bytes() const { return store_.bytes(); }
 
-    // Calls visit(light, scale) for lights of the set, so that the mean of the sum of scale · value is the
-    // sum over all of its lights. `place` is a Vertex or a MediumVertex; u in [0,1) chooses among lights.
+    // Calls visit(light, scale) for some lights of the set, so that the mean of the sum of scale · value is
+    // the sum over all of its lights. `place` is a Vertex or a MediumVertex; u in [0,1) chooses among lights.
     template <typename Place, typename Visit>
     void choose(const Place& place, std::size_t set, float u, Sampler& sampler, Visit&& visit) const;
 
   private:
-    // A light that may be asked.
+    // Represents a light that may get a shadow ray.
     struct Candidate {
         std::uint32_t place;
-        float weight;           // of its value
-        float contribution_of;  // about: luminance at the place, weight included, if it can be seen; in the
-                                // store's unit
+        float weight;           // multiplies its value
+        float contribution_of;  // estimated luminance at the place if the light is visible, `weight`
+                                // included, in the store's unit
     };
-    // What a place's choice goes by.
+    // Collects what the choice at a place depends on.
     template <typename Place>
     struct Query {
         const Place& place;
@@ -62,15 +62,15 @@ class IgiVpls {
         LightReceiver at;
     };
     static constexpr std::size_t kMostCandidates = 264;
-    // Lights weighed with their BSDF for each shadow ray, where contribution estimates lack it.
+    // For each shadow ray this many lights are weighed with the BSDF, where contribution estimates lack it.
     static constexpr int kPerRay = 4;
 
-    // The luminance that a light brings, its contribution estimate known.
+    // Returns the estimated luminance that a light brings, given its contribution estimate.
     template <typename Place>
     float contribution_of(const Query<Place>& query, std::uint32_t place, float estimate) const;
     template <typename Place, typename Visit>
     void choose_by_threshold(const Query<Place>& query, double u, Visit&& visit) const;
-    // Shadow rays for some of the candidates.
+    // Selects some of the candidates for shadow rays.
     template <typename Visit>
     void thin(std::span<const Candidate> candidates, const VplRange& range, float u, Visit&& visit) const;
     float chance_by_threshold(float contribution_of) const {
@@ -80,7 +80,7 @@ class IgiVpls {
     IgiSettings settings_;
     VplStore store_;
     std::uint32_t paths_;
-    float to_radiance_;  // from the store's unit
+    float to_radiance_;  // converts from the store's unit
 };
 
 template <typename Place>
@@ -130,14 +130,14 @@ void IgiVpls::thin(std::span<const Candidate> candidates, const VplRange& range,
 template <typename Place, typename Visit>
 void IgiVpls::choose(const Place& place, std::size_t set, float u, Sampler& sampler, Visit&& visit) const {
     const Query<Place> query{place, store_.range(set), light_receiver(place, settings_, store_.unit())};
-    // A million lights want more bits than a float has.
+    // Choosing among a million lights takes more random bits than a float has.
     constexpr std::size_t kCoarse = 4096;
     const double fine = static_cast<double>(u) +
                         (store_.lights() > kCoarse ? static_cast<double>(sampler.bits()) * 0x1p-56 : 0.0);
     std::array<Candidate, kMostCandidates> candidates;
     std::size_t size = 0;
     const auto add = [&](std::uint32_t at, float weight, float estimate) {
-        // (A sum of chances may be rounded up to one light too many; never to as many as there is room for.)
+        // Rounding may select one light more than the sum of the chances, but there is always room for that.
         if (size < candidates.size())
             candidates[size++] = {at, weight, contribution_of(query, at, estimate) * weight};
     };
@@ -154,7 +154,7 @@ void IgiVpls::choose(const Place& place, std::size_t set, float u, Sampler& samp
     thin(std::span(candidates).first(size), query.range, sampler.next(), visit);
 }
 
-// The settings with a distance in place of "the default".
+// Returns the settings with a distance in place of the default mindist.
 IgiSettings with_distance(const Scene& scene, IgiSettings settings);
 
 }  // namespace lucerna

@@ -9,14 +9,14 @@
 namespace lucerna {
 namespace {
 
-// Paths that one thread traces at a time.
+// One thread traces at most this many paths at a time.
 constexpr std::int64_t kMostPathsPerChunk = 8192;
 
 // Makes the VPLs of one chunk of paths.
 struct ChunkVpls : LightPathVisitor {
     VplGloss gloss{};
     int longest = kMaxBounces;
-    bool by_light = false;  // whether anybody will ask which light a VPL came from
+    bool by_light = false;  // whether VPLs store which light they came from
     std::vector<Vpl> lights;
 
     template <typename Archive>
@@ -37,8 +37,8 @@ struct ChunkVpls : LightPathVisitor {
     }
 };
 
-// Throws InputError for more VPLs than there is memory for, by what the first chunks' paths left: they are
-// held as chunks leave them, in one row, and in the order in which they are asked.
+// Throws InputError if there is too little memory for the VPLs, whose number the first chunks' paths tell.
+// VPLs are held as chunks leave them, in one array, and in the order of the store.
 void require_memory_for_vpls(const std::vector<ChunkVpls>& chunks, std::int64_t paths, std::int64_t all) {
     constexpr double kOrdered = 64;
     const double lights =
@@ -52,10 +52,10 @@ void require_memory_for_vpls(const std::vector<ChunkVpls>& chunks, std::int64_t 
 
 VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Workers& workers,
                    Monitor& monitor) {
-    // Consecutive indices: paths 2^k of a set are a net, and so are all paths of all sets. A chunk is a set,
-    // or a part of one: both are powers of 2.
+    // Path indices are consecutive, so that the 2^k paths of a set form a low-discrepancy net, and so do all
+    // paths of all sets. A chunk is a set, or a piece of one, since both are powers of 2.
     const std::uint64_t all = std::uint64_t{parameters.sets} * parameters.paths;
-    constexpr std::uint64_t kMostPaths = std::uint64_t{1} << 32;  // that have a number
+    constexpr std::uint64_t kMostPaths = std::uint64_t{1} << 32;  // limit of path indices
     if (all > kMostPaths) {
         throw InputError(
             fmt::format("{} sets of {} light paths are too many; at most {} paths in all can be "
@@ -71,7 +71,7 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
     paths.specular_below = vpl_specular_below(parameters.gloss);
     paths.longest = parameters.longest;
     paths.per_chunk = std::min<std::int64_t>(parameters.paths, kMostPathsPerChunk);
-    paths.interleaved = false;  // VPLs stand in the order of their paths
+    paths.interleaved = false;  // keeps VPLs in the order of their paths
     paths.phase = "virtual point lights";
     std::vector<ChunkVpls> chunks;
     trace_light_paths(
@@ -97,7 +97,7 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
     for (ChunkVpls& part : chunks) {
         result.lights.insert(result.lights.end(), part.lights.begin(), part.lights.end());
         result.ledger.add(part.ledger);
-        part = {};  // the lights are held twice no longer than they must be
+        part = {};  // lights must not be held twice for longer than needed
         done += paths.per_chunk;
         if (done % parameters.paths == 0)
             result.begins.push_back(static_cast<std::uint32_t>(result.lights.size()));

@@ -1,9 +1,9 @@
-// Which lights of a set get a shadow ray, where all are looked at [Pharr 2004].
+// Chooses which lights of a set get a shadow ray, after an estimate of every light [Pharr 2004].
 //
-// One number decides about all of them: chances are added up along the lights, and a light is taken wherever
-// the sum, begun at that number, passes a whole one (systematic sampling). Each is taken with just its
-// chance; but how many are taken can differ from the sum of chances by no more than one, and as neighbours in
-// the order are neighbours in space, those taken lie spread over the scene.
+// One random number decides about all lights (systematic sampling): the chances are added up along the
+// lights, beginning at that number, and a light is selected wherever the sum passes an integer. Each has
+// exactly its chance, but the number of selected lights differs from the sum of the chances by no more than
+// one. As neighbours in the order are neighbours in space, the selected lights are spread over the scene.
 #pragma once
 
 #include <algorithm>
@@ -14,19 +14,19 @@
 
 namespace lucerna {
 
-// Systematic sampling of a sequence: each element is selected with its own chance, by one number for all.
+// Samples a sequence systematically: each element is selected with its own chance, by one number for all.
 class SystematicSampling {
   public:
-    // u in [0,1).
+    // Requires u in [0,1).
     explicit SystematicSampling(double u) : at_(u) {}
-    // chance in [0,1]; sure of a chance of 1.
+    // Tells whether the next element is selected, whose chance is in [0,1]. A chance of 1 is certain.
     bool selects(double chance) {
         at_ += chance;
         if (at_ < 1) return false;
         at_ -= 1;
         return true;
     }
-    // Passes many whose chances add up to `chances` if none of them is selected.
+    // Skips elements whose chances add up to `chances` and returns true, if none of them is selected.
     bool passes(double chances) {
         if (!(at_ + chances < 1)) return false;
         at_ += chances;
@@ -50,13 +50,13 @@ void for_each_contribution(const VplStore& store, const VplRange& range, std::ui
     }
 }
 
-// Takes about `rays` lights of the range, each with chance min(1, estimate · rays / sum of estimates): calls
-// visit(place, chance, estimate). Where one of them brings more than its share of 1/rays, all rays but its
-// own are for the others. rays > 0; u in [0,1).
+// Selects about `rays` lights of the range, each with chance min(1, estimate · rays / sum of estimates), and
+// calls visit(place, chance, estimate). A light that brings more than 1/rays of the sum is certain to be
+// selected, once. rays > 0; u in [0,1).
 template <typename Visit>
 void sample_by_contribution(const VplStore& store, const VplRange& range, const LightReceiver& at,
                             double rays, double u, Visit&& visit) {
-    // Sums of parts are kept, so that the second pass visits only parts in which a light is chosen.
+    // The sums of parts are kept, so that the second pass visits only parts in which a light is selected.
     constexpr std::uint32_t kParts = 256;
     std::array<double, kParts> sums;
     std::array<float, kParts> most;
@@ -77,7 +77,7 @@ void sample_by_contribution(const VplStore& store, const VplRange& range, const 
     }
     if (!(total > 0)) return;
 
-    const double sure = total / rays;  // of a light of this estimate
+    const double sure = total / rays;  // lights of at least this estimate are certain to be selected
     SystematicSampling selection(u);
     for (std::uint32_t part = 0; part < parts; ++part) {
         if (static_cast<double>(most[part]) <= sure && selection.passes(sums[part] / sure)) continue;

@@ -1,8 +1,8 @@
-// What VPLs may send to a place, before anyone has looked whether they can be seen: sixteen at once, in loops
-// that compilers turn into vector instructions.
+// Estimates what VPLs send to a place before their visibility is known: sixteen at once, in loops that
+// compilers vectorise.
 //
-// A contribution estimate is the luminance of what a light adds there (up to a factor that all lights share),
-// or close to it: what a choice among lights goes by. It is positive wherever the light itself can be.
+// A contribution estimate is close to the luminance that a light adds there, up to a factor that all lights
+// share. Lights are chosen by it. It is positive wherever the light's contribution can be.
 #pragma once
 
 #include <algorithm>
@@ -14,21 +14,21 @@
 
 namespace lucerna {
 
-// A place that VPLs light.
+// Describes a place that VPLs light.
 struct LightReceiver {
     enum class Kind : std::uint8_t { surface, medium } kind = Kind::surface;
     V3f x{0, 0, 0};
-    // On a surface: the shading normal; the geometric one, or 0 if light comes through. Both on the eye's
-    // side.
+    // On a surface: the shading normal, and the geometric one, which is 0 if the surface transmits light.
+    // Both are on the eye's side.
     V3f ns{0, 0, 0}, ng{0, 0, 0};
-    bool through = false;     // light comes through from the other side
+    bool through = false;     // the surface transmits light from the other side
     float below = 0;          // -1: a light below the shading horizon counts like one above; 0: not at all
     V3f wo{0, 0, 0};          // in a medium: towards the eye
     float phase_g = 0;        // in a medium
-    Rgb weight{1.0F};         // what is left of each channel, by its share of the luminance
-    float mindist = 0;        // fade [Pharr 2004], scene units
-    float glimit = INFINITY;  // of cosθ_x cosθ_y / d² [Kollig and Keller 2004], 1/(scene unit)²
-    // Whether the estimates are luminances of what is added, but for one factor. If not, they lack f.
+    Rgb weight{1.0F};         // of each channel: luminance, the store's unit, f if Lambertian
+    float mindist = 0;        // distance of the fade [Pharr 2004], scene units
+    float glimit = INFINITY;  // bound of cosθ_x cosθ_y / d² [Kollig and Keller 2004], 1/(scene unit)²
+    // If true, the estimates are the added luminances, up to one factor. If false, they lack f.
     bool exact = true;
 };
 
@@ -36,14 +36,14 @@ using ContributionEstimates = std::array<float, kBlock>;
 
 namespace contribution_detail {
 
-// HenyeyGreenstein::at_cosine, written for many at once.
+// Returns HenyeyGreenstein::at_cosine in a form that compilers vectorise.
 inline float phase(float g, float cosine) {
     const float a = 1 - std::fabs(g);
     const float d = std::max(a * a, 1 + g * g - 2 * g * cosine);
     return 0.25F * kInvPi * (1 - g * g) / (d * std::sqrt(d));
 }
 
-// Nothing nearer than this can be told from the place itself: squares of it still are numbers.
+// A light at a smaller squared distance cannot be told from the place itself. Its inverse is a finite float.
 inline constexpr float kLeastD2 = 1e-30F;
 
 }  // namespace contribution_detail
@@ -51,7 +51,7 @@ inline constexpr float kLeastD2 = 1e-30F;
 template <LightReceiver::Kind kind, bool in_medium>
 ContributionEstimates estimate_contributions(const VplBlock& block, const LightReceiver& at) {
     const float min2 = at.mindist * at.mindist, low = 0.8F * min2, high = 1.2F * min2;
-    // Without mindist everything counts in full: what is beyond the least distance is beyond 1.
+    // Without mindist nothing fades: every squared distance above kLeastD2 gives t = 1.
     const float fade_scale = high > low ? 1 / (high - low) : 3e38F;
     const float side_least = at.through ? -1.0F : 0.0F;
     ContributionEstimates result;
@@ -60,7 +60,7 @@ ContributionEstimates estimate_contributions(const VplBlock& block, const LightR
         const float d2 = dx * dx + dy * dy + dz * dz;
         const float inv = 1 / std::max(d2, contribution_detail::kLeastD2);
         const float inv_d = std::sqrt(inv);
-        // What leaves towards the place, per solid angle.
+        // Evaluate what leaves towards the place, per solid angle.
         const float along = (block.nx[i] * dx + block.ny[i] * dy + block.nz[i] * dz) * inv_d;
         float value, cosines = 1;
         if constexpr (in_medium) {
@@ -68,7 +68,7 @@ ContributionEstimates estimate_contributions(const VplBlock& block, const LightR
         } else {
             value = cosines = std::max(0.0F, -along);
         }
-        // What the place makes of it.
+        // Evaluate what the place scatters of it.
         if constexpr (kind == LightReceiver::Kind::medium) {
             const float cosine = (at.wo.x * dx + at.wo.y * dy + at.wo.z * dz) * inv_d;
             value *= contribution_detail::phase(at.phase_g, -cosine);
@@ -100,7 +100,7 @@ inline ContributionEstimates estimate_contributions(const VplBlock& block, bool 
                      : estimate_contributions<Kind::medium, false>(block, at);
 }
 
-// In an order that a vector register can keep.
+// Adds up in an order that suits vector registers.
 inline double sum_of(const ContributionEstimates& estimates) {
     static_assert(kBlock == 16);
     std::array<float, kBlock / 2> eight;

@@ -11,7 +11,7 @@ namespace {
 using Lights = std::span<const Vpl>;
 using Places = std::vector<std::uint32_t>;
 
-// Opposite normals are as far apart as places at this share of the set's extent.
+// Weights normals in the kd-tree: opposite ones are as far apart as positions at this share of the extent.
 constexpr float kTurnOfNormal = 0.25F;
 
 std::uint32_t blocks_for(std::size_t lights) {
@@ -30,7 +30,7 @@ const V3f& direction_of(const Vpl& light) {
     return light.in_medium ? light.d : light.at.n;
 }
 
-// The same lights in the order of a kd-tree.
+// Puts the lights into the order of a kd-tree.
 void order(Lights lights, Places& places, const Workers& workers) {
     if (places.size() <= kBlock) return;
     Box3f box;
@@ -95,7 +95,7 @@ VplStore::VplStore(const VplSets& sets, const Workers& workers) : lights_(sets.l
     for (const Vpl& light : sets.lights) sum += static_cast<double>(luminance(light.contribution));
     if (sum > 0) unit_ = static_cast<float>(static_cast<double>(lights_) / sum);
 
-    // Many sets side by side; of a few, the order itself is made by all workers.
+    // Many sets are ordered side by side. Where there are few, all workers order each of them.
     const bool side_by_side = parts.size() >= static_cast<std::size_t>(workers.threads);
     const Workers outer{side_by_side ? workers.threads : 1}, inner{side_by_side ? 1 : workers.threads};
     parallel_chunks(outer, static_cast<std::int64_t>(parts.size()), [&](std::int64_t set) {

@@ -1,9 +1,9 @@
-// Where VPLs are kept while an image is made: in blocks of sixteen, each measure of all sixteen side by side,
-// so that what a whole block may send to a place is worked out at once (vpl_contribution.h).
+// Stores VPLs during rendering, in blocks of sixteen with each component side by side, so that the
+// contributions of a whole block are estimated at once (vpl_contribution.h).
 //
-// Within a set the lights are in the order of a kd-tree over their places and normals: neighbours in memory
-// shine from the same region the same way. Lights on surfaces come first, then those in media; no block
-// mixes the two.
+// Within a set the lights are in the order of a kd-tree over their positions and normals: neighbours in
+// memory shine from the same region in similar directions. Lights on surfaces come first, then those in
+// media; no block mixes the two.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace lucerna {
 
-// Lights that do not exist are black, at the place of the block's first.
+// Holds sixteen lights. Unused lanes hold black lights at the position of the block's first.
 struct alignas(64) VplBlock {
     using Lane = std::array<float, kBlock>;
     Lane x, y, z;     // scene units
@@ -25,7 +25,7 @@ struct alignas(64) VplBlock {
     Lane more;        // on a surface SurfacePoint's error; in a medium the phase function's g
 };
 
-// Blocks of one set.
+// Delimits the blocks of one set.
 struct VplRange {
     std::uint32_t surfaces = 0, media = 0, end = 0;  // [surfaces, media) on surfaces, [media, end) in media
 };
@@ -39,14 +39,14 @@ class VplStore {
     const VplRange& range(std::size_t set) const { return ranges_[set]; }
     const std::vector<VplBlock>& blocks() const { return blocks_; }
 
-    // A light by its place: kBlock · its block + its lane.
+    // Returns a light by its place: kBlock · its block + its lane.
     Vpl light(const VplRange& range, std::uint32_t place) const;
 
-    // Vpl's, by place: apart from the rest, as it is read only where paths may not be longer than so much.
+    // Returns Vpl::bounces by place, apart from the blocks because the choice of lights does not read it.
     BounceCount bounces(std::uint32_t place) const { return bounces_[place]; }
 
     std::size_t lights() const { return lights_; }
-    // One over the mean luminance of the contributions: contribution estimates stay near 1 whatever the
+    // Returns 1 / mean luminance of the contributions. It keeps contribution estimates near 1 whatever the
     // lamps' unit.
     float unit() const { return unit_; }
     std::size_t bytes() const {
@@ -57,7 +57,7 @@ class VplStore {
   private:
     std::vector<VplBlock> blocks_;
     std::vector<BounceCount> bounces_;
-    // Vpl::light, by place: read of lights that are asked alone. Empty where all are 0.
+    // Holds Vpl::light by place, which is read of selected lights only. It is empty where all are 0.
     std::vector<std::uint32_t> origins_;
     std::vector<VplRange> ranges_;
     std::size_t lights_ = 0;

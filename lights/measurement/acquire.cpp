@@ -11,7 +11,7 @@
 #include "engine/base/monitor.h"
 #include "engine/colour/spectrum.h"
 #include "engine/ranks/packing.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/system/memory.h"
 #include "engine/text/units.h"
 #include "lights/gauss.h"
@@ -129,20 +129,32 @@ class ColumnValues {
 
 constexpr const char* kStopped = "virtual acquisition: stopped";
 
-// Each finished column comes to rank 0, which stores it in `part` as if it were its own.
-template <typename Acquire>
-void acquire_by_ranks(const Workers& workers, int columns, FilterImages& images, AcquirePart* part,
-                      Phase& phase, Acquire&& acquire) {
-    Ranks& ranks = *workers.ranks;
-    Ranks::Loop loop;
-    for (int column = 0; ranks.leads() && column < columns; ++column) {
+// Returns, on all ranks, the columns that rank 0's part does not have, and fills in the others at rank 0.
+std::vector<std::int64_t> columns_left(Ranks* ranks, int columns, FilterImages& images, AcquirePart* part,
+                                       Phase& phase) {
+    std::vector<std::int64_t> left;
+    for (int column = 0; (!ranks || ranks->leads()) && column < columns; ++column) {
         if (ColumnValues(images, column).taken_from(part)) {
             phase.advance(1);
         } else {
-            loop.items.push_back(column);
+            left.push_back(column);
         }
     }
-    loop.ends = [&ranks] { return ranks.asked_to_stop(); };
+    if (!ranks) return left;
+    Packer packer;
+    packer(left);
+    const std::vector<std::byte> bytes = ranks->broadcast("columns", packer.take());
+    return Unpacker(bytes).next<std::vector<std::int64_t>>();
+}
+
+// Rank 0 gets each column as soon as it is done, and keeps it in the part like its own.
+template <typename Acquire>
+void acquire_columns(const Workers& workers, Monitor& monitor, int columns, FilterImages& images,
+                     AcquirePart* part, Phase& phase, Acquire&& acquire) {
+    Ranks* const ranks = workers.ranks;
+    Ranks::Loop loop;
+    loop.shared = columns_left(ranks, columns, images, part, phase);
+    loop.ends = [&] { return ranks ? ranks->asked_to_stop() : monitor.stopped(); };
     loop.made = [&images](std::int64_t column) {
         ColumnValues values(images, static_cast<int>(column));
         values.from_images();
@@ -156,14 +168,13 @@ void acquire_by_ranks(const Workers& workers, int columns, FilterImages& images,
         unpacker(to);
         values.to_images();
         values.keep_in(part);
-        phase.advance(1);
     };
-    ranks.work(workers, std::move(loop), [&](std::int64_t column) {
+    loop.advance = [&phase](std::int64_t more) { phase.advance(static_cast<std::uint64_t>(more)); };
+    const auto done = shared_loop(workers, loop, [&](std::int64_t column) {
         acquire(static_cast<int>(column));
-        if (ranks.leads()) phase.advance(1);
         return true;
     });
-    if (ranks.agree_to_stop()) throw Stopped(kStopped);
+    if (ranks ? ranks->agree_to_stop() : done.size() < loop.shared.size()) throw Stopped(kStopped);
 }
 
 }  // namespace
@@ -190,16 +201,7 @@ FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const 
         values.from_images();
         values.keep_in(options.part);
     };
-    if (workers.ranks) {
-        acquire_by_ranks(workers, columns.x, images, options.part, phase, acquire_column);
-        return images;
-    }
-    parallel_chunks(workers, columns.x, [&](std::int64_t chunk) {
-        if (monitor.stopped()) throw Stopped(kStopped);
-        const int p = static_cast<int>(chunk);
-        if (!ColumnValues(images, p).taken_from(options.part)) acquire_column(p);
-        phase.advance(1);
-    });
+    acquire_columns(workers, monitor, columns.x, images, options.part, phase, acquire_column);
     return images;
 }
 

@@ -45,8 +45,7 @@ std::vector<double> knots(const Rig& rig, int axis, double offset, double factor
                           const std::optional<FacingWeight>& facing) {
     const int intervals = rig.intervals(axis);
     std::vector<double> at;
-    for (int i = 0; i <= 2 * intervals; ++i)
-        at.push_back(0.5 * i);  // the bell also has knots at its half spacings
+    for (int i = 0; i <= 2 * intervals; ++i) at.push_back(0.5 * i);  // bells have knots at halves
     if (factor != 0) {
         // All intervals share one grid of columns.
         const int columns = rig.pixels[axis] + rig.shift[axis] * intervals;

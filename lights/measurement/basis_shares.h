@@ -1,4 +1,4 @@
-// How the light of one filter and one pixel is shared among families of rays.
+// Computes how the light of one filter and one pixel is shared among families of rays.
 //
 // For all rays through a point of a plane, or of one direction, the position on M is a linear function of
 // that on S, s = offset + factor u. Along one axis they carry, of the light of filter m through pixel k,

@@ -63,8 +63,7 @@ CameraView oblique_view(const Rig& rig, const CameraModel& camera) {
                 fmt::format("camera: a photograph of {} x {} pixels is too small for margins of {} and {}",
                             view.size.x, view.size.y, camera.margin.x, camera.margin.y));
         }
-        for (V2d& c :
-             view.corners)  // corners span some width, because they are projections of a visible rectangle
+        for (V2d& c : view.corners)  // they span some width, as projections of a visible rectangle
             c[axis] = camera.margin[axis] + room * (c[axis] - low[axis]) / (high[axis] - low[axis]);
     }
     return view;

@@ -17,8 +17,7 @@ constexpr double kClear = 3;  // standard deviations by which a count must be ex
 
 double CountNoise::variance(double signal, double dark) const {
     const double electrons = std::max(signal, 0.0) + std::max(dark, 0.0);
-    return gain * electrons + read_noise * read_noise +
-           step * step / 12;  // rounding is uniform within a step
+    return gain * electrons + read_noise * read_noise + step * step / 12;  // rounding is uniform in a step
 }
 
 DarkFrame dark_frame(std::span<const std::vector<float>> frames, const V2i& size, const CountNoise& noise,

@@ -225,8 +225,7 @@ void HeldOutRays::take_rays(std::span<const std::size_t> rays, std::size_t all) 
         Sampler draw(0, Purpose::acquisition, 0, number++);
         halves_[draw.bits() & 1].push_back(ray);
     }
-    half_over_all_variance_ =
-        2 * static_cast<double>(all) / static_cast<double>(rays_.size());  // > 0: not empty
+    half_over_all_variance_ = 2 * static_cast<double>(all) / static_cast<double>(rays_.size());  // not empty
 }
 
 V2d HeldOutRays::place_of(const LampRay& ray, double distance) const {

@@ -55,8 +55,7 @@ class HeldOutRays {
     V2d half_slopes() const { return planes_.back().half; }
 
   private:
-    static constexpr int kCells =
-        48;  // per side of a plane's grid; coarser cells show too little, finer ones show noise
+    static constexpr int kCells = 48;  // per side; coarser cells show too little, finer ones noise
     static constexpr std::size_t kAll = std::size_t{kCells} * kCells;
 
     // A plane's grid. It is uniform in a coordinate about the middle of the plane's light, so that its cells

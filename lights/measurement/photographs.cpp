@@ -9,7 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/colour/spectrum.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "engine/system/memory.h"
 #include "engine/text/plain_text.h"
 #include "lights/measurement/exposure.h"
@@ -60,7 +60,7 @@ void require_photographs(const Manifest& manifest) {
                 fmt::join(named, "; "), missing > named.size() ? "; ..." : "");
 }
 
-// What all views share: the photographs' format, the dark frames, and the map to M.
+// Holds what all views share: the photographs' format, the dark frames, and the map to M.
 class Bench {
   public:
     Bench(const Manifest& manifest, const PhotographReader& reader, const Workers& workers)

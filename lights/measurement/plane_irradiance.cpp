@@ -180,8 +180,7 @@ class ApproximatePlane {
             return rig_.m_coordinate.on_plane(edge + 0.5 * rig_.pixel[axis]);
         };
         const V2d filter(rig_.filter(0, m), rig_.filter(1, n)), pixel(middle(0, m, k), middle(1, n, l));
-        return rig_.slope(filter, pixel) /
-               rig_.geometric_term(filter, pixel);  // > 0, because the positions are finite
+        return rig_.slope(filter, pixel) / rig_.geometric_term(filter, pixel);  // > 0 at finite places
     }
     double radiance(const BasisNode& u, const BasisNode& v) const {
         const auto in = [](int i, int size) { return i >= 0 && i < size; };

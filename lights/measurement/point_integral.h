@@ -1,4 +1,4 @@
-// What every filter of a rig transmits to one point of M: the inner half of the virtual acquisition.
+// Integrates what every filter transmits to one point of M: the inner half of the virtual acquisition.
 #pragma once
 
 #include <vector>

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/system/memory.h"
@@ -213,6 +214,12 @@ double add_to_row(const LampRay& ray, const V3f& tint, int n, FilterSums& sums) 
     return squares;
 }
 
+std::vector<std::int64_t> rows_of(const Rig& rig) {
+    std::vector<std::int64_t> rows(static_cast<std::size_t>(rig.views.y));
+    std::iota(rows.begin(), rows.end(), std::int64_t{0});
+    return rows;
+}
+
 }  // namespace
 
 FilterSums::FilterSums(const Rig& of) : rig(of) {
@@ -221,7 +228,6 @@ FilterSums::FilterSums(const Rig& of) : rig(of) {
                    fmt::format("sums of {} coefficients", rig.coefficients()), "use fewer views or pixels");
     positive.resize(rig.coefficients());
     negative.resize(rig.coefficients());
-    rows = ItemStates(static_cast<std::size_t>(rig.views.y));
 }
 
 void FilterSums::separate_colours() {
@@ -238,14 +244,21 @@ void FilterSums::separate_colours() {
     x = {times(positive, tint.x), times(negative, tint.x)};
 }
 
-void FilterSums::begin_at_rank_0(Ranks& ranks) {
+void FilterSums::copy_from_rank_0(Ranks& ranks) {
     tint = ranks.agree(tint);
     if (ranks.agree(coloured())) separate_colours();
-    for (std::size_t n = 0; n < static_cast<std::size_t>(rig.views.y); ++n) rows.begin_at_rank_0(ranks, n);
+    for (int n = 0; n < rig.views.y; ++n) {
+        Packer packer;
+        if (ranks.leads()) fields_of_row(n, packer);
+        const std::vector<std::byte> bytes = ranks.broadcast("filter sums", packer.take());
+        Unpacker unpacker(bytes);
+        if (!ranks.leads()) fields_of_row(n, unpacker);
+    }
 }
 
-void FilterSums::bring_to_rank_0(Ranks& ranks) {
-    rows.bring_to_rank_0(ranks, "filter sums", fields());
+void FilterSums::gather(Ranks& ranks) {
+    exchange(ranks, "filter sums", ResultsOf::at_rank_0, OwnedItems({1, &ranks}, rows_of(rig)).own(),
+             fields());
 }
 
 bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
@@ -283,23 +296,12 @@ bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
         }
         squares[static_cast<std::size_t>(row)] = sum;
     };
+    const std::vector<std::int64_t> rows = rows_of(sums.rig);
+    OwnedItems owned(workers, rows);
+    owned.work(workers, rows, {}, add_row);
     if (workers.ranks) {
-        Ranks::Loop loop;
-        for (std::int64_t row = 0; workers.ranks->leads() && row < sums.rig.views.y; ++row)
-            loop.items.push_back(row);
-        Packer packer;
-        for (const std::int64_t row : sums.rows.work(workers, std::move(loop), sums.fields(), add_row))
-            packer(row, squares[static_cast<std::size_t>(row)]);
-        for (const std::span<const std::byte> own : workers.ranks->gather("squares", packer.take())) {
-            Unpacker unpacker(own);
-            while (!unpacker.empty()) {
-                std::int64_t row = 0;
-                unpacker(row);
-                unpacker(squares[static_cast<std::size_t>(row)]);
-            }
-        }
-    } else {
-        parallel_chunks(workers, sums.rig.views.y, add_row);
+        exchange(*workers.ranks, "squares", ResultsOf::everywhere, owned.own(),
+                 [&](std::int64_t row, auto& archive) { archive(squares[static_cast<std::size_t>(row)]); });
     }
     for (const double s : squares) sums.squares += s;
     for (const Sorted& chunk : chunks) add(sums.account, chunk.account);

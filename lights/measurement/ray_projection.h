@@ -13,7 +13,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
-#include "engine/ranks/ranks.h"
+#include "engine/ranks/shared_work.h"
 #include "lights/light_field.h"
 #include "lights/measurement/opacity.h"
 #include "lights/ray_set.h"
@@ -141,15 +141,15 @@ struct FilterSums {
     // Starts with empty sums. Throws InputError for an invalid rig.
     explicit FilterSums(const Rig& of);
 
-    // Among ranks that add the same rays, each has the newest sums only of the rows of filters that it works
-    // on. squares and account are correct at rank 0. The following functions are collective.
+    // On ranks that add the same rays, the sums of a row of filters are those of the rank that owns the row,
+    // while squares and account are those of all ranks. These calls are collective.
 
-    // Declares rank 0's sums, from a file, the newest of all rows, and sends their tint to other ranks.
-    void begin_at_rank_0(Ranks& ranks);
-    // Brings all rows to rank 0; their owners keep them.
-    void bring_to_rank_0(Ranks& ranks);
+    // Copies rank 0's sums, which come from a file, to all ranks.
+    void copy_from_rank_0(Ranks& ranks);
+    // Copies all rows to rank 0.
+    void gather(Ranks& ranks);
 
-    // Serialises the sums of a row.
+    // Packs and unpacks the sums of a row.
     template <typename Archive>
     void fields_of_row(int n, Archive& archive) {
         const std::size_t pixels =
@@ -165,7 +165,6 @@ struct FilterSums {
     auto fields() {
         return [this](std::int64_t n, auto& archive) { fields_of_row(static_cast<int>(n), archive); };
     }
-    ItemStates rows;
 };
 
 // Adds rays in the lamp's frame, in which the rig's centre is. Those that do not leave towards +z are only
@@ -186,7 +185,7 @@ struct SamplingNoise {
 // Assumes independent rays; stratified ones have less noise. `field` is made of the same sums and share.
 SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightField& field);
 
-// Where the light of a ray set may pass the planes; choose_resolution() chooses within these boxes.
+// The boxes where the light of a ray set may pass the planes; choose_resolution() works within them.
 struct PlaneBoxes {
     V2d centre_s, half_s;  // metres
     V2d half_m;

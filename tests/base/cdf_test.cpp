@@ -29,7 +29,7 @@ TEST(Cdf, Draws_AreProportionalToTheWeights) {
     const std::vector<std::uint64_t> counts = count_draws(cdf, kDraws);
     std::vector<double> expected;
     for (const double w : kWeights) expected.push_back(kDraws * w / 10.000001);
-    EXPECT_TRUE(chi_square(counts, expected).accepted());  // rejects any draw of a zero weight outright
+    EXPECT_TRUE(chi_square(counts, expected).accepted());  // also rejects any draw of a zero weight
     expected[1] *= 1.05;
     expected[7] -= 0.05 * expected[1] / 1.05;
     EXPECT_FALSE(chi_square(counts, expected).accepted());
@@ -74,7 +74,7 @@ TEST(Cdf, LargestAndSmallestU_DrawItemsWithWeight) {
     EXPECT_EQ(last.item, 7U);
     EXPECT_LT(last.remainder, 1);
     EXPECT_EQ(cdf.draw(std::nextafter(1.0F, 0.0F)).item, 7U);
-    // Even 1 itself, which no sampler draws, falls on an item that has weight.
+    // Even 1 itself, which no sampler draws, selects an item that has weight.
     EXPECT_EQ(cdf.draw(1).item, 7U);
 }
 

@@ -12,8 +12,8 @@
 namespace lucerna {
 namespace net_test {
 
-// The shape 2^-a × 2^-(k-a) of an elementary interval that does not hold exactly one of the 2^k points, or
-// -1.
+// Returns the shape 2^-a × 2^-(k-a) of an elementary interval that does not contain exactly one of the 2^k
+// points, or -1.
 int broken_shape(int k, const std::function<V2f(std::uint32_t)>& point) {
     const std::uint32_t n = 1U << k;
     for (int a = 0; a <= k; ++a) {
@@ -28,7 +28,7 @@ int broken_shape(int k, const std::function<V2f(std::uint32_t)>& point) {
     return -1;
 }
 
-// The second dimension by its generator matrix, a column for every bit of the index.
+// Computes the second dimension by its generator matrix, one column for every bit of the index.
 std::uint32_t sobol_1_by_columns(std::uint32_t index) {
     std::uint32_t result = 0;
     for (std::uint32_t column = 1U << 31; index != 0; index >>= 1, column ^= column >> 1) {
@@ -105,8 +105,7 @@ TEST(Net, IndependentPoints_AreNoNet) {
 
 RC_GTEST_PROP(NetProperties, OwenScramble_AnySeed_KeepsPrefixesTogether,
               (std::uint32_t a, std::uint32_t seed)) {
-    // Nested: words that share their upper bits share as many of them afterwards, and differ where they
-    // differed first.
+    // Owen scrambling is nested: words with a common prefix keep one of the same length, and then differ.
     const std::uint32_t x = owen_scramble(a, seed);
     for (int bit = 0; bit < 32; ++bit) {
         const std::uint32_t y = owen_scramble(a ^ (1U << bit), seed);

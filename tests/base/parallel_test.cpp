@@ -1,4 +1,5 @@
-// Parallel loops: each chunk once, the same result on any number of threads, the lowest chunk's error.
+// Parallel loops run each chunk once, give the same result on any number of threads, and throw the error of
+// the lowest chunk.
 #include "engine/base/parallel.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@
 namespace lucerna {
 namespace parallel_test {
 
-// A sum whose value depends on the order of its terms.
+// Returns a sum whose value depends on the order of its terms.
 float ordered_sum(int threads, std::int64_t grain) {
     constexpr std::int64_t kTerms = 100'003;
     std::vector<float> parts(static_cast<std::size_t>((kTerms + grain - 1) / grain));
@@ -32,7 +33,7 @@ float ordered_sum(int threads, std::int64_t grain) {
 TEST(Parallel, OrderedSum_OneToEightThreads_IsTheSameBitForBit) {
     const float alone = ordered_sum(1, 1000);
     for (int threads = 2; threads <= 8; ++threads) EXPECT_EQ(ordered_sum(threads, 1000), alone) << threads;
-    EXPECT_NE(ordered_sum(1, 77), alone);  // the order matters: chunks must not depend on the threads
+    EXPECT_NE(ordered_sum(1, 77), alone);  // the order matters, so chunks must not depend on the threads
 }
 
 TEST(Parallel, Ranges_AnyGrain_CoverEachIndexOnce) {
@@ -67,7 +68,7 @@ TEST(Parallel, ManyChunksThrow_TheLowestIsRethrown) {
 }
 
 TEST(Parallel, HigherChunkThrowsFirst_TheLowestIsStillRun) {
-    // Chunk 1 throws before chunk 0 is over; chunk 0 throws last and still wins.
+    // Chunk 1 throws before chunk 0 ends; chunk 0 throws last and still wins.
     std::atomic<bool> thrown{false};
     try {
         parallel_chunks(Workers{2}, 2, [&](std::int64_t chunk) {

@@ -1,4 +1,4 @@
-// Nets across pixels: blocks of pixels and any power of two of their samples are a net together.
+// Nets across pixels: blocks of pixels, with any power of two of their samples, form a net together.
 #include "engine/base/pixel_net.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace pixel_net_test {
 
-// Whether every elementary interval of 2^k points' holds exactly one of them.
+// Returns whether every elementary interval contains exactly one of the 2^k points.
 bool is_net(int k, const std::function<V2f(std::uint32_t)>& point) {
     const std::uint32_t n = 1U << k;
     for (int a = 0; a <= k; ++a) {
@@ -37,7 +37,7 @@ Sampler after(Sampler sampler, int draws) {
     return sampler;
 }
 
-// Samples from `first` on, 2^k of each pixel, of the block of 2^j × 2^j pixels from `corner` on.
+// 2^k samples of each pixel from `first` on, in the block of 2^j × 2^j pixels whose corner is given.
 struct Block {
     int k, j;
     std::uint32_t first;
@@ -62,7 +62,7 @@ TEST(Morton, TakesBitsInTurn) {
 
 TEST(PixelNet, BlocksOfPixels_AnyPowerOfTwoOfSamples_AreNets) {
     const ImageSamplers samplers(3, Purpose::test);
-    for (const int draws : {0, 1, 5, 70}) {  // the last beyond those that are made beforehand
+    for (const int draws : {0, 1, 5, 70}) {  // the last exceeds the precomputed draws
         for (int k = 0; k <= 6; ++k) {
             for (int j = 0; j <= 3; ++j) {
                 const Block block{k, j, 5U << k, V2i(3 << j, 10 << j)};
@@ -94,7 +94,7 @@ TEST(PixelNet, BranchesOfPixels_AreNets) {
         return after(samplers.at(pixel, sample), 2).split_alike(7).next2();
     };
     EXPECT_TRUE(is_net(Block{3, 2, 8, V2i(4, 16)}, alike));
-    // Four samples each.
+    // Each path is split into four samples.
     const auto four = [&](const V2i& pixel, std::uint32_t i) {
         return after(samplers.at(pixel, i / 4), 2).split_alike(7, i % 4, 4).next2();
     };
@@ -112,7 +112,7 @@ TEST(PixelNet, FamiliesOfTheirOwn_AreNoNet) {
     }));
 }
 
-// What differs in a bit that one sequence has no room for must not be the same.
+// Indices that differ only in a bit beyond the length of one sequence must give different numbers.
 TEST(PixelNet, LargeNumbers_AreNumbersOfTheirOwn) {
     const ImageSamplers samplers(6, Purpose::test);
     std::set<std::array<float, 2>> seen;
@@ -145,17 +145,17 @@ TEST(PixelNet, EveryPixelAndSample_OverSeeds_IsUniform) {
         return testing::chi_square(counts, std::vector<double>(256, kSeeds / 256.0)).accepted();
     };
     EXPECT_TRUE(uniform([](const ImageSamplers& samplers) { return samplers.at({5, 9}, 3).next2(); }));
-    // One draw of a pixel beside another draw of its neighbour's: nothing in common.
+    // Different draws of neighbouring pixels are independent.
     EXPECT_TRUE(uniform([](const ImageSamplers& samplers) {
         return V2f(samplers.at({4, 9}, 3).next(), after(samplers.at({5, 9}, 3), 1).next());
     }));
-    // The same draw: well distributed together, and so not independent.
+    // The same draw of neighbouring pixels is well distributed together, and so not independent.
     EXPECT_FALSE(uniform([](const ImageSamplers& samplers) {
         return V2f(samplers.at({4, 9}, 3).next(), samplers.at({5, 9}, 3).next());
     }));
 }
 
-// ---- Errors of pixels, and of pixels seen together -----------------------------------------------------
+// ---- Errors of pixels and of filtered pixels ----
 
 struct Errors {
     double pixel = 0, filtered = 0;  // mean squares: of a pixel, and of the mean of 3 × 3 pixels anywhere
@@ -196,12 +196,12 @@ Sampler apart(std::uint64_t seed, const V2i& pixel, std::uint32_t sample) {
     return Sampler::stratified(seed, Purpose::test, family, sample);
 }
 
-// An edge across a square: what a pixel, a penumbra and a lens see most often.
+// An edge across a square is the typical integrand of a pixel, a penumbra and a lens.
 double quarter_disc(Sampler sampler) {
     const V2f u = sampler.next2();
     return u.x * u.x + u.y * u.y < 1 ? 1 : 0;
 }
-// What depends on two draws at once, and on either alone not at all: no net is of any help.
+// The integrand depends on the product of two draws and on neither alone, so no net reduces its error.
 double product(Sampler sampler) {
     const double a = double{sampler.next()} - 0.5;
     return a * (double{sampler.next()} - 0.5);
@@ -217,7 +217,8 @@ TEST(PixelNetErrors, Filtered_AreLessThanOfFamiliesOfTheirOwn_AtAnyNumberOfSampl
     }
 }
 
-// By a third, as derived for pairs of pixels whose quarters are shuffled; twice were they not.
+// The error grows by a third, as derived for pairs of pixels whose quarters are shuffled; unshuffled, it
+// would double.
 TEST(PixelNetErrors, OfTwoDrawsAtOnce_AreLittleMoreThanOfFamiliesOfTheirOwn) {
     const Errors net = errors(product, 0, 4, together);
     const Errors own = errors(product, 0, 4, apart);

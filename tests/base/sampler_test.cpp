@@ -1,4 +1,4 @@
-// Random numbers: a pure function of their key, and uniform whichever way they are looked at.
+// Random numbers are a pure function of their key, and uniform in every projection.
 #include "engine/base/sampler.h"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ std::vector<float> first_numbers(Sampler sampler) {
     return numbers;
 }
 
-// Four samples each of eight paths of a family: one in every thirty-second of the numbers.
+// Four samples for each of eight paths of a family place one number in each thirty-second of the interval.
 TEST(SplitAlike, SamplesOfABranch_AreStratifiedOverAllPathsOfTheFamily) {
     constexpr std::uint32_t kPaths = 8, kEach = 4;
     std::array<std::set<int>, 3> strata;
@@ -72,7 +72,7 @@ TEST(SplitAlike, SamplesOfABranch_AreStratifiedOverAllPathsOfTheFamily) {
         }
     }
     for (const auto& hit : strata) EXPECT_EQ(hit.size(), kPaths * kEach);
-    // Branches with numbers of their own are not.
+    // Branches with independent numbers are not stratified.
     std::set<int> apart;
     for (std::uint32_t p = 0; p < kPaths; ++p) {
         for (std::uint32_t i = 0; i < kEach; ++i) {
@@ -87,7 +87,7 @@ TEST(SamplerFamily, Paths_DrawWhatStratifiedSamplersDraw) {
     const SamplerFamily family(7, Purpose::test, 3);
     for (const std::uint32_t index : {0U, 1U, 77U, 0xffffffffU}) {
         Sampler known = family.path(index), plain = Sampler::stratified(7, Purpose::test, 3, index);
-        for (int i = 0; i < 60; ++i) {  // beyond the draws that the family keeps
+        for (int i = 0; i < 60; ++i) {  // beyond the draws that the family stores
             ASSERT_EQ(known.next(), plain.next()) << i;
             ASSERT_EQ(known.next2(), plain.next2()) << i;
             if (i % 10 == 0) {
@@ -144,8 +144,8 @@ TEST(SamplerUniform, PairsAcrossPurposesAndBranches_AreUniform) {
 }
 
 TEST(SamplerUniform, StratifiedDrawsAgainstEachOther_AreIndependent) {
-    // Nets are too even in themselves; what must look random is one draw beside another, and family beside
-    // family.
+    // Nets are more even than random numbers; different draws and different families must look random
+    // together.
     EXPECT_GT(uniform_2d([](std::uint64_t i) {
                   Sampler sampler = Sampler::stratified(2, Purpose::test, i, 0);
                   const float first = sampler.next();
@@ -167,8 +167,8 @@ TEST(SamplerUniform, StratifiedDrawsAgainstEachOther_AreIndependent) {
 }
 
 TEST(SamplerUniform, BadGenerators_AreRejected) {
-    // A linear congruential generator whose consecutive values lie on few lines, and one that is a little
-    // uneven.
+    // The test must reject a linear congruential generator whose consecutive values lie on few lines, and a
+    // slightly uneven one.
     std::uint32_t state = 1;
     const auto bad = [&] {
         state = (state * 65 + 1) & 0xffffU;
@@ -180,7 +180,7 @@ TEST(SamplerUniform, BadGenerators_AreRejected) {
                  }).accepted());
     Sampler sampler = path(0);
     EXPECT_FALSE(uniform_1d([&](std::uint64_t) { return std::pow(sampler.next(), 1.02F); }).accepted());
-    // Consecutive paths seeded by their number, without a hash.
+    // The test must reject consecutive paths seeded by their number without a hash.
     EXPECT_FALSE(uniform_2d([&](std::uint64_t i) {
                      return V2f(to_unit(static_cast<std::uint32_t>(i * 2654435769U)),
                                 to_unit(static_cast<std::uint32_t>((i + 1) * 2654435769U)));

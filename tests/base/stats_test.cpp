@@ -18,7 +18,7 @@ TEST(RunningStats, LargeOffset_EqualsTwoPasses) {
         for (int i = 0; i < 10'000; ++i) values.push_back(offset + static_cast<double>(sampler.next()));
         RunningStats stats;
         for (const double x : values) stats.add(x);
-        // Two passes, in long double.
+        // Computes the expected value in two passes, in long double.
         long double sum = 0;
         for (const double x : values) sum += static_cast<long double>(x);
         const long double mean = sum / static_cast<long double>(values.size());
@@ -28,14 +28,14 @@ TEST(RunningStats, LargeOffset_EqualsTwoPasses) {
         const auto variance = static_cast<double>(squares / static_cast<long double>(values.size() - 1));
         EXPECT_EQ(stats.count(), values.size());
         EXPECT_NEAR(stats.mean(), static_cast<double>(mean), 1e-14 * offset + 1e-12);
-        // At 1e12 a double's last unit is 1e-4: what the values themselves are rounded to.
+        // At 1e12 the spacing of doubles is 1e-4, which is the rounding of the values themselves.
         EXPECT_NEAR(stats.variance(), variance, offset > 1e9 ? 1e-3 * variance : 1e-8 * variance);
         EXPECT_NEAR(stats.standard_error(), std::sqrt(variance / 10'000), 1e-5);
     }
 }
 
 TEST(RunningStats, TextbookFormula_WouldFailTheTestAbove) {
-    // mean(x²) - mean(x)²: at an offset of 1e9 nothing of a variance of 1/12 is left.
+    // The formula mean(x²) - mean(x)² loses all digits of a variance of 1/12 at an offset of 1e9.
     double sum = 0;
     double squares = 0;
     Sampler sampler(41, Purpose::test, 0, 0);
@@ -69,7 +69,7 @@ TEST(RunningStats, NaN_IsNotSwallowed) {
     EXPECT_TRUE(std::isnan(stats.mean()));
 }
 
-// The statistical helpers decide for all other tests: they must accept the right and reject the wrong.
+// All other tests rely on the statistical helpers: these must accept correct samples and reject wrong ones.
 TEST(TestStatistics, ChiSquareAndAgrees_RightAndWrong_AreToldApart) {
     std::vector<std::uint64_t> counts(10);
     RunningStats stats;

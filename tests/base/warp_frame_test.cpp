@@ -19,8 +19,8 @@ constexpr int kRings = 16;
 constexpr int kSectors = 16;
 constexpr int kDraws = 200'000;
 
-// p-value of directions against a density that depends on the height z alone: `upto(z)` is the probability of
-// being lower than z.
+// Returns the p-value of directions against a density that depends only on the height z: `upto(z)` is the
+// probability of a height below z.
 double p_value(const std::function<V3f(const V2f&)>& warp, double z_min,
                const std::function<double(double)>& upto) {
     std::vector<std::uint64_t> counts(kRings * kSectors);
@@ -44,9 +44,9 @@ double p_value(const std::function<V3f(const V2f&)>& warp, double z_min,
 }
 
 TEST(Warp, CosineHemisphere_Draws_FollowTheDensity) {
-    // ∫ cosθ/π dω below height z: z².
+    // The integral ∫ cosθ/π dω below height z is z².
     EXPECT_GE(p_value(square_to_cosine_hemisphere, 0, [](double z) { return z * z; }), kFalseAlarm);
-    // Uniform in height is another distribution, and told apart.
+    // The test must reject a uniform distribution in height.
     EXPECT_LT(p_value(square_to_cosine_hemisphere, 0, [](double z) { return z; }), kFalseAlarm);
 }
 
@@ -59,7 +59,7 @@ TEST(Warp, Cone_Draws_AreUniformInside) {
         const double z_min = 1 - static_cast<double>(h);
         const auto warp = [&](const V2f& u) { return square_to_cone(u, h); };
         const auto upto = [&](double z) { return (z - z_min) / (1 - z_min); };
-        // z itself is rounded to float: thin cones are looked at in rings no finer than that.
+        // z itself is rounded to float, so rings of thin cones must not be finer than that.
         EXPECT_GE(p_value(warp, z_min, upto), h < 0.01F ? 0 : kFalseAlarm) << h;
         Sampler sampler(22, Purpose::test, 0, 0);
         for (int i = 0; i < 1000; ++i) EXPECT_GE(warp(sampler.next2()).z, 1 - h - 1e-6F);
@@ -67,7 +67,8 @@ TEST(Warp, Cone_Draws_AreUniformInside) {
 }
 
 TEST(Warp, ThinCone_RadiusFollows_WithoutCancellation) {
-    // 1 - cos = 1e-12 is lost in cos itself; the tangential part must still be right: sin² = h (2 - h).
+    // A value of 1 - cos = 1e-12 vanishes in cos itself; the tangential part must still be right: sin² = h (2
+    // - h).
     RunningStats share;
     Sampler sampler(23, Purpose::test, 0, 0);
     for (int i = 0; i < 20'000; ++i) {
@@ -128,7 +129,7 @@ TEST(Warp, Triangle_Draws_AreUniform) {
         const int x = std::min(static_cast<int>(b.x * kCut), kCut - 1);
         const int y = std::min(static_cast<int>(b.y * kCut), kCut - 1 - x);
         const bool upper = b.x * kCut - static_cast<float>(x) + b.y * kCut - static_cast<float>(y) > 1;
-        // The upper triangles of row x are kept after its kCut - x lower ones.
+        // The upper triangles of row x are stored after its kCut - x lower ones.
         const int row = x * (2 * kCut - x);
         ++counts[static_cast<std::size_t>(row + (upper && x + y < kCut - 1 ? kCut - x + y : y))];
     }

@@ -103,12 +103,12 @@ def middle(image, half=4):
     return float(image[h // 2 - half : h // 2 + half, w // 2 - half : w // 2 + half].mean())
 
 
-# Seen from above through a long lens: 8 x 8 pixels in the middle are 1 cm of the plane.
+# Looks from above through a long lens: the central 8 x 8 pixels cover 1 cm of the plane.
 def above(lens=1000):
     return camera((0.0, -0.001, 3.0), (0, 0, 0), lens)
 
 
-# The radiance of a diffuse plane of reflectance 1/2 that receives the irradiance E.
+# Returns the radiance of a diffuse plane of reflectance 1/2 under the irradiance E.
 def radiance(irradiance):
     return 0.5 / math.pi * irradiance
 
@@ -120,7 +120,7 @@ class ClosedForms(unittest.TestCase):
         above()
         self.assertAlmostEqual(middle(combined(render(name))) / value, 1, delta=0.01)
 
-    # At (0, 0.8, 1.5): E = I cos / d2 with I = P / (4 pi).
+    # At (0, 0.8, 1.5), E = I cos / d2 with I = P / (4 pi).
     def point(self, **more):
         new_scene()
         plane()
@@ -141,7 +141,8 @@ class ClosedForms(unittest.TestCase):
         light("SUN", 3, rotation=(math.radians(40), 0, 0), angle=0)
         self.expect("sun", radiance(3 * math.cos(math.radians(40))))
 
-    # Full brightness where the cosine is beyond edge + (1 - edge) blend, dark outside of the cone.
+    # The spot has full brightness where the cosine exceeds edge + (1 - edge) blend, and is dark outside the
+    # cone.
     def test_spot(self):
         new_scene()
         plane(20)
@@ -157,7 +158,8 @@ class ClosedForms(unittest.TestCase):
         t = (math.cos(angle) - edge) / ((1 - edge) * 0.5)
         self.expect("spot-edge", radiance(100 / (4 * math.pi) * t * t * (3 - 2 * t) * math.cos(angle) ** 3 / 4))
 
-    # A parallel disk of radius r at the height h: E = pi L r2 / (r2 + h2) with L = P / (4 A), as Cycles has it.
+    # A parallel disk of radius r at the height h has E = pi L r2 / (r2 + h2) with L = P / (4 A), as in
+    # Cycles.
     def test_disk(self):
         new_scene()
         plane()
@@ -165,7 +167,7 @@ class ClosedForms(unittest.TestCase):
         bpy.context.scene.lucerna.spp = 1024
         self.seen_from_the_side("disk", math.pi * 100 / (4 * math.pi * 0.25) * 0.25 / 1.25)
 
-    # A parallel square of the half side a at the height h, over its middle.
+    # A parallel square of half side a stands at the height h, centred over the point.
     def test_square_scaled(self):
         new_scene()
         plane()
@@ -180,7 +182,7 @@ class ClosedForms(unittest.TestCase):
         camera((0.0, -3.0, 0.9), (0, 0, 0), 1000)
         self.assertAlmostEqual(middle(combined(render(name))) / radiance(irradiance), 1, delta=0.01)
 
-    # The upper half of an even sky.
+    # The upper half of a uniform sky lights the plane.
     def test_world(self):
         scene = new_scene()
         plane()
@@ -188,13 +190,13 @@ class ClosedForms(unittest.TestCase):
         scene.lucerna.spp = 1024
         self.expect("world", 0.5 * 0.7)
 
-    # A sheet of emission 2 seen straight.
+    # A sheet of emission 2 is seen at normal incidence.
     def test_emission(self):
         new_scene()
         plane(material=emitting(2))
         self.expect("emission", 2)
 
-    # Watts times lumens per watt.
+    # The photometric value is the watts times the lumens per watt.
     def test_photometric(self):
         value = self.point(shadow_soft_size=0)
         bpy.context.scene.lucerna.unit = "PHOTOMETRIC"
@@ -240,7 +242,7 @@ IES = os.path.join(DATA, "photometry", "italo-street.ies")
 
 
 class Lamps(unittest.TestCase):
-    # A street lamp throws its light to one side: C0 along x, C90 along -y, seen at 45 degrees in the lamp's unit.
+    # A street lamp shines to one side: C0 along x, C90 along -y, seen at 45 degrees in the lamp's unit.
     def expect(self, turn, c, unit):
         scene = new_scene()
         plane(20)
@@ -248,7 +250,8 @@ class Lamps(unittest.TestCase):
         lamp.lucerna_lamp.enabled, lamp.lucerna_lamp.file = True, IES
         scene.lucerna.unit = unit
         gamma = math.radians(45)
-        # The point of the plane that the direction (C, 45 degrees) meets; C counts clockwise as the lamp looks down.
+        # Computes the point of the plane in the direction (C, 45 degrees); C counts clockwise as seen from
+        # the lamp.
         azimuth = turn - math.radians(c)
         x, y = 2 * math.tan(gamma) * math.cos(azimuth), 2 * math.tan(gamma) * math.sin(azimuth)
         camera((x, y - 0.001, 3.0), (x, y, 0), 1000)
@@ -267,7 +270,7 @@ class Lamps(unittest.TestCase):
 
 
 class Camera(unittest.TestCase):
-    # A small bright sphere lies where Blender's own projection says, whatever fit, shift, roll and aspect are.
+    # A small bright sphere lies where Blender's own projection puts it, for any fit, shift, roll and aspect.
     def test_alignment(self):
         for fit, shift, size, kind in (("AUTO", (0, 0), (96, 64), "PERSP"), ("VERTICAL", (0.1, -0.15), (96, 64), "PERSP"),
                                        ("AUTO", (0.05, 0.1), (64, 96), "PERSP"), ("HORIZONTAL", (0, 0.1), (64, 96), "ORTHO")):
@@ -394,7 +397,7 @@ class Errors(unittest.TestCase):
 
 
 class Cancel(unittest.TestCase):
-    # What there is at Esc becomes the picture.
+    # Esc turns the image so far into the picture.
     def test_esc(self):
         ClosedForms().point(shadow_soft_size=0)
         above()
@@ -441,7 +444,8 @@ class Oracle(unittest.TestCase):
         camera((1, -6, 4), (0, 0, 0.3))
         return scene
 
-    # The spot is narrow: within its cone Cycles' spots, up to Blender 3, fall with the cosine, those of EEVEE do not.
+    # The spot is narrow, because within the cone Cycles' spots, up to Blender 3, fall with the cosine, and
+    # those of EEVEE do not.
     def test_lights(self):
         self.box()
         light("POINT", 40, (2, -1, 2), shadow_soft_size=0.1)
@@ -474,7 +478,7 @@ class Oracle(unittest.TestCase):
         node = scene.world.node_tree.nodes.new("ShaderNodeTexEnvironment")
         node.image = image_of("sky.exr", pixels, "OPEN_EXR")
         scene.world.node_tree.links.new(node.outputs[0], background.inputs["Color"])
-        # Fine: between texels Cycles interpolates in sRGB.
+        # The texture is fine, because between texels Cycles interpolates in sRGB.
         painted = np.ones((256, 256, 4), dtype=np.float32)
         painted[:128, :128, :3], painted[128:, 128:, :3] = (0.9, 0.2, 0.1), (0.1, 0.5, 0.9)
         floor = bpy.data.objects["Plane"].data.materials[0]

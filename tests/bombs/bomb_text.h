@@ -1,4 +1,4 @@
-// Scene text and files that bombs are made of.
+// Builds the scene text and files of the bombs.
 #pragma once
 
 #include <cstring>
@@ -23,7 +23,7 @@ inline std::string repeated(std::string_view text, std::size_t times) {
     return all;
 }
 
-// A scene of so few pixels that any work is the reader's. The world begins on line 3.
+// Returns a scene of so few pixels that only the reader does any work. The world begins on line 3.
 inline std::string scene(std::string_view world) {
     return "Camera \"perspective\"\nFilm \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" "
            "4\nWorldBegin\n" +
@@ -32,7 +32,7 @@ inline std::string scene(std::string_view world) {
 inline const std::vector<std::string> kRender{"render", "scene.pbrt", "-o", "image.exr", "--spp",
                                               "1",      "--threads",  "2",  "--quiet"};
 
-// A scene of that text, rendered.
+// Returns a bomb that renders a scene of the given text.
 inline Bomb of_scene(std::string name, std::string text, std::vector<std::string> mentions,
                      Bomb::End end = Bomb::End::refused) {
     return {
@@ -42,7 +42,7 @@ inline Bomb of_scene(std::string name, std::string text, std::vector<std::string
 }
 
 template <typename Number>
-void append(std::string& bytes, Number number) {  // little-endian, as this machine
+void append(std::string& bytes, Number number) {  // little-endian, like this machine
     char raw[sizeof number];
     std::memcpy(raw, &number, sizeof number);
     bytes.append(raw, sizeof raw);

@@ -1,5 +1,5 @@
-// Small inputs that ask for more than there is of stack, time or memory: each is refused in one line by the
-// built command, which has 2 GiB of addresses, a stack of 8 MiB and 6 s of a processor.
+// Small inputs that require excessive stack, time or memory: the built command refuses each in one line, with
+// 2 GiB of address space, a stack of 8 MiB and 6 s of processor time.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,14 +23,14 @@ using namespace testing;
 using ::testing::HasSubstr;
 
 constexpr rlim_t kAddresses = rlim_t{2} << 30, kStack = rlim_t{8} << 20;
-// Seconds of a processor, whatever else the machine does meanwhile: at most one on a machine of today,
-// several on a slow one; what is not refused takes minutes or never ends. Checks cost a sanitized build many
-// times that.
+// Seconds of processor time, independent of the machine's load: at most one on a current machine, several on
+// a slow one. An input that is not refused takes minutes or never ends. A sanitized build takes many times as
+// long.
 constexpr double kMostSeconds = kSanitized ? 60 : 6;
 constexpr rlim_t kHang = kSanitized ? 120 : 20;
 
 struct Ended {
-    int code = 0;    // 128 + the signal if one ended it
+    int code = 0;    // 128 + the signal if one ended the command
     double seconds;  // of all processors
     std::string errors;
 };
@@ -92,7 +92,7 @@ TEST_P(BombTest, IsRefusedInOneLineOrDoneAtOnce) {
     for (const std::string& mention : bomb.mentions) EXPECT_THAT(errors, HasSubstr(mention));
     const auto lines = std::count(ended.errors.begin(), ended.errors.end(), '\n');
     if (bomb.end == Bomb::End::rendered) {
-        constexpr std::ptrdiff_t kFewWarnings = 8;  // alike ones are counted
+        constexpr std::ptrdiff_t kFewWarnings = 8;  // identical warnings are counted
         EXPECT_EQ(ended.code, 0) << errors;
         EXPECT_LE(lines, kFewWarnings) << errors;
         return;

@@ -6,7 +6,8 @@
 namespace lucerna::testing {
 namespace {
 
-// Each object shows the one before; the first has a shape.
+// Returns objects each of which instances the previous one; the first has a shape, and the world instances
+// the last.
 std::string instances_of_instances(int depth) {
     std::string world = "ObjectBegin \"o0\" Shape \"sphere\" ObjectEnd\n";
     for (int i = 1; i < depth; ++i)
@@ -14,8 +15,8 @@ std::string instances_of_instances(int depth) {
     return scene(world + fmt::format("ObjectInstance \"o{}\"\n", depth - 1));
 }
 
-// Each texture of `kind` (a format that takes the name of the one before), of colours or floats, is of the
-// last.
+// Returns textures of colours or floats, each of `kind` (a format that takes the previous one's name), and a
+// material that uses the last.
 std::string textures_of_textures(std::string_view type, std::string_view kind, int depth) {
     std::string world = fmt::format("Texture \"t0\" \"{}\" \"checkerboard\"\n", type);
     for (int i = 1; i < depth; ++i) {
@@ -43,7 +44,7 @@ std::string nested_json(std::string_view open, std::string_view close, std::size
            "}";
 }
 
-// A binary model whose one chunk is the text.
+// Returns a binary model whose only chunk is the text.
 std::string glb_of(std::string json) {
     while (json.size() % 4 != 0) json += ' ';
     std::string bytes = "glTF";

@@ -6,7 +6,7 @@
 namespace lucerna::testing {
 namespace {
 
-// Each object shows the one before twice.
+// Returns objects each of which instances the previous one twice.
 std::string doubled_objects(std::string_view first, int times) {
     std::string world = fmt::format("ObjectBegin \"o0\" {} ObjectEnd\n", first);
     for (int i = 1; i <= times; ++i) {
@@ -16,7 +16,7 @@ std::string doubled_objects(std::string_view first, int times) {
     return scene(world + fmt::format("ObjectInstance \"o{}\"\n", times));
 }
 
-// Each texture asks the one before twice.
+// Returns textures each of which uses the previous one twice.
 std::string doubled_textures(std::string_view type, std::string_view kind, int times) {
     std::string world = fmt::format("Texture \"t0\" \"{}\" \"checkerboard\"\n", type);
     for (int i = 1; i <= times; ++i) {
@@ -28,7 +28,7 @@ std::string doubled_textures(std::string_view type, std::string_view kind, int t
     return scene(world + "Shape \"sphere\"");
 }
 
-// Files that each include the next `times`.
+// Writes files each of which includes the next one `times` times.
 void files_of_files(const std::filesystem::path& folder, int depth, int times, std::string_view last) {
     for (int i = 0; i < depth; ++i) {
         write(folder / fmt::format("f{}.pbrt", i),
@@ -42,7 +42,7 @@ std::string long_word(char c) {
     return std::string(100'000, c);
 }
 
-// Defaults that each block inherits.
+// Returns a scene with defaults that each block inherits.
 std::string inherited_defaults(int defaults, int blocks) {
     std::string world;
     for (int i = 0; i < defaults; ++i) world += fmt::format("Attribute \"shape\" \"float a{}\" 1\n", i);
@@ -50,14 +50,14 @@ std::string inherited_defaults(int defaults, int blocks) {
                  "Shape \"sphere\"\n" + repeated("AttributeEnd\n", static_cast<std::size_t>(blocks)));
 }
 
-// A long list as a default that every shape has.
+// Returns a scene with a long list as a default of every shape.
 std::string long_default(int numbers, int shapes) {
     return scene("Attribute \"shape\" \"float unused\" [ " +
                  repeated("1 ", static_cast<std::size_t>(numbers)) + "]\n" +
                  repeated("Shape \"sphere\"\n", static_cast<std::size_t>(shapes)));
 }
 
-// Many primitives that all take the same vertices.
+// Returns a model of many primitives that share the same vertices.
 std::string shared_accessor(int primitives, std::size_t vertices) {
     std::string all;
     for (int i = 0; i < primitives; ++i) {

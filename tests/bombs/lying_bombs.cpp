@@ -13,7 +13,7 @@ namespace {
 
 // --- gzip ---
 
-// One stretch of blanks, deflated, that can stand any number of times; `last` ends the data.
+// Returns a deflated block of blanks that can be repeated any number of times; `last` ends the data.
 std::string deflated(std::size_t blanks, bool last) {
     z_stream stream{};
     if (deflateInit2(&stream, 9, Z_DEFLATED, -MAX_WBITS, 9, Z_DEFAULT_STRATEGY) != Z_OK)
@@ -31,7 +31,7 @@ std::string deflated(std::size_t blanks, bool last) {
 
 constexpr std::size_t kStretch = std::size_t{10} << 20;
 
-// `empty` blocks of deflate behind each stretch, of five bytes each: so it packs less well.
+// Appends `empty` deflate blocks of five bytes to each run of blanks, which lowers the compression ratio.
 std::string gzip_of_blanks(std::size_t stretches, std::size_t empty = 0) {
     const std::string blanks(kStretch, ' ');
     const auto once = crc32(0, reinterpret_cast<const Bytef*>(blanks.data()), kStretch);
@@ -61,7 +61,7 @@ std::string packed(Numbers... numbers) {
     return bytes;
 }
 
-// A header of so many pixels, then nothing but zeros.
+// Returns a header with the given size, followed only by zeros.
 std::string exr(int width, int height, const std::vector<std::string>& channels, std::size_t bytes,
                 const std::string& more_attributes = {}) {
     std::string file = packed(std::uint32_t{20000630}, std::uint32_t{2}), list;
@@ -122,7 +122,7 @@ std::string chunk(std::string_view name, const std::string& data) {
            big_endian(static_cast<std::uint32_t>(check));
 }
 
-// 16 bits a channel; its pixels end before they begin.
+// Returns a PNG of 16 bits per channel that ends before its pixels begin.
 std::string png(std::uint32_t side, std::size_t bytes) {
     return "\x89PNG\r\n\x1a\n" +
            chunk("IHDR", big_endian(side) + big_endian(side) + std::string("\x10\x02\0\0\0", 5)) +
@@ -166,7 +166,7 @@ Bomb of_file(std::string name, std::string file, std::function<std::string()> by
             std::move(words), std::move(mentions)};
 }
 
-// The file, and a scene that names it.
+// Returns a bomb of the file and a scene that names it.
 Bomb of_named_file(std::string name, std::string file, std::function<std::string()> bytes, std::string world,
                    std::vector<std::string> mentions) {
     mentions.emplace_back("scene.pbrt:");

@@ -1,6 +1,6 @@
-// The background luminance that UGR tables are made with: CIE 190:2010 takes it from the mean indirect
-// illuminance E_WID of a standard room's walls, by tables of transfer factors. The path tracer's must be the
-// same. Its tables are known here at second hand [eulumdat-ugr 2026], for the room of 4H x 8H.
+// The background luminance of UGR tables: CIE 190:2010 derives it from the mean indirect illuminance E_WID of
+// a standard room's walls, by tables of transfer factors. The path tracer must give the same. The tables are
+// cited from [eulumdat-ugr 2026], for the room of 4H x 8H.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace background_test {
 
-// Between the plane of the eyes and that of the luminaires, H = 2 m; 4 x 8 luminaires.
+// H = 2 m is the distance between the planes of the eyes and of the luminaires; there are 4 x 8 luminaires.
 constexpr double kX = 8, kY = 16, kH = 2, kLumens = 1000;
 constexpr double kWalls = 2 * kH * (kX + kY);
 
@@ -19,8 +19,8 @@ struct Reflectances {
     double from_floor, from_walls;  // F_T,FW and F_T,WW-1 of CIE 190's table 5
 };
 
-// Φ_zL over Φ of a luminaire whose intensity goes with the cosine: F_GL of table 4, by the flux within 41.4,
-// 60, 75.5 and 90 degrees.
+// Returns Φ_zL over Φ of a luminaire with a cosine intensity: F_GL of table 4, from the flux within 41.4, 60,
+// 75.5 and 90 degrees.
 double share_of_floor() {
     const auto within = [](double degrees) { return sqr(std::sin(degrees * kPiD / 180)); };
     return 0.280 * within(41.4) + 0.165 * within(60) + 0.499 * within(75.5) + 0.006;
@@ -50,7 +50,7 @@ std::string room(const Reflectances& of) {
     return text;
 }
 
-// Over all walls, by path tracing.
+// Returns the indirect illuminance averaged over all walls, by path tracing.
 double indirect_of_walls(const Reflectances& of) {
     std::vector<CalculationSurface> walls;
     const auto add = [&walls](const V3d& corner, const V3d& u, const V3d& v) {
@@ -97,10 +97,10 @@ TEST(Cie190, IndirectIlluminanceOfTheWalls_IsThatOfItsTables) {
         std::cout << fmt::format("{}/{}/{}: {:.2f} lx, CIE 190 {:.2f} lx: {:+.1f} %, {:+.2f} of UGR\n",
                                  of.ceiling, of.walls, of.floor, ours, expected, 100 * (ours / expected - 1),
                                  8 * std::log10(expected / ours));
-        // The tables have three digits, and take the luminaires for an even ceiling.
+        // The tables have three digits and treat the luminaires as a uniform ceiling.
         EXPECT_NEAR(ours, expected, 0.06 * expected);
     }
-    // Another room's is not.
+    // The test must detect another room's reflectances.
     EXPECT_GT(std::fabs(indirect_of_walls(all[0]) / by_cie_190(all[2]) - 1), 0.06);
 }
 

@@ -1,10 +1,9 @@
-// A case of CIE 171:2006: its scene, what its points must read, and what they read.
-//
-// Two references stand beside each other. `derived` is worked out by the test, by a closed form or by
-// numerical integration of the geometry; computed values are held to it within their stated intervals.
-// `published` is of CIE 171's own tables, as [Thompson 2026] transcribes them: derived values are held to it
-// within the table's rounding, which is what shows that the geometry is the case's; where a table is known to
-// be in error there is none.
+// A case of CIE 171:2006: its scene, the reference values of its points, and the computed values. There are
+// two references. `derived` is computed by the test, from a closed form or by numerical integration of the
+// geometry; computed values must agree with it within their stated intervals. `published` comes from CIE
+// 171's own tables, as transcribed by [Thompson 2026]; derived values must agree with it within the table's
+// rounding, which shows that the geometry is that of the case. Where a table is known to be in error, there
+// is no published value.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,13 +28,13 @@ constexpr double kNone = NAN;  // no published value
 
 struct Point {
     std::string name;
-    double derived, published;  // in `unit`, as the case's table has them
+    double derived, published;  // in `unit`, as in the case's table
     Reading95 computed;
 };
 
 using Changes = std::vector<std::pair<std::string, std::string>>;
 
-// The scene of a case, with each first text replaced by the second.
+// Reads the scene of a case, with each first text of `changes` replaced by the second.
 inline Job scene(const std::string& name, const Changes& changes = {}) {
     const std::string path = std::string(LUCERNA_SOURCE_DIR) + "/scenes/cie171/" + name;
     std::ifstream file(path);
@@ -49,7 +48,7 @@ inline Job scene(const std::string& name, const Changes& changes = {}) {
     return read_scene_text(text, path, {}, Workers{2}, silent);
 }
 
-// `samples` of each of a point's heads, of which all points together have 16,384 or more.
+// Measures with `samples` for each of a point's sensors; all points together have 16,384 or more.
 inline IlluminanceReport measure(Job job, int samples) {
     Monitor silent;
     IlluminanceOptions options;
@@ -69,7 +68,7 @@ inline Reading95 scaled(const Reading95& reading, double factor) {
     return {reading.value * factor, reading.half_width * factor};
 }
 
-// Rows of docs/results/cie171.md, added to the file that LUCERNA_CIE171_ROWS names.
+// Appends rows of docs/results/cie171.md to the file that LUCERNA_CIE171_ROWS names.
 inline void write_rows(const std::string& title, const std::string& unit, const std::vector<Point>& points) {
     const char* name = std::getenv("LUCERNA_CIE171_ROWS");
     if (name == nullptr) return;
@@ -83,17 +82,17 @@ inline void write_rows(const std::string& title, const std::string& unit, const 
     }
 }
 
-// As many of the points outside their intervals as 95 % leave, or fewer, none of them far outside, and
-// intervals no wider than `precision` of the value: so that what agrees does so for a reason.
+// Expects at most as many points outside their intervals as 95 % allow, none of them far outside, and no
+// interval wider than `precision` of the value, so that agreement is significant.
 inline void expect_as_stated(const std::string& title, const std::string& unit, double precision,
                              const std::vector<Point>& points) {
     write_rows(title, unit, points);
     int missed = 0;
     for (const Point& point : points) {
         const double off = std::fabs(point.computed.value - point.derived);
-        const double exact = 1e-3 * point.derived;  // of the numerical integral
+        const double exact = 1e-3 * point.derived;  // error of the numerical integral
         missed += off > point.computed.half_width + exact;
-        // 5.9 standard errors and more.
+        // The bound is at least 5.9 standard errors.
         EXPECT_LE(off, 3 * point.computed.half_width + exact)
             << title << ' ' << point.name << ": " << point.computed.value << " ± "
             << point.computed.half_width << ", not " << point.derived;
@@ -104,7 +103,8 @@ inline void expect_as_stated(const std::string& title, const std::string& unit, 
         << title << ": " << missed << " of " << points.size() << " outside";
 }
 
-// What the test works out is what the table has, to `rounding` of the table and `share` of the value.
+// Expects the derived values to agree with the table, within `rounding` of the table and `share` of the
+// value.
 inline void expect_as_published(const std::string& title, double rounding, double share,
                                 const std::vector<Point>& points) {
     for (const Point& point : points) {
@@ -114,8 +114,8 @@ inline void expect_as_published(const std::string& title, double rounding, doubl
     }
 }
 
-// Configuration factor of a polygon that lies before the plane of the point, by Lambert's contour integral;
-// it counts where its corners go round clockwise as seen from the point.
+// Returns the configuration factor of a polygon in front of the point's plane, by Lambert's contour integral.
+// It is positive if the corners run clockwise as seen from the point.
 inline double factor(const V3d& p, const V3d& normal, const std::vector<V3d>& corners) {
     double sum = 0;
     for (std::size_t i = 0; i < corners.size(); ++i) {

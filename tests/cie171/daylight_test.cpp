@@ -1,5 +1,5 @@
-// CIE 171:2006, 5.4 (flux conservation), 5.5 (glass) and 5.9 to 5.14: daylight through openings. All in per
-// cent of the illuminance of a horizontal plane under the open sky.
+// CIE 171:2006, 5.4 (flux conservation), 5.5 (glass) and 5.9 to 5.14: daylight through openings. All values
+// are percentages of the illuminance of a horizontal plane under the unobstructed sky.
 #include <map>
 
 #include "tests/cie171/case.h"
@@ -9,10 +9,11 @@ namespace lucerna::cie171 {
 namespace daylight_test {
 
 constexpr double kHorizontal = 10000;                        // lx, of every sky
-constexpr double kGround = 0.3 / kPiD, kMask = 0.05 / kPiD;  // luminance over that
+constexpr double kGround = 0.3 / kPiD, kMask = 0.05 / kPiD;  // luminance for a horizontal illuminance of 1
 
-// CIE S 011:2003: gradation a, b, indicatrix c, d, e; type 16 is CIE's traditional overcast sky. The sun 60
-// degrees high towards +y, which the measured wall of 5.9 faces.
+// Returns the relative luminance of CIE S 011:2003, with gradation a, b and indicatrix c, d, e; type 16 is
+// CIE's traditional overcast sky. The sun stands 60 degrees high towards +y, which the measured wall of 5.9
+// faces.
 double relative_luminance(int type, const V3d& w) {
     if (type == 5) return 1;
     if (type == 16) return (1 + 2 * w.z) / 3;
@@ -22,10 +23,10 @@ double relative_luminance(int type, const V3d& w) {
         return (1 + a * std::exp(b / std::max(w.z, 1e-6))) *
                (1 + c * (std::exp(d * chi) - std::exp(d * kPiD / 2)) + e * std::pow(std::cos(chi), 2));
     };
-    return type == 1 ? sky(4, -0.7, 0, -1, 0) : sky(-1, -0.32, 10, -3, 0.45);  // 1, 12
+    return type == 1 ? sky(4, -0.7, 0, -1, 0) : sky(-1, -0.32, 10, -3, 0.45);  // types 1 and 12
 }
 
-// Of a horizontal illuminance of 1.
+// A sky scaled to a horizontal illuminance of 1.
 class Sky {
   public:
     explicit Sky(int type) : type_(type) {
@@ -61,10 +62,11 @@ struct Opening {
 const Opening kRoof1{{1.5, 1.5, 3}, {1, 0, 0}, {0, 1, 0}}, kRoof4{{0, 0, 3}, {4, 0, 0}, {0, 4, 0}},
     kFacade2{{1, 0, 1}, {2, 0, 0}, {0, 0, 1}}, kFacade4{{0, 0, 0}, {4, 0, 0}, {0, 0, 3}};
 
-// What is seen from a point outwards through the opening, over the horizontal illuminance.
+// Returns the luminance seen from a point outwards through the opening, divided by the horizontal
+// illuminance.
 using Outside = std::function<double(const V3d& from, const V3d& w)>;
 
-// In per cent: the midpoint rule over the opening.
+// Returns the illuminance in per cent by the midpoint rule over the opening.
 double through(const Opening& opening, const V3d& p, const V3d& normal, const Outside& outside, bool glazed) {
     const int n = 500;
     const V3d across = opening.u.cross(opening.v).normalized();
@@ -89,7 +91,7 @@ Outside sky_and_ground(const Sky& sky) {
 
 struct Row {
     const char* surface;
-    const char* names;  // a letter and its apostrophes each
+    const char* names;  // each a letter and its apostrophes
     std::vector<double> published;
 };
 
@@ -112,7 +114,7 @@ std::vector<Point> points_of(const IlluminanceReport& report, const std::vector<
     return points;
 }
 
-// A case with one sky; `precision`: the widest interval, of the value.
+// Tests a case with one sky; `precision` is the widest interval relative to the value.
 void expect_case(const std::string& number, const std::string& file, int type, const Opening& opening,
                  bool glazed, int samples, double precision, double share, const std::vector<Row>& rows) {
     const Sky sky(type);
@@ -135,7 +137,7 @@ std::vector<Row> facade(std::vector<double> wall, std::vector<double> floor, std
 TEST(Cie171, Case54_FluxConservation) {
     const IlluminanceReport report = measure(scene("5.4-flux-conservation.pbrt"), 1);
     Reading95 flux;
-    double derived = 0;  // the same midpoint rule over the sides, of the exact illuminance
+    double derived = 0;  // by the midpoint rule over the sides, of the exact illuminance
     for (const SurfaceIlluminance& side : report.surfaces) {
         const double area = side.surface.u.length() * side.surface.v.length();
         flux.value += area * side.mean.value;
@@ -156,7 +158,7 @@ TEST(Cie171, Case54_FluxConservation) {
 TEST(Cie171, Case55_Glass) {
     std::vector<Point> points;
     for (const int degrees : {0, 15, 30, 45, 60, 70, 75, 80}) {
-        // The mean over the disc, cosine-weighted at the head as the head weights it.
+        // Computes the mean over the disc, cosine-weighted like the sensor.
         const double theta = degrees * kPiD / 180;
         const int n = 400;
         double sum = 0, weight = 0;
@@ -177,14 +179,14 @@ TEST(Cie171, Case55_Glass) {
                           scaled(report.surfaces[0].points[0].all, 1 / open)});
     }
     expect_as_stated("5.5", "transmittance", 0.04, points);
-    // What is not seen without polarisation.
+    // Computes the error of neglecting polarisation.
     EXPECT_NEAR(glass(1).unpolarised, 0.88, 1e-3);
     EXPECT_NEAR(glass(0.5).unpolarised / glass(0.5).exact, 1, 0.015);
 }
 
 TEST(Cie171, Case59_RoofOpening) {
     constexpr int kSamples = 256;
-    // Tables B.1, B.2.
+    // The published values are those of tables B.1 and B.2.
     expect_case("5.9, 1 x 1", "5.9-roof-1x1.pbrt", 5, kRoof1, false, kSamples, 0.04, 0.005,
                 roof({1.04, 2.39, 2.59, 2.20, 1.70, 1.27}, {1.95, 2.52, 3.04, 3.37, 3.37, 3.04, 2.52, 1.95}));
     expect_case("5.9, 1 x 1", "5.9-roof-1x1.pbrt", 16, kRoof1, false, kSamples, 0.04, 0.005,
@@ -193,8 +195,9 @@ TEST(Cie171, Case59_RoofOpening) {
                 roof({0.46, 1.64, 2.34, 2.26, 1.88, 1.47}, {2.33, 3.11, 3.84, 4.29, 4.29, 3.84, 3.11, 2.33}));
     expect_case("5.9, 1 x 1", "5.9-roof-1x1.pbrt", 12, kRoof1, false, kSamples, 0.04, 0.005,
                 roof({1.74, 3.76, 4.55, 4.61, 4.24, 3.63}, {5.72, 6.01, 5.12, 3.97, 2.90, 2.03, 1.40, 0.96}));
-    // Tables B.3, B.4 but for A: 46.74, 39.28, 37.84, 66.34 there, 3.6 to 5.6 % more than the integral, and B
-    // up to 0.6 % more; 5.6's table, of the same geometry, has at B what the integral has.
+    // The published values are those of tables B.3 and B.4 except for A: 46.74, 39.28, 37.84 and 66.34 there
+    // are 3.6 to 5.6 % more than the integral, and B up to 0.6 % more. For the same geometry, 5.6's table
+    // agrees with the integral at B.
     expect_case("5.9, 4 x 4", "5.9-roof-4x4.pbrt", 5, kRoof4, false, kSamples / 8, 0.02, 0.006,
                 roof({kNone, 36.05, 28.05, 21.67, 16.73, 12.98},
                      {26.80, 30.95, 33.99, 35.58, 35.58, 33.99, 30.95, 26.80}));
@@ -211,7 +214,8 @@ TEST(Cie171, Case59_RoofOpening) {
 
 TEST(Cie171, Case510_GlazedRoofOpening) {
     constexpr int kSamples = 384;
-    // Tables B.5 to B.8; without A of the larger opening, 32.66 and 29.21 there, as in 5.9.
+    // The published values are those of tables B.5 to B.8, without A of the larger opening, 32.66 and 29.21
+    // there, as in 5.9.
     expect_case("5.10, 1 x 1", "5.10-glazed-roof-1x1.pbrt", 5, kRoof1, true, kSamples, 0.06, 0.05,
                 roof({0.35, 1.69, 2.12, 1.87, 1.47, 1.11}, {1.71, 2.22, 2.68, 2.96, 2.96, 2.68, 2.22, 1.71}));
     expect_case("5.10, 1 x 1", "5.10-glazed-roof-1x1.pbrt", 16, kRoof1, true, kSamples, 0.06, 0.05,
@@ -226,7 +230,7 @@ TEST(Cie171, Case510_GlazedRoofOpening) {
 
 TEST(Cie171, Case511_FacadeOpening) {
     constexpr int kSamples = 384;
-    // Tables B.9 to B.11.
+    // The published values are those of tables B.9 to B.11.
     const std::vector<double> ceiling2{0.38, 0.53, 0.75, 1.08, 1.56, 2.14, 2.40, 1.24};
     expect_case("5.11, 2 x 1", "5.11-facade-2x1.pbrt", 5, kFacade2, false, kSamples, 0.06, 0.005,
                 facade({0.95, 1.06, 1.79, 3.09, 3.54, 3.17}, {1.27, 1.75, 2.49, 3.59, 5.19, 7.11, 7.99, 4.13},
@@ -234,7 +238,8 @@ TEST(Cie171, Case511_FacadeOpening) {
     expect_case("5.11, 2 x 1", "5.11-facade-2x1.pbrt", 16, kFacade2, false, kSamples, 0.06, 0.005,
                 facade({0.95, 1.06, 1.28, 1.71, 2.06, 2.14}, {0.95, 1.38, 2.07, 3.19, 4.97, 7.42, 9.11, 5.04},
                        ceiling2));
-    // Tables B.12 to B.14; 0.5 % but for A, C, D, F of the uniform sky and the points next to the facade.
+    // The published values are those of tables B.12 to B.14; they agree to 0.5 % except for A, C, D, F of the
+    // uniform sky and the points next to the facade.
     const std::vector<double> ceiling4{1.74, 2.29, 3.06, 4.14, 5.63, 7.65, 10.27, 13.59};
     expect_case("5.11, 4 x 3", "5.11-facade-4x3.pbrt", 5, kFacade4, false, kSamples / 4, 0.06, 0.04,
                 facade({6.43, 8.96, 11.11, 13.47, 14.57, 15.17},
@@ -246,7 +251,7 @@ TEST(Cie171, Case511_FacadeOpening) {
 
 TEST(Cie171, Case512_GlazedFacadeOpening) {
     constexpr int kSamples = 512;
-    // Tables B.15 to B.20.
+    // The published values are those of tables B.15 to B.20.
     const std::vector<double> ceiling2{0.33, 0.46, 0.65, 0.94, 1.34, 1.80, 1.85, 0.53};
     expect_case("5.12, 2 x 1", "5.12-glazed-facade-2x1.pbrt", 5, kFacade2, true, kSamples, 0.08, 0.05,
                 facade({0.84, 0.94, 1.58, 2.72, 3.12, 2.79}, {1.11, 1.54, 2.18, 3.13, 4.47, 6.00, 6.17, 1.75},
@@ -259,7 +264,7 @@ TEST(Cie171, Case512_GlazedFacadeOpening) {
 
 TEST(Cie171, Case513_HorizontalMask) {
     const Sky sky(5);
-    // Tables B.21 to B.23.
+    // The published values are those of tables B.21 to B.23.
     const std::pair<double, std::vector<double>> table[] = {
         {0.5, {1.27, 1.75, 2.49, 3.59, 5.19, 7.11, 7.13, 0.21}},
         {1, {1.27, 1.75, 2.49, 3.59, 4.82, 5.42, 3.63, 0.21}},
@@ -268,7 +273,7 @@ TEST(Cie171, Case513_HorizontalMask) {
         Changes changes = sky.changes();
         changes.emplace_back("-0.5 3", fmt::format("{} 3", -depth));
         const Outside outside = [&, depth = depth](const V3d& from, const V3d& w) {
-            const double y = from.y + w.y * (3 - from.z) / w.z;  // where the ray is at the mask's height
+            const double y = from.y + w.y * (3 - from.z) / w.z;  // where the ray crosses the mask's height
             return y > -depth ? kMask : sky.luminance(w);
         };
         const std::string title = fmt::format("5.13, {} m, sky 5", depth);
@@ -282,14 +287,15 @@ TEST(Cie171, Case513_HorizontalMask) {
 
 TEST(Cie171, Case514_VerticalMask) {
     const Sky sky(5);
-    // Table B.24 from point C on, where the mask is not seen; of 6 and 9 m none: B.25 and B.26 are in error.
+    // The published values are those of table B.24 from point C on, from which the mask is not visible. There
+    // are none for 6 and 9 m, because tables B.25 and B.26 are in error.
     const std::pair<int, std::vector<double>> table[] = {
         {3, {kNone, kNone, 2.49, 3.59, 5.19, 7.11, 7.99, 4.13}}, {6, {}}, {9, {}}};
     for (const auto& [height, published] : table) {
         Changes changes = sky.changes();
         changes.emplace_back("-6 3", fmt::format("-6 {}", height));
         const Outside outside = [&, height = height](const V3d& from, const V3d& w) {
-            const double z = from.z + w.z * (-6 - from.y) / w.y;  // where the ray is at the mask
+            const double z = from.z + w.z * (-6 - from.y) / w.y;  // where the ray crosses the mask
             return z < height ? 0 : sky.luminance(w);
         };
         const std::string title = fmt::format("5.14, {} m, sky 5", height);

@@ -6,7 +6,7 @@ namespace electric_test {
 
 const V3d kUp(0, 0, 1), kNorth(0, 1, 0), kDown(0, 0, -1);
 
-// The points of a surface that is one row of them.
+// Returns the points of a surface that has a single row of them.
 std::vector<Point> row(const SurfaceIlluminance& found, const std::string& names,
                        const std::function<double(const V3d&)>& derived, const std::vector<double>& published,
                        const std::function<Reading95(const PointParts&)>& computed) {
@@ -29,7 +29,7 @@ Reading95 all(const PointParts& parts) {
 TEST(Cie171, Case52_PointSource) {
     const IlluminanceReport report = measure(scene("5.2-point-source.pbrt"), 4);
     const SurfaceIlluminance& plane = surface(report, "plane");
-    // Table 11.
+    // The published values are those of table 11.
     const struct {
         const char* name;
         int x, y;
@@ -53,7 +53,7 @@ TEST(Cie171, Case53_AreaSource) {
     const auto lx = [&](const V3d& normal) {
         return [&, normal](const V3d& p) { return 1000 * kPiD * factor(p, normal, source); };
     };
-    // Table 12.
+    // The published values are those of table 12.
     const std::vector<Point> points = joined(
         row(surface(report, "wall"), "ABCDEF", lx(kNorth), {32.68, 75.09, 81.38, 69.12, 53.41, 39.90}, all),
         row(surface(report, "floor"), "GHIJKLMN", lx(kUp),
@@ -69,7 +69,7 @@ TEST(Cie171, Case56_DiffuseReflection) {
         return [&, normal](const V3d& p) { return 100 * factor(p, normal, floor); };
     };
     const auto indirect = [](const PointParts& parts) { return scaled(parts.indirect, 100 / (10000 * 0.3)); };
-    // Table 17.
+    // The published values are those of table 17.
     const std::vector<Point> points =
         joined(row(surface(report, "wall"), "BCDEF", percent(kNorth),
                    {35.901, 27.992, 21.639, 16.716, 12.967}, indirect),
@@ -81,7 +81,8 @@ TEST(Cie171, Case56_DiffuseReflection) {
 
 TEST(Cie171, Case57_DiffuseReflectionWithObstruction) {
     const IlluminanceReport report = measure(scene("5.7-obstruction.pbrt"), 224);
-    // From how high up the wall y = 4 is seen over the box: over the edge that hides more of it.
+    // Computes the height from which the wall y = 4 is visible above the box, over the edge that hides more
+    // of it.
     const auto percent = [](const V3d& normal) {
         return [normal](const V3d& p) {
             double lowest = 0;
@@ -92,7 +93,8 @@ TEST(Cie171, Case57_DiffuseReflectionWithObstruction) {
         };
     };
     const auto indirect = [](const PointParts& parts) { return scaled(parts.indirect, 100 / (10000 * 0.6)); };
-    // [Dau 2016, Table 14], in the place of Table 19, which is in error.
+    // The published values are those of [Dau 2016, Table 14], which replaces Table 19, because that is in
+    // error.
     const std::vector<Point> points =
         joined(row(surface(report, "wall"), "ABCDEF", percent(kNorth),
                    {16.07, 16.33, 15.40, 13.32, 10.32, 7.08}, indirect),
@@ -102,7 +104,7 @@ TEST(Cie171, Case57_DiffuseReflectionWithObstruction) {
 }
 
 TEST(Cie171, Case58_ReflectedComponent) {
-    // Table 20.
+    // The published values are those of table 20.
     const std::pair<double, double> table[] = {{0.05, 5.48}, {0.1, 11.6}, {0.2, 26.0}, {0.3, 44.6},
                                                {0.4, 69.4},  {0.5, 104},  {0.6, 156},  {0.7, 243},
                                                {0.8, 417},   {0.9, 937},  {0.95, 1979}};

@@ -5,15 +5,15 @@
 
 namespace lucerna::cie171 {
 
-// Of one polarisation each, or of what is taken as both: reflectance `r` of either side, internal
-// transmittance `t`, all reflections between the sides counted.
+// Returns the transmittance of a plate for one polarisation, or for an average treated as one: reflectance
+// `r` of either side and internal transmittance `t`, with all reflections between the sides.
 inline double plate(double r, double t) {
     return (1 - r) * (1 - r) * t / (1 - r * r * t * t);
 }
 
 struct Transmittance {
-    double unpolarised;  // the mean reflectance of both polarisations at each side: what is rendered
-    double exact;        // the mean transmittance of both
+    double unpolarised;  // by the mean reflectance of both polarisations at each side, as rendered
+    double exact;        // the mean transmittance of both polarisations
 };
 inline Transmittance glass(double cosine) {
     const double inside = std::sqrt(1 - (1 - cosine * cosine) / (1.52 * 1.52));

@@ -1,5 +1,5 @@
-// CIE 117:1995: Guth's position index by its fit against the standard's own table, and what the difference
-// makes of a rating.
+// CIE 117:1995: compares Guth's position index by its fit with the standard's own table, and the resulting
+// ratings.
 #include <fmt/format.h>
 
 #include "engine/photometry/glare.h"
@@ -8,8 +8,9 @@
 namespace lucerna::cie171 {
 namespace position_index_test {
 
-// CIE 117:1995, Table 4.1, every fifth row, as [eulumdat-ugr 2026] transcribes it: of a luminaire H above the
-// eye, T beside the line of sight, R along it; columns H/R = 0, 0.1 ... 1.9; 0 where the table has none.
+// Every fifth row of CIE 117:1995, Table 4.1, as transcribed by [eulumdat-ugr 2026]: for a luminaire H above
+// the eye, T beside the line of sight, R along it. The columns are H/R = 0, 0.1 ... 1.9; 0 where the table is
+// empty.
 struct TableRow {
     double t_over_r;
     std::vector<double> index;
@@ -56,14 +57,14 @@ TEST(Cie117, PositionIndex_IsTheTables) {
                   .c_str());
 }
 
-// A grid of luminaires over an observer, each L²w/p²: the ratings by the fit and by the table differ by less
-// than the 0.1 that ratings are stated to... or what is asserted here.
+// For a grid of luminaires above an observer, each adding L²w/p², the ratings by the fit and by the table
+// must differ by less than the bound asserted here.
 TEST(Cie117, Rating_ByTheFitAndByTheTable) {
     double by_fit = 0, by_table = 0;
     for (const TableRow& row : kTable) {
         for (std::size_t i = 1; i < row.index.size(); ++i) {
             if (row.index[i] == 0) continue;
-            // Luminaires 2 m above the eye, horizontal, 0.36 m², Lambertian.
+            // The luminaires are 2 m above the eye, horizontal, 0.36 m², Lambertian.
             const double r = 2 / (0.1 * static_cast<double>(i)), t = row.t_over_r * r;
             const double d2 = r * r + t * t + 4;
             const double solid_angle = 0.36 * 2 / std::pow(d2, 1.5);

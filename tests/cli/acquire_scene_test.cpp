@@ -1,5 +1,5 @@
-// Luminaires on the measuring bench: the same field as the formula's, the right way round, and the same bytes
-// whether or not the work was stopped.
+// Luminaires on the measuring bench give the same field as the formula's, in the right orientation, and the
+// same bytes whether or not the work is interrupted.
 #include "engine/cli/light/acquire_scene.h"
 
 #include <gmock/gmock.h>
@@ -58,8 +58,8 @@ Rig bench(bool travels) {
     return rig;
 }
 
-// Σ (measured - true)² over Σ variance: 1 for a correct measurement by independent rays, less by stratified
-// ones.
+// Returns Σ (measured - true)² over Σ variance: 1 for a correct measurement by independent rays, less by
+// stratified ones.
 double misfit(const LightField& measured, const LightField& expected, const SamplingNoise& noise,
               double scale) {
     double sum = 0;
@@ -82,7 +82,7 @@ TEST_P(AcquireSceneOf, MattDisc_IsTheFieldOfItsFormulaWithinItsNoise) {
     const LightField expected =
         acquire(cosine_emitter(EmitterModel::Outline::disc, {0.01, 0.01}, 5), rig, Workers{2}, silent);
     EXPECT_LT(misfit(field, expected, made.noise, 1), 1.15);
-    // Too bright by twice the noise is seen.
+    // The test must detect an excess brightness of twice the noise.
     EXPECT_LT(made.noise.relative, 0.2);
     EXPECT_GT(misfit(field, expected, made.noise, 1 + 2 * made.noise.relative), 2.5);
     EXPECT_NEAR(made.account.total, 5, 1e-3);
@@ -113,7 +113,7 @@ TEST(AcquireScene, UnitOfTheScene_IsThatOfTheLamp_UnlessItsFluxIsStated) {
 }
 
 TEST(AcquireScene, EmitterBesideTheAxis_AppearsOnItsSideOfSAndShinesToItsSideOfM) {
-    // A narrow cone from (+8, -4) mm that leans towards +y.
+    // A narrow cone from (+8, -4) mm leans towards +y.
     const Lamp lamp(
         "LightSource \"spot\" \"point3 from\" [0.008 -0.004 0] \"point3 to\" [0.008 0.006 0.05]\n"
         "    \"float coneangle\" 8 \"float power\" 1\n");
@@ -161,7 +161,8 @@ TEST(AcquireScene, StoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBit) {
     Monitor silent;
     const SceneEmitter emitter = in_small_blocks(lamp);
     const SceneAcquisition whole = acquire_scene(emitter, bench(true), {}, Workers{1}, silent);
-    for (const std::uint64_t patience : {30'000U, 40'000U}) {  // 2 blocks, then 3 of the 5 that are left
+    for (const std::uint64_t patience :
+         {30'000U, 40'000U}) {  // stops after 2 blocks, then after 3 of the remaining 5
         testing::ImpatientMonitor user(patience);
         const std::string message =
             testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); });
@@ -177,7 +178,7 @@ TEST(AcquireScene, StoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBit) {
     EXPECT_EQ(whole.images.info.colour, resumed.images.info.colour);
 }
 
-// A red disc below S's middle, a blue one beside it: each matt, of its own flux.
+// A red disc below S's centre and a blue one beside it, each diffuse and with its own flux.
 constexpr const char* kRedDisc =
     "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 0.5 0.2] \"float power\" 5\n"
     "Shape \"disk\" \"float radius\" 0.006 AttributeEnd\n";
@@ -236,7 +237,7 @@ TEST(AcquireScene, InColourStoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBi
         for (const FilterSign sign : kFilterSigns)
             EXPECT_EQ(whole.images.of(sign, c), resumed.images.of(sign, c)) << c;
     }
-    // A lamp that differs by its colours alone is another.
+    // A lamp that differs only in its colours is another lamp.
     testing::ImpatientMonitor again(20'000);
     std::filesystem::remove(lamp.part());
     testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, again); });

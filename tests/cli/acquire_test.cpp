@@ -1,4 +1,5 @@
-// lucerna light acquire with a rig file: one way inside, resumable, strict.
+// `lucerna light acquire` with a rig file: no option overrides the file, the work is resumable, and errors
+// are strict.
 #include <atomic>
 #include <csignal>
 
@@ -61,7 +62,7 @@ TEST_F(RunAcquire, UnfinishedWorkOnAnotherRig_IsRefused) {
                    {"lamp.exr.part", "another description", "remove"});
 }
 
-// Stopped before its first column, or killed: nothing is in the way of another description.
+// Work that is stopped or killed before its first column must not block another description.
 TEST_F(RunAcquire, BegunWorkOnAnotherRigWithNothingDone_IsNoHindrance) {
     const std::atomic<int> stop{SIGINT};
     Surroundings around;
@@ -75,7 +76,8 @@ TEST_F(RunAcquire, BegunWorkOnAnotherRigWithNothingDone_IsNoHindrance) {
     EXPECT_FALSE(std::filesystem::exists("lamp.exr.part"));
 }
 
-// A lamp that is too bright for a light field, which is found out at the end; and the mended description.
+// A lamp that is too bright for a light field is discovered only at the end; the corrected description must
+// then run.
 TEST_F(RunAcquire, FailedWork_LeavesNothingThatBlocksTheMendedOne) {
     std::string bad = kRig;
     write("bad.toml", bad.replace(bad.find("flux = 7"), 8, "flux = 1e36"));
@@ -120,7 +122,7 @@ constexpr const char* kLuminaire =
     "Camera \"perspective\" Film \"rgb\" WorldBegin\n"
     "AreaLightSource \"diffuse\" Shape \"disk\" \"float radius\" 0.006\n";
 
-// The rig, before a scene.
+// Returns the rig that is placed in front of a scene.
 std::string rig_of_scene() {
     const std::string text = kRig;
     return text.substr(0, text.find("[emitter]")) +

@@ -1,4 +1,4 @@
-// A virtual rig photographs a lamp, and light assemble gives the lamp back.
+// A virtual rig photographs a lamp, and `light assemble` reproduces the lamp.
 #include "engine/cli/run.h"
 #include "lights/light_field.h"
 #include "tests/cli/run_support.h"
@@ -59,7 +59,7 @@ TEST_F(RunAssemble, VirtualPhotographs_GiveTheLampBack) {
                                 HasSubstr("saturated pixels     0")));
     const LightField bare_field = read_light_field("bare.exr"), seen = read_light_field("seen.exr"),
                      back = read_light_field("back.exr");
-    EXPECT_LT(difference(bare_field, back), 1e-3);  // all three are stored as halves
+    EXPECT_LT(difference(bare_field, back), 1e-3);  // all three are stored in half precision
     EXPECT_LT(difference(seen, back), 1e-6);
     EXPECT_EQ(back.rig().centre, seen.rig().centre);
     EXPECT_NEAR(back.info().missed, bare_field.info().missed, 1e-3);

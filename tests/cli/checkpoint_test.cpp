@@ -37,7 +37,7 @@ TEST_F(CheckpointCommand, MoreSamples_ImageOfOneRender) {
     EXPECT_THAT(outcome.out, HasSubstr("continue --resume c"));
     render({"--spp", "8", "-o", "b.exr"});
     EXPECT_EQ(read_exr("a.exr").data, read_exr("b.exr").data);
-    // What was resumed has been kept up to date.
+    // The resumed checkpoint is kept up to date.
     EXPECT_THAT(render({"--spp", "9", "-o", "a.exr", "--resume", "c"}).out, HasSubstr("resumed: 8 samples"));
 }
 
@@ -103,7 +103,7 @@ TEST_F(CheckpointCommand, UnusableFiles_AreRefusedBeforeTheSceneIsRead) {
                    {"--checkpoint-every", "\"5\""});
 }
 
-// The sums of another build are not, to the bit, those that this one would have made.
+// The sums of another build are not, to the bit, those of this one.
 TEST_F(CheckpointCommand, OfAnotherBuild_IsRefusedAndBothAreNamed) {
     render({"--spp", "2", "-o", "a.exr", "--checkpoint", "c"});
     Checkpoint checkpoint = load_checkpoint("c");
@@ -117,7 +117,7 @@ TEST_F(CheckpointCommand, OfAnotherBuild_IsRefusedAndBothAreNamed) {
                    {"arithmetic", fact->second, arithmetic()});
 }
 
-// A wish to stop before anything is there: no image, but the file from which to begin.
+// A request to stop before any sample is done leaves no image, but a checkpoint to start from.
 TEST_F(CheckpointCommand, StoppedByTheUser_GoesOn) {
     const std::atomic<int> stop{SIGINT};
     const Outcome stopped = lucerna_run(

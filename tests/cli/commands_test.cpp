@@ -1,4 +1,4 @@
-// The whole command at work: what each subcommand makes and says.
+// Runs the whole command: what each subcommand writes and prints.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -194,7 +194,7 @@ TEST_F(RunRender, LayersOfAnImage_AreDenoisedLikeTheRender) {
     EXPECT_GT(changed, 0) << "R, G and B of the render are as measured";
 }
 
-// What a picture looks like is no matter of the image's.
+// The options of a picture's look leave the image unchanged.
 TEST_F(RunRender, LooksOfAPicture_ChangeItAndLeaveTheImage) {
     const auto render = [](std::vector<std::string> more) {
         std::vector<std::string> words{"render", "scene.pbrt", "-o", "a.exr", "--png", "--spp", "2"};
@@ -226,7 +226,7 @@ TEST_F(RunRender, DenoisingWithoutLayers_IsRefusedByWhatIsMissing) {
     expect_refused({"render", "scene.pbrt", "--layers", "--no-denoise"}, {"--no-denoise"});
 }
 
-// A picture is denoised unless told otherwise; an image for other programs, and one to go on with, is not.
+// A picture is denoised by default; an image for other programs, and one with a checkpoint, is not.
 TEST_F(RunRender, Denoising_IsForPictures) {
     const auto channels = [](std::vector<std::string> more) {
         std::vector<std::string> words{"render", "scene.pbrt", "-o", "a.exr", "--spp", "2"};
@@ -241,7 +241,7 @@ TEST_F(RunRender, Denoising_IsForPictures) {
     EXPECT_EQ(channels({"--png", "--checkpoint", "a.checkpoint"}), 6U);
 }
 
-// What is said can be said again: the same options make the same picture, denoised as for an error.
+// The reported choice can be given as options: these make the same picture, denoised as for an error.
 TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
     std::string text = read_text("scene.pbrt");
     const std::string limited = "\"integer maxdepth\" 4";
@@ -284,7 +284,7 @@ TEST_F(RunRender, WhoeverNamesTheMethodOrKeepsACheckpoint_HasNothingChosen) {
         ASSERT_EQ(lucerna_run(words).code, 0) << more[0];
         EXPECT_FALSE(nlohmann::json::parse(read_text("a.json")).contains("choice")) << more[0];
     }
-    // Nor where the scene's own method is the only one.
+    // There is also no choice where only the scene's own method is eligible.
     std::string text = read_text("scene.pbrt");
     const std::string path = "Integrator \"path\" \"integer maxdepth\" 4";
     ASSERT_NE(text.find(path), std::string::npos);
@@ -385,7 +385,7 @@ TEST_F(RunLight, AcquiredLamp_LightsAScene) {
     const Outcome outcome = lucerna_run({"render", "lamp.pbrt", "-o", "a.exr"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_THAT(outcome.out,
-                Not(HasSubstr("cell table")));  // made with the lamp, and of the field in its file
+                Not(HasSubstr("cell table")));  // made with the lamp, and valid for the field in its file
     const Image image = read_exr("a.exr");
     EXPECT_TRUE(std::any_of(image.data.begin(), image.data.end(), [](float v) { return v > 0; }));
     EXPECT_THAT(lucerna_run({"info", "lamp.pbrt"}).out, HasSubstr("lightfield"));

@@ -45,7 +45,7 @@ TEST(ErrorPictures, Diverging_IsRedAboveBlueBelowPaleAtZero) {
     EXPECT_EQ(diverging_colour(5), diverging_colour(1));
     EXPECT_EQ(diverging_colour(NAN), none);
     double before = 2;
-    for (double v = 0; v <= 1; v += 0.1) {  // as dark on either side, and darker outwards
+    for (double v = 0; v <= 1; v += 0.1) {  // equally dark on either side, and darker outwards
         const auto grey_of = [](const Rgb& c) { return double{luminance(c)}; };
         EXPECT_LT(grey_of(diverging_colour(v)), before);
         EXPECT_NEAR(grey_of(diverging_colour(v)), grey_of(diverging_colour(-v)), 0.12);
@@ -153,7 +153,7 @@ TEST_F(RunComparison, SeveralSeeds_TellBiasFromNoise) {
     ASSERT_EQ(json["images"].size(), 4U);
     EXPECT_EQ(json["images"][2]["image"], "s2.exr");
     const auto& parts = json["seeds"]["absolute"];
-    // The reference states a variance of 0.01, which it does not have: that much is taken off.
+    // The reference states a variance of 0.01 that it does not have, so that amount is subtracted.
     EXPECT_NEAR(parts["bias2"]["value"].get<double>(), 0.09 - 0.01, 0.02);
     EXPECT_NEAR(parts["noise2"]["value"].get<double>(), 0.01, 0.002);
     EXPECT_GT(parts["bias2"]["standard_error"].get<double>(), 0);

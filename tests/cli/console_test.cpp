@@ -13,7 +13,7 @@ namespace console_test {
 
 using ::testing::HasSubstr;
 
-// A monitor with a clock that the test turns.
+// A console whose clock the test sets.
 struct Console {
     explicit Console(bool terminal = false, bool quiet = false) {
         settings.terminal = terminal;
@@ -47,7 +47,7 @@ TEST(Console, PlainLongPhase_SaysEveryTenthAfterFiveSeconds) {
     {
         Phase phase(monitor, "image", 100);
         for (int i = 0; i < 100; ++i) {
-            c.now += 0.2;  // 20 s in all; 5 s are over at 25 %
+            c.now += 0.2;  // 20 s in all; at 25 % 5 s have elapsed
             phase.advance(1);
         }
     }
@@ -98,7 +98,8 @@ TEST(Console, NestedPhases_OuterCountGoesOn) {
         }
         outer.advance(6);
     }
-    EXPECT_EQ(c.out.str(), "scene …\ntable …\ntable: <0.01 s\nscene: <0.01 s\n");  // neither "ended at"
+    EXPECT_EQ(c.out.str(),
+              "scene …\ntable …\ntable: <0.01 s\nscene: <0.01 s\n");  // neither phase prints "ended at"
 }
 
 TEST(Console, RepeatedWarning_IsSaidOnceAndCounted) {

@@ -1,4 +1,4 @@
-// lucerna falsecolour: what it writes, says and refuses.
+// `lucerna falsecolour`: what it writes, prints and refuses.
 #include "engine/colour/colour_space.h"
 #include "engine/image/image.h"
 #include "tests/cli/run_support.h"
@@ -13,7 +13,7 @@ using RunFalsecolour = testing::RunTest;
 using testing::lucerna_run;
 using testing::Outcome;
 
-// R = G = B = x, and layers; in lx.
+// Returns an image in lx with R = G = B = x, and layers.
 Image slope(const std::string& unit = "lx") {
     Image image(100, 40, {"R", "G", "B", "direct.R", "direct.G", "direct.B", "Z"});
     for (int y = 0; y < image.height; ++y) {
@@ -65,7 +65,7 @@ TEST_F(RunFalsecolour, Layers_AreShownInTheirUnit) {
                    {"--layer", "\"dircet\"", "did you mean \"direct\"?"});
 }
 
-// Luminance has the weights of the space in which the image is: a pure red is darker in Rec. 2020's red.
+// Luminance uses the weights of the image's own colour space: a pure red has another luminance in Rec. 2020.
 TEST_F(RunFalsecolour, Luminance_IsOfTheImagesOwnSpace) {
     Image image = Image::rgb(4, 4);
     for (int i = 0; i < 16; ++i) image.set_rgb(i % 4, i / 4, {100, 0, 0});

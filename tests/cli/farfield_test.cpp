@@ -1,4 +1,4 @@
-// lucerna light farfield, and what the other commands say of photometric files.
+// `lucerna light farfield`, and what the other commands report of photometric files.
 #include <fstream>
 
 #include "engine/base/sampler.h"
@@ -86,7 +86,7 @@ TEST_F(FarFieldCommand, FieldInWatts_NeedsAnEfficacyForAPhotometricFile) {
     EXPECT_EQ(diagram.code, 0);
 }
 
-// A green and a blue lamp as ray files; the second in watts, without a word about its light.
+// Writes a green and a blue lamp as ray files; the second is in watts, without a luminous flux.
 void write_two_chips() {
     const auto chip = [](float place, FluxUnit unit) {
         RaySet set;
@@ -117,7 +117,7 @@ TEST_F(FarFieldCommand, LampOfTwoChips_IsImportedInColourAndShownSo) {
     const Outcome done = lucerna_run(import);
     ASSERT_EQ(done.code, 0) << done.err;
     EXPECT_THAT(done.out, HasSubstr("varying with position and direction"));
-    // 90 lm of 528 nm and 3 W of 457 nm.
+    // The lamps emit 90 lm of 528 nm and 3 W of 457 nm.
     const LightField field = read_light_field("chips.exr");
     const V3d green = cie_xyz(528), blue = cie_xyz(457);
     const V3d sum = 90.0 / green.y * green + 3.0 * 683 * blue;
@@ -136,7 +136,7 @@ TEST_F(FarFieldCommand, LampOfTwoChips_IsImportedInColourAndShownSo) {
     ASSERT_EQ(shown.code, 0) << shown.err;
     const Image map = read_exr("near-chromaticity.exr");
     const Chromaticity left = chromaticity(green), right = chromaticity(blue);
-    // On the screen's left it is green, on its right blue.
+    // The left of the screen is green, the right blue.
     EXPECT_GT(left.v, right.v);
     EXPECT_GT(map.rgb_at(8, 16).y, map.rgb_at(23, 16).y + 0.1F);
     EXPECT_TRUE(std::filesystem::exists("near-chromaticity.png"));

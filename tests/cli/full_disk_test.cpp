@@ -1,5 +1,5 @@
-// A disk that is full: every file that lucerna writes is then an error that names the file and the cause, and
-// the old file stays. The disk is played by the system's limit on the size of files.
+// On a full disk, every file that lucerna writes is an error that names the file and the cause, and the old
+// file remains. The system's limit on the size of files simulates the disk.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -36,7 +36,7 @@ using testing::error_of;
 using ::testing::HasSubstr;
 using testing::lucerna_run;
 
-// While it lives, no file of this process may grow beyond `bytes`.
+// While an instance lives, no file of this process can grow beyond `bytes`.
 class FullDisk {
   public:
     explicit FullDisk(rlim_t bytes) {
@@ -60,7 +60,7 @@ class FullDisk {
 Image noise_image() {
     Image image(40, 30, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
     Sampler sampler(1, Purpose::test, 0, 0);
-    for (float& value : image.data) value = sampler.next();  // that no compression makes small
+    for (float& value : image.data) value = sampler.next();  // noise, which no compression makes small
     return image;
 }
 
@@ -160,13 +160,13 @@ TEST(FullDisk, EveryWriter_NamesFileAndCauseAndLeavesTheOldFile) {
             EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1)
                 << "a leftover";
         }
-        // And the same bytes once there is room.
+        // With enough room again, the writer gives the same bytes.
         writer.write(file);
         EXPECT_EQ(read_bytes(file), old) << writer.file;
     }
 }
 
-// The device that is always full, where there is one.
+// Writes to the device that is always full, where the system has one.
 TEST(FullDisk, NoRoomOnTheDevice_IsSaidInTheSystemsWords) {
     if (!std::filesystem::exists("/dev/full")) LUCERNA_CANNOT_RUN() << "there is no /dev/full";
     const testing::TemporaryFolder folder;
@@ -183,7 +183,7 @@ TEST(FullDisk, NoRoomOnTheDevice_IsSaidInTheSystemsWords) {
 
 using RenderToFullDisk = testing::RunTest;
 
-// Files that are shown on the way may fail; the last ones may not.
+// Intermediate files may fail; the final ones may not.
 TEST_F(RenderToFullDisk, Image_IsAnErrorAndTheOldOneStays) {
     ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--png", "--stats", "a.json"}).code, 0);
     const std::vector<std::byte> old = read_bytes("a.exr");
@@ -200,7 +200,7 @@ TEST_F(RenderToFullDisk, Image_IsAnErrorAndTheOldOneStays) {
     EXPECT_EQ(files(), before);
 }
 
-// The image is worth more than its checkpoint: it is written, the error comes after.
+// The image is worth more than its checkpoint, so it is written before the error is reported.
 TEST_F(RenderToFullDisk, Checkpoint_IsAWarningThenAnErrorAndTheImageIsThere) {
     std::filesystem::create_directory("small");
     ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "--resolution", "200x200", "--spp", "1", "-o", "a.exr",

@@ -1,4 +1,4 @@
-// lucerna import: models made here, imported, and read back by our own reader.
+// `lucerna import`: models made here are imported and read back by our own reader.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,8 +46,8 @@ void put(std::string& bytes, std::initializer_list<T> values) {
     }
 }
 
-// Two triangles in the plane y = 0, x and z from -1 to 1, normals up: positions (48 bytes), normals (48),
-// texture coordinates (32), indices of 16 bits (12).
+// Returns two triangles in the plane y = 0, x and z from -1 to 1, normals up: positions (48 bytes), normals
+// (48), texture coordinates (32), 16-bit indices (12).
 std::string square_bytes() {
     std::string bytes;
     put<float>(bytes, {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1});
@@ -61,7 +61,7 @@ Json view(int offset, int length) {
     return {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}};
 }
 
-// A square of grey, rough, not metallic; no camera, no light.
+// Returns a grey, rough, non-metallic square without a camera or a light.
 Json model() {
     const std::string bytes = square_bytes();
     Json m;
@@ -99,7 +99,7 @@ Json point_light() {
          Json::array({{{"type", "point"}, {"name", "bulb"}, {"intensity", 40}, {"color", {1, 0.5, 0.25}}}})}};
 }
 
-// The model as one file: JSON, then the buffer.
+// Returns the model as one file: the JSON, then the buffer.
 std::string glb(Json m) {
     std::string bytes = square_bytes();
     m["buffers"] = Json::array({{{"byteLength", bytes.size()}}});
@@ -152,12 +152,12 @@ TEST_F(RunImport, NoCameraAndNoLight_GetsBothAndSaysSo) {
     EXPECT_THAT(scene(),
                 AllOf(HasSubstr("# The model has no camera"), HasSubstr("# The model has no light")));
     EXPECT_EQ(job.scene.lights().size(), 2U);
-    // The whole square is in the picture: not black, and not only square.
+    // The default view contains the whole square.
     ASSERT_EQ(lucerna_run({"render", "m.pbrt", "--spp", "2", "--resolution", "16x12", "--quiet"}).code, 0);
     EXPECT_EQ(read_exr("m.exr").width, 16);
 }
 
-// scale, then turn, then move, and the parent's after the child's.
+// A node scales, then rotates, then translates, and its parent's transformation follows.
 TEST_F(RunImport, Nodes_ComposeAsTheStandardSays) {
     Json m = model();
     m["nodes"] = Json::array({{{"children", {1}}, {"translation", {10, 0, 0}}, {"scale", {2, 2, 2}}},
@@ -166,7 +166,7 @@ TEST_F(RunImport, Nodes_ComposeAsTheStandardSays) {
                                {"scale", {1, 1, 3}},
                                {"rotation", {0, std::sqrt(0.5), 0, std::sqrt(0.5)}}}});
     const Job job = import(m);
-    // The square becomes 2 x 6, turned a quarter about y 6 x 2, doubled 12 x 4, around (10, 2, 6).
+    // The square becomes 2 x 6, after a quarter turn about y 6 x 2, doubled 12 x 4, around (10, 2, 6).
     for (const auto& [x, z, inside] : {std::tuple{10.0, 6.0, true},
                                        {4.1, 4.1, true},
                                        {15.9, 7.9, true},
@@ -180,7 +180,7 @@ TEST_F(RunImport, Nodes_ComposeAsTheStandardSays) {
             EXPECT_NEAR(hit->t, 8, 1e-4);
         }
     }
-    // The same by one matrix, whose columns glTF writes one after the other.
+    // The same transformation is given as one matrix, which glTF writes by columns.
     m["nodes"] = Json::array({{{"mesh", 0}, {"matrix", {0, 0, -2, 0, 0, 2, 0, 0, 6, 0, 0, 0, 10, 2, 6, 1}}}});
     const Job same = import(m);
     EXPECT_TRUE(down(same, 15.9, 7.9));
@@ -203,7 +203,7 @@ TEST_F(RunImport, Camera_LooksAlongMinusZAndIsNotMirrored) {
                   .code,
               0);
     // It stands 2 m to the right at 10 m: tan 0.3 is half the height, so 2/10/0.309 · 10 = 6.5 pixels right
-    // of 20. What is beside it is sky of 5000 cd/m².
+    // of 20. Everything beside it is sky of 5000 cd/m².
     const Image image = read_exr("m.exr");
     const auto different = [&](int x) { return std::fabs(image.rgb_at(x, 10).x - 5000) > 500; };
     EXPECT_TRUE(different(26));
@@ -232,7 +232,7 @@ TEST_F(RunImport, Lights_AreWrittenAsTheyStand) {
     EXPECT_EQ(job.scene.stated_unit(), FluxUnit::lumen) << "cd and lux, as the extension has them";
     EXPECT_NEAR(job.scene.lights()[0]->power(), 4 * M_PI * static_cast<double>(luminance(Rgb(40, 20, 10))),
                 1e-2);
-    // The extension's formula: the square of what runs from 1 at the inner to 0 at the outer cosine.
+    // The extension's formula is the square of a ramp from 1 at the inner to 0 at the outer cosine.
     for (const double angle : {0.1, 0.25, 0.35, 0.45, 0.6}) {
         const double t =
             std::clamp((std::cos(angle) - std::cos(0.5)) / (std::cos(0.2) - std::cos(0.5)), 0.0, 1.0);
@@ -249,15 +249,15 @@ TEST_F(RunImport, Lights_AreWrittenAsTheyStand) {
               HasSubstr("\"distant\" \"rgb L\" [ 1000 1000 1000 ]"), Not(HasSubstr("no light"))));
 }
 
-// The candela of a light in a direction, at a distance of 2 m.
+// Returns the intensity of a light in cd in a direction, at a distance of 2 m.
 double candela(const Job& job, const V3d& from, const V3d& towards) {
     const auto seen =
         job.scene.lights()[0]->sample_Li(V3f(from + 2.0 * towards - job.scene.origin()), {}, {});
     return seen ? 4 * static_cast<double>(luminance(seen->weight)) : 0;
 }
 
-// EXT_lights_ies: the nadir along -z, C0 along +x, C90 along +y of the node; from a file, a data URI and a
-// buffer.
+// EXT_lights_ies has the nadir along -z, C0 along +x, C90 along +y of the node. The profile comes from a
+// file, a data URI and a buffer.
 TEST_F(RunImport, IesLights_ShineAsTheNodeStands) {
     const std::string web =
         "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 5 1 2 0 0 0\n1 1 9\n0 90 180\n0 90 180 270 360\n"
@@ -288,7 +288,8 @@ TEST_F(RunImport, IesLights_ShineAsTheNodeStands) {
         EXPECT_NEAR(candela(job, at, {-1, 0, 0}), 30, 1e-2);
         EXPECT_NEAR(candela(job, at, {0, -1, 0}), 40, 1e-2);
     }
-    // Turned a quarter about x, so that it points down; brighter, and coloured: each channel by its factor.
+    // A quarter turn about x makes the lamp point down; it is brighter and coloured, each channel by its
+    // factor.
     m["nodes"][1]["rotation"] = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};
     m["nodes"][1]["extensions"]["EXT_lights_ies"] = {
         {"light", 0}, {"multiplier", 3}, {"color", {1, 0.5, 0.25}}};
@@ -327,7 +328,7 @@ TEST_F(RunImport, GpuInstances_AreShownEach) {
     EXPECT_EQ(job.scene.counts().triangles, 6U);
     EXPECT_TRUE(down(job, 100, 0.5));
     EXPECT_TRUE(down(job, 105, 0.5));
-    const auto turned = down(job, 102.9, 9.9);  // 3 long, then turned: along x
+    const auto turned = down(job, 102.9, 9.9);  // length 3, rotated to lie along x
     ASSERT_TRUE(turned);
     EXPECT_NEAR(turned->t, 8, 1e-4);
     EXPECT_FALSE(down(job, 100, 11));
@@ -426,7 +427,7 @@ TEST_F(RunImport, Plastic_IsDiffuseUnderACoat) {
                           "\"bool remaproughness\" false \"float eta\" 1.5"));
 }
 
-// One picture, embedded, as base colour and as normals; and one that lies in a file.
+// One embedded picture serves as base colour and as normals; another lies in a file.
 TEST_F(RunImport, Pictures_AreWrittenOutOrNamed) {
     Image picture = Image::rgb(2, 2);
     picture.data = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
@@ -444,8 +445,8 @@ TEST_F(RunImport, Pictures_AreWrittenOutOrNamed) {
                 AllOf(HasSubstr("\"string filename\" \"m-parts/image-0.png\" \"string encoding\" \"sRGB\" "
                                 "\"float scale\" 0.5"),
                       HasSubstr("\"texture reflectance\" \"0 clay base\"")));
-    // glTF's (0, 0) is the upper left corner, at (-1, 0, -1) here: the red quarter. Ours is the lower left
-    // one.
+    // glTF's (0, 0) is the upper left corner, the red quarter, at (-1, 0, -1) here. Our origin is the lower
+    // left corner.
     const auto hit = down(job, -0.5, -0.5);
     ASSERT_TRUE(hit);
     EXPECT_NEAR(hit->uv.x, 0.25, 1e-5);
@@ -508,7 +509,8 @@ TEST_F(RunImport, Glb_GivesTheSameScene) {
     const Outcome outcome = lucerna_run({"import", "m.glb", "-o", "m.pbrt", "--overwrite", "--quiet"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(scene().substr(scene().find('\n')), text.substr(text.find('\n')));  // but for the model's name
+    EXPECT_EQ(scene().substr(scene().find('\n')),
+              text.substr(text.find('\n')));  // identical except for the model's name
     EXPECT_EQ(read_text("m-parts/mesh-0.ply"), mesh);
 }
 
@@ -600,14 +602,14 @@ TEST_F(RunImport, Lies_AreRefusedWithTheirPlace) {
         write("m.gltf", m.dump());
         expect_refused({"import", "m.gltf", "-o", "m.pbrt", "--quiet"}, {"m.gltf", lie.named});
     }
-    // An index beyond the vertices, in the numbers themselves.
+    // An index in the buffer exceeds the number of vertices.
     std::string bytes = square_bytes();
     bytes[128] = 4;
     Json m = model();
     m["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(bytes);
     write("m.gltf", m.dump());
     expect_refused({"import", "m.gltf", "-o", "m.pbrt", "--quiet"}, {"index 4 of 4 vertices"});
-    // A position that is no number.
+    // A position is NaN.
     bytes = square_bytes();
     bytes[3] = '\x7f', bytes[2] = '\xc0';
     m["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64(bytes);
@@ -615,8 +617,8 @@ TEST_F(RunImport, Lies_AreRefusedWithTheirPlace) {
     expect_refused({"import", "m.gltf", "-o", "m.pbrt", "--quiet"}, {"POSITION", "nan"});
 }
 
-// Every beginning of a good file, and every good file with a byte changed: read or refused in one line, no
-// crash.
+// Every prefix of a good file, and every good file with a byte changed, is read or refused in one line
+// without a crash.
 TEST_F(RunImport, GarbageAndTruncation_AreRefusedOrRead) {
     const std::string good = glb(model()), text = model().dump();
     for (std::size_t size = 0; size < good.size(); size += 37) {

@@ -1,4 +1,4 @@
-// Layers of an image as the command writes them, as another program reads them, and relit.
+// The layers of an image as the command writes them, as another program reads them, and relit.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using testing::lucerna_run;
 using testing::Outcome;
 
-// Two groups of lamps, each with factors of its own, and one lamp without a group.
+// Returns a scene with two groups of lamps, each with factors of its own, and one lamp without a group.
 std::string scene_with_groups(const Rgb& stage = Rgb(1), const Rgb& window = Rgb(1)) {
     std::string text = testing::kScene;
     text += fmt::format(
@@ -88,7 +88,7 @@ TEST_F(RunLayers, HaveTheNamesOfTheDocs_AndAddUp) {
             }
         }
     }
-    // The same image as without.
+    // The image is the same as without layers.
     ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "b.exr", "--spp", "8", "--denoise"}).code, 0);
     const Image without = read_exr("b.exr");
     EXPECT_FALSE(find_channel(without, "direct.R"));
@@ -105,7 +105,7 @@ TEST_F(RunLayers, WithoutGroups_ThereAreNone) {
                    {"a.exr", "no light groups", "--layers", "lightgroup"});
 }
 
-// OpenImageIO's program takes the parts out by their names, and adds them up.
+// OpenImageIO's program selects the layers by their names and adds them.
 TEST_F(RunLayers, InOiiotool_AddUpToTheImage) {
     if (std::system("oiiotool --version > version.txt 2>&1") != 0)
         LUCERNA_CANNOT_RUN() << "there is no oiiotool (Debian's openimageio-tools)";
@@ -179,7 +179,7 @@ TEST_F(RunLayers, NotChanged_IsTheImageThatWas) {
     write("scene.pbrt", scene_with_groups());
     render("a.exr");
     ASSERT_EQ(lucerna_run({"relight", "a.exr", "-o", "b.exr"}).code, 0);
-    // Once more, and back: what is multiplied by 0 is gone, all else can be undone.
+    // Relights once more and back: a factor of 0 is irreversible, all others can be undone.
     ASSERT_EQ(lucerna_run({"relight", "b.exr", "--group", "stage=4", "-o", "c.exr"}).code, 0);
     ASSERT_EQ(lucerna_run({"relight", "c.exr", "--group", "stage=0.25,#ffffff", "-o", "d.exr"}).code, 0);
     const Image before = read_exr("a.exr"), same = read_exr("b.exr"), changed = read_exr("c.exr"),
@@ -197,7 +197,7 @@ TEST_F(RunLayers, NotChanged_IsTheImageThatWas) {
     EXPECT_GT(most, 0.1);
 }
 
-// A dimmed image is what a render of dimmed lamps shows.
+// A dimmed image equals a render of dimmed lamps.
 TEST_F(RunLayers, Relit_AreWhatARenderOfSuchLampsShows) {
     const Rgb stage(0.2F, 0.1F, 0.3F), window(3, 2, 1);
     write("scene.pbrt", scene_with_groups());
@@ -219,7 +219,7 @@ TEST_F(RunLayers, Relit_AreWhatARenderOfSuchLampsShows) {
                 untouched += of(before, c, x, y) - of(rendered, c, x, y);
             }
         }
-        // Four sigmas: once in 16000.
+        // Four sigmas are exceeded once in 16000.
         EXPECT_LT(std::fabs(difference), 4 * std::sqrt(variance)) << c;
         EXPECT_LT(4 * std::sqrt(variance), 0.05 * all) << "the test says nothing";
         EXPECT_GT(std::fabs(untouched), 4 * std::sqrt(variance)) << c;
@@ -264,7 +264,8 @@ TEST_F(RunLayers, DenoisedGroups_AreThoseOfEachGroupsHalves) {
                 for (int c = 0; c < 3; ++c) {
                     const std::string colour(1, "RGB"[c]);
                     ASSERT_EQ(of(image, "denoised." + layer + colour, x, y), double{denoised.value(x, y, c)});
-                    // Halves have the group's samples, and the image's are those of all groups.
+                    // The group's halves have their own sample counts, and the image's are those of all
+                    // groups.
                     const double n_a = of(image, "first." + layer + "samples", x, y);
                     ASSERT_EQ(n_a, of(image, "first.samples", x, y));
                     const double mean = 0.5 * (of(image, "first." + layer + colour, x, y) +
@@ -327,7 +328,7 @@ TEST_F(RunLayers, Relit_CanBeDenoisedAsAWhole) {
     EXPECT_EQ(lucerna_run({"denoise", "b.exr", "-o", "c.exr"}).code, 0);
 }
 
-// Both ways of denoising a relit image bring it closer to what many samples of the dimmed lamps show.
+// Both ways of denoising a relit image bring it closer to a converged render of the dimmed lamps.
 TEST_F(RunLayers, RelitAndDenoised_IsCloserToTheTruth) {
     const Rgb stage(0.3F), window(2.0F);
     write("scene.pbrt", scene_with_groups());
@@ -396,7 +397,7 @@ TEST_F(RunLayers, Chosen_AreWrittenAndNoOthers) {
     EXPECT_EQ(written({"--layers=direct,Z"}),
               with({"direct.R", "direct.G", "direct.B", "direct.variance.R", "direct.variance.G",
                     "direct.variance.B", "Z", "variance.Z"}));
-    // Bit for bit what --layers writes.
+    // The layers are bit for bit those that --layers writes.
     const Image some = read_exr("a.exr"), all = read_exr("all.exr");
     for (const std::string& channel : some.channels) {
         for (int y = 0; y < all.height; ++y) {
@@ -407,16 +408,16 @@ TEST_F(RunLayers, Chosen_AreWrittenAndNoOthers) {
         written({"--layers=lightgroup.stage", "--layers=id"}),
         with({"id.object", "id.material", "lightgroup.stage.R", "lightgroup.stage.G", "lightgroup.stage.B",
               "lightgroup.stage.variance.R", "lightgroup.stage.variance.G", "lightgroup.stage.variance.B"}));
-    // The denoised light is there where it would be without layers.
+    // The denoised light is where it would be without layers.
     EXPECT_EQ(written({"--layers=id", "--denoise"}),
               with({"id.object", "id.material", "denoised.R", "denoised.G", "denoised.B"}));
     EXPECT_EQ(written({"--layers=denoised.lightgroup.window"}),
               with({"denoised.lightgroup.window.R", "denoised.lightgroup.window.G",
                     "denoised.lightgroup.window.B"}));
-    // Enough for the denoiser.
+    // These layers suffice for the denoiser.
     written({"--layers=first,second,albedo,N,P,Z,Ng,emitter"});
     EXPECT_EQ(lucerna_run({"denoise", "a.exr", "-o", "b.exr"}).code, 0);
-    // Without names all of them.
+    // Without names --layers writes all of them.
     EXPECT_EQ(written({"--layers"}), channels_of("all.exr"));
 }
 

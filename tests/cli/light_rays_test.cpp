@@ -1,4 +1,4 @@
-// lucerna light import and emit: rays in, rays out.
+// `lucerna light import` and `emit`: from rays to lamps and back.
 #include "engine/system/files.h"
 #include "lights/light_field.h"
 #include "lights/ray_set.h"
@@ -48,7 +48,7 @@ TEST_F(LightRays, EmitThenImport_KeepsTheLumensInEveryFormat) {
         EXPECT_EQ(again.info().unit, FluxUnit::lumen);
         EXPECT_NEAR((again.info().captured + again.info().missed) / flux_, 1, 1e-4);
         // The rays start on S, in the lamp's own frame; light that spreads over all of M from every point of
-        // S is closest together a little before it.
+        // S is narrowest slightly in front of S.
         EXPECT_GE(again.rig().centre.z, 0.002 - 1e-6);
         EXPECT_LE(again.rig().centre.z, 0.005);
         EXPECT_NEAR(again.rig().centre.x, 0.01, 3e-4);
@@ -67,7 +67,7 @@ TEST_F(LightRays, Emit_SameCommand_SameBytes) {
     EXPECT_NE(emit("1", "1"), emit("2", "1"));
 }
 
-// Rays of `flux` lumens from the lamp of SetUp, all of the colour `xyz`.
+// Writes the rays of the lamp of SetUp with all of them in the colour `xyz`.
 void recolour(const std::string& from, const std::string& to, const V3d& xyz,
               FluxUnit unit = FluxUnit::lumen) {
     Monitor silent;

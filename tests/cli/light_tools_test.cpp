@@ -1,4 +1,4 @@
-// lucerna light project, view, info: what they write and what they refuse.
+// `lucerna light project`, `view` and `info`: what they write and what they refuse.
 #include "engine/image/image.h"
 #include "lights/light_field.h"
 #include "tests/cli/run_support.h"
@@ -16,7 +16,7 @@ class LightTools : public testing::RunTest {
   protected:
     void SetUp() override {
         RunTest::SetUp();
-        // One lit coefficient, off the middle in every direction, so that a flip shows.
+        // The single lit coefficient is off-centre in every dimension, so that the test detects a flip.
         Rig rig;
         rig.views = {5, 4};
         rig.spacing = {0.001, 0.001};
@@ -88,7 +88,8 @@ TEST_F(LightTools, Project_ByTheApproximateReconstruction_IsAnotherPicture) {
     };
     ASSERT_EQ(with({"-o", "exact.exr"}).code, 0);
     ASSERT_EQ(with({"-o", "approximate.exr", "--reconstruction", "approximate"}).code, 0);
-    // The lit pixel is lit by one filter, off the axis by 53 mm: the middle of both is where nothing changes.
+    // One filter lights the pixel from 53 mm off its axis; at the centre of both, the reconstructions would
+    // not differ.
     const float exact = read_exr("exact.exr").value(5, 1, 1);
     const float approximate = read_exr("approximate.exr").value(5, 1, 1);
     EXPECT_NE(exact, approximate);

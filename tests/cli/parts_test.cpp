@@ -1,4 +1,5 @@
-// A picture in parts that are rendered one by one and merged: the bits of one render; and what is refused.
+// A picture is rendered in parts and merged, with the bits of a single render; and merging refuses parts that
+// do not fit.
 #include <fmt/format.h>
 
 #include "engine/image/image.h"
@@ -35,7 +36,7 @@ class Parts : public testing::RunTest {
         const auto outcome = lucerna_run(all);
         ASSERT_EQ(outcome.code, 0) << outcome.err;
     }
-    // "part1.exr" and so on.
+    // Renders the files "part1.exr" and so on.
     static Words render_parts(int of, Words words) {
         Words files;
         for (int number = 1; number <= of; ++number) {

@@ -1,4 +1,4 @@
-// lucerna lux and lucerna glare: what they write, say and refuse.
+// `lucerna lux` and `lucerna glare`: what they write, print and refuse.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -20,7 +20,7 @@ std::string level(double z) {
     return fmt::format("Shape \"bilinearmesh\" \"point3 P\" [0 0 {0} 4 0 {0} 0 5 {0} 4 5 {0}]\n", z);
 }
 
-// Three slabs one above the other, under a sky that is seen from the sides.
+// Writes three slabs one above the other, under a sky that is visible from the sides.
 void write_house() {
     std::ofstream("house.pbrt") << "Option \"string unit\" \"photometric\"\nLookAt 2 -3 1.6 2 5 1.6 0 0 1\n"
                                    "Camera \"perspective\" Film \"rgb\" WorldBegin\n"
@@ -58,7 +58,7 @@ TEST_F(RunPhotometry, Glare_UnderASky_HasDgpAndAView) {
     EXPECT_EQ(view.width, view.height);
     EXPECT_EQ(view.attributes.at("lucerna.unit"), "cd/m^2");
     EXPECT_EQ(view.rgb_at(0, 0), Rgb(0));
-    // Straight ahead the sky between two slabs, above it a slab that is darker.
+    // Straight ahead lies the sky between two slabs, above it a slab that is darker.
     EXPECT_NEAR(view.rgb_at(view.width / 2, view.height / 2).y, 5000, 10);
     EXPECT_LT(view.rgb_at(view.width / 2, view.height / 4).y, 4500);
     EXPECT_EQ(lucerna_run({"falsecolour", "view.exr", "-o", "view.svg", "--layer", "denoised"}).code, 0);
@@ -89,7 +89,7 @@ TEST_F(RunPhotometry, Glare_WithoutASky_HasNoDgp) {
     EXPECT_THAT(glare.out, Not(HasSubstr("DGP")));
 }
 
-// A point of 100 cd, 2 m above the level z = 0 and beside the points.
+// Writes a point lamp of 100 cd, 2 m above the level z = 0 and beside the points.
 void write_point() {
     std::ofstream("point.pbrt") << "Option \"string unit\" \"photometric\"\nLookAt 0 0 -3  0 0 0  0 1 0\n"
                                    "Camera \"perspective\" Film \"rgb\" WorldBegin\n"
@@ -112,14 +112,14 @@ TEST_F(RunPhotometry, Lux_OfAKindWithoutAFacing_RefusesOne) {
                     HasSubstr(std::string("a ") + kind + " sensor receives light from all sides"));
         EXPECT_THAT(turned.err, HasSubstr("--surface"));
     }
-    // 100 cd at 3 m: sin ε = √5/3 over π, for a cylinder along y.
+    // For 100 cd at 3 m a cylinder along y reads sin ε = √5/3 over π.
     const Outcome upright = lux("cylindrical", "");
     EXPECT_EQ(upright.code, 0) << upright.err;
     EXPECT_NEAR(nlohmann::json::parse(upright.out)["surfaces"][0]["mean"]["value"].get<double>(),
                 100.0 / 9 * std::sqrt(5.0) / 3 / kPiD, 0.02);
     for (const char* kind : {"planar", "hemispherical"}) EXPECT_EQ(lux(kind, "1,0,0").code, 0) << kind;
     EXPECT_EQ(lux("semicylindrical", "1,0,0").code, 0);
-    // In a scene, too.
+    // The surface may also be given in the scene.
     std::ofstream("named.pbrt", std::ios::app)
         << text_of("point.pbrt")
         << "CalculationSurface \"p\" \"point3 P\" [0 0 0 0 0 1 1 0 0] \"string kind\" "
@@ -152,7 +152,7 @@ TEST_F(RunPhotometry, Lengths_AreMetresOrHaveAUnit) {
 
 TEST_F(RunPhotometry, Glare_WithoutARating_LeavesItsCellsEmpty) {
     write_house();
-    // Under the sky alone no luminaire is rated; in a black room the background is 0.
+    // Under the sky alone there is no luminaire to rate; in a black room the background is 0.
     std::ofstream("black.pbrt")
         << "Option \"string unit\" \"photometric\"\nLookAt 0 0 0 0 0 1 0 1 0 Camera \"perspective\" Film "
            "\"rgb\" WorldBegin\nMaterial \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" "

@@ -1,5 +1,5 @@
-// Bootstrap replicates from the ray file to the uncertainty of illuminance: lucerna light import --replicates
-// and lucerna lux --replicates.
+// Bootstrap replicates from the ray file to the uncertainty of illuminance: `lucerna light import
+// --replicates` and `lucerna lux --replicates`.
 #include <fmt/format.h>
 
 #include <atomic>
@@ -28,7 +28,7 @@ using ::testing::Not;
 using testing::Outcome;
 using Json = nlohmann::json;
 
-// A lamp of 1000 lm above a black floor, and twelve points below it.
+// Returns a scene of a lamp of 1000 lm above a black floor, and twelve points below it.
 std::string scene_of(const std::vector<std::string>& lamps) {
     std::string text =
         "Option \"string unit\" \"photometric\"\nCamera \"perspective\" Film \"rgb\"\nWorldBegin\n"
@@ -44,7 +44,7 @@ std::string scene_of(const std::vector<std::string>& lamps) {
     return text;
 }
 
-// Independent rays of a Lambertian disc of 10 mm.
+// Returns independent rays of a Lambertian disc of 10 mm.
 RaySet disc_rays(int count, std::uint32_t number) {
     RaySet set;
     set.unit = FluxUnit::lumen;
@@ -96,7 +96,7 @@ TEST_F(Replicates, AreWrittenBesideTheLampAndReadForItsUncertainty) {
     std::sort(expected.begin(), expected.end());
     EXPECT_EQ(files(), expected);
     const LightField lamp = read_light_field("lamp.exr"), first = read_light_field("lamp-replicate-01.exr");
-    // What is not given by options is chosen anew.
+    // Each import chooses anew what the options leave open.
     EXPECT_EQ(first.rig().views, lamp.rig().views);
     int others = 0;
     for (int b = 1; b <= 5; ++b) {
@@ -140,12 +140,12 @@ TEST_F(Replicates, AreTheSameByOneSeedAndOnAnyNumberOfThreads) {
     EXPECT_NE(one, bytes("2", "1"));
 }
 
-// On the same planes: import lays finer ones for more rays.
+// Imports on fixed planes, because import chooses finer ones for more rays.
 void write_on_fixed_planes(const RaySet& rays, int replicates) {
     Rig rig;
     rig.views = {5, 5};
     rig.spacing = {0.01, 0.01};
-    rig.pixels = {30, 30};  // so small that the points below are in different ones
+    rig.pixels = {30, 30};  // so small that the points below lie in different ones
     rig.pixel = {0.012, 0.012};
     rig.distance = 0.05;
     rig.basis = PixelBasis::hat;
@@ -163,8 +163,8 @@ void write_on_fixed_planes(const RaySet& rays, int replicates) {
 }
 
 TEST_F(Replicates, UncertaintyByFourTimesTheRays_IsHalf) {
-    // By 12 replicates each, whose scatter is known to 21 % at one point, and at twelve that are nearly
-    // independent to 6 %: the ratio to 0.17.
+    // The scatter of 12 replicates is known to 21 % at one point and to 6 % over twelve nearly independent
+    // ones, so their ratio is known to 0.17.
     const auto rms = [&](int rays, std::uint32_t number) {
         write_on_fixed_planes(disc_rays(rays, number), 12);
         return lux({"--samples", "1"})["surfaces"][0]["lamps"]["rms_over_points"].get<double>();
@@ -179,8 +179,8 @@ TEST_F(Replicates, LampUsedTwice_IsTheSameReplicateInBothPlaces) {
     const Json once = lux({"--samples", "2"});
     write("room.pbrt", scene_of({"lamp.exr", "lamp.exr"}));
     const Json twice = lux({"--samples", "2"});
-    // Twice the light has twice the uncertainty, not √2 times; by the same replicates, so only Monte Carlo
-    // noise differs.
+    // Twice the light has twice the uncertainty, not √2 times. Both use the same replicates, so only Monte
+    // Carlo noise differs.
     const auto u = [](const Json& json) {
         return json["surfaces"][0]["values"][0]["lamps"]["U"].get<double>();
     };
@@ -198,7 +198,7 @@ TEST_F(Replicates, WhatIsMissing_IsSaid) {
     import("rays.tm25ray", "lamp.exr", "5");
     expect_refused({"lux", "room.pbrt", "--replicates", "--image", "lamp-replicate-02.exr"},
                    {"lamp-replicate-02.exr", "--image"});
-    // The lamp is another one now.
+    // The command replaces the lamp by another one.
     ASSERT_EQ(
         lucerna_run({"light", "import", "rays.tm25ray", "-o", "lamp.exr", "--quiet", "--views", "6x6"}).code,
         0);
@@ -222,7 +222,7 @@ TEST(RunTimes, ShareOutWhatIsLeft) {
     EXPECT_NEAR(alone.by_lamps(), 1e6, 100);
     RunTimes times(clock, 1e6, false, 30);
     EXPECT_NEAR(times.by_lamps(), 0.25e6, 100);
-    // No time went by: the whole is shared out among those that are left.
+    // The remaining time is shared among the remaining replicates.
     EXPECT_NEAR(times.by_replicate(0), 1e6 / 30, 100);
     EXPECT_NEAR(times.by_replicate(0.5e6), 0.5e6, 100);
     EXPECT_NEAR(times.by_replicate(2e6), 1e6, 100);
@@ -261,7 +261,7 @@ TEST_F(Replicates, RunsEndWithTheTimeAndTheUser) {
     const auto some = by_replicates(common, surfaces, whole, options, 5, endless, impatient);
     EXPECT_EQ(some.size(), 2U);
     for (const IlluminanceReport& report : some) EXPECT_EQ(report.samples, 1);
-    // Before the first one is done there is no uncertainty.
+    // Before the first replicate is done there is no uncertainty.
     const std::atomic<int> stop{SIGINT};
     const Outcome outcome = lucerna_run({"lux", "room.pbrt", "--replicates"}, {false, &stop});
     EXPECT_EQ(outcome.code, 128 + SIGINT);

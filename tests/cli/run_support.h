@@ -16,7 +16,7 @@
 
 namespace lucerna::testing {
 
-// A floor and a wall under a small lamp: enough for every integrator.
+// A floor and a wall under a small lamp, which every integrator can render.
 inline constexpr const char* kScene = R"(
 LookAt 0 1 -3  0 0.5 0  0 1 0
 Camera "perspective" "float fov" 40
@@ -44,7 +44,7 @@ inline Outcome lucerna_run(const std::vector<std::string>& words, const Surround
     return {code, out.str(), err.str()};
 }
 
-// Runs every test in a folder of its own: outputs without a folder land in the current one.
+// Runs every test in its own folder, because outputs without a folder go to the current one.
 class RunTest : public ::testing::Test {
   protected:
     void SetUp() override {
@@ -56,7 +56,7 @@ class RunTest : public ::testing::Test {
 
     static void write(const std::string& name, const std::string& text) { std::ofstream(name) << text; }
 
-    // Names in the folder, in order.
+    // Returns the sorted names of the files in the folder.
     std::vector<std::string> files() const {
         std::vector<std::string> names;
         for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
@@ -66,7 +66,7 @@ class RunTest : public ::testing::Test {
         return names;
     }
 
-    // Exit 1, one line that names what must be named, and nothing written.
+    // Expects exit code 1, one line that contains all of `named`, and no new files.
     void expect_refused(const std::vector<std::string>& words, const std::vector<std::string>& named) {
         SCOPED_TRACE(::testing::PrintToString(words));
         const std::vector<std::string> before = files();

@@ -1,4 +1,4 @@
-// The whole command: its help, and how it refuses what it cannot use.
+// The whole command: its help, and how it refuses bad input.
 #include "engine/cli/run.h"
 #include "engine/base/version.h"
 
@@ -67,7 +67,8 @@ TEST_F(RunHelp, Version_IsSaid) {
     EXPECT_EQ(outcome.out, "lucerna " + std::string(program_version()) + "\n" + arithmetic() + "\n");
 }
 
-// Files are missing or the wrong kind, so nothing is made; but no word of an example may be refused.
+// Files are missing or of the wrong kind, so nothing is written, but every word of an example must be
+// accepted.
 TEST_F(RunHelp, EveryExample_Parses) {
     for (std::vector<std::string> command : kCommands) {
         command.push_back("--help");
@@ -78,7 +79,8 @@ TEST_F(RunHelp, EveryExample_Parses) {
             ++examples;
             std::vector<std::string> words = split(line);
             words.erase(words.begin());
-            if (words[0] == "light" && words[1] == "acquire") {  // needs no input: its folder is made to miss
+            if (words[0] == "light" &&
+                words[1] == "acquire") {  // it needs no input: the test makes its output folder missing
                 std::replace(words.begin(), words.end(), std::string("lamp.exr"),
                              std::string("none/lamp.exr"));
             }
@@ -95,7 +97,7 @@ TEST_F(RunHelp, EveryExample_Parses) {
 
 TEST_F(RunErrors, BadWords_AreRefusedByName) {
     expect_refused({"rendr", "scene.pbrt"}, {"unknown command \"rendr\"", "did you mean \"render\"?"});
-    // With all that are known, each once and in the order of the help.
+    // The message lists all known commands once, in the order of the help.
     const std::string all =
         "known are render, light, import, denoise, relight, merge, compare, falsecolour, study, lux, glare, "
         "info\n";
@@ -226,7 +228,7 @@ TEST_F(RunErrors, Emitters_ThatMakeNoSense_AreRefused) {
     acquire({"--views", "4096x4096", "--pixels", "4096x4096"}, {});
 }
 
-// A stream behind which something is broken.
+// A stream whose sink fails.
 class BrokenBuffer : public std::streambuf {
   public:
     explicit BrokenBuffer(bool throws) : throws_(throws) {}

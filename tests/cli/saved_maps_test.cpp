@@ -1,4 +1,4 @@
-// Saved photon maps: what refuses them, what does not, and what `lucerna info` says of them.
+// Saved photon maps: which changes invalidate them, which do not, and what `lucerna info` prints of them.
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 using testing::lucerna_run;
 using testing::Outcome;
 
-// Everything that a scene may be made of, in files and in the text.
+// A scene with everything that a scene can contain, in files and in the text.
 constexpr const char* kRoom = R"(
 Film "rgb" "integer xresolution" 6 "integer yresolution" 4 "string filename" "room.exr"
 Sampler "independent" "integer pixelsamples" 1
@@ -109,7 +109,7 @@ class SavedMaps : public testing::RunTest {
         more.insert(more.end(), {"--load-maps", "room.photons"});
         return render(std::move(more), scene);
     }
-    // The room with the first `from` replaced.
+    // Returns the room with the first `from` replaced.
     static std::string with(const std::string& from, const std::string& to) {
         std::string text = kRoom;
         const std::size_t at = text.find(from);
@@ -131,7 +131,7 @@ TEST_F(SavedMaps, OfAChangedScene_AreRefused) {
     };
     for (const auto& [from, to] : {
              Change{"2 0 2  2 0 -2", "2 0 2  2 0.001 -2"},  // a vertex
-             Change{"1 1  1 0 ]", "1 1  1 0.999 ]"},        // where a texture lies
+             Change{"1 1  1 0 ]", "1 1  1 0.999 ]"},        // the position of a texture
              Change{"Translate 0.5 0.3 0", "Translate 0.5 0.301 0"},
              Change{"\"float radius\" 0.2", "\"float radius\" 0.201"},
              Change{"\"float eta\" 1.5", "\"float eta\" 1.501"},
@@ -190,7 +190,7 @@ TEST_F(SavedMaps, OfOtherOptionsOfLight_AreRefused) {
     expect_other(load({"--colour-space", "rec2020"}), "colour space is srgb, here it is rec2020");
 }
 
-// What the maps do not depend on.
+// Changes that do not affect the maps.
 TEST_F(SavedMaps, OfAnotherView_AreTaken) {
     struct Change {
         const char *from, *to;
@@ -226,7 +226,7 @@ TEST_F(SavedMaps, OfAnotherView_AreTaken) {
         const Outcome outcome = load(options);
         EXPECT_EQ(outcome.code, 0) << outcome.err;
     }
-    // The text in several files, in another folder.
+    // The scene is split into several files, in another folder.
     std::filesystem::create_directory("moved");
     for (const char* file : {"wall.ply", "lamp.ies", "wood.exr"})
         std::filesystem::copy_file(file, std::string("moved/") + file);
@@ -258,7 +258,7 @@ TEST_F(SavedMaps, Info_TellsMapsFluxBoundsAndWhatTheyWereMadeFor) {
     EXPECT_THAT(outcome.out,
                 HasSubstr(fmt::format("bounds     ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g})\n", box.min.x,
                                       box.min.y, box.min.z, box.max.x, box.max.y, box.max.z)));
-    EXPECT_NEAR(box.min.y, 0, 0.5);  // in the world, and not around the scene's middle
+    EXPECT_NEAR(box.min.y, 0, 0.5);  // in world coordinates, not relative to the scene's centre
     EXPECT_THAT(outcome.out, HasSubstr("made for\n"));
     EXPECT_THAT(outcome.out, HasSubstr("  scene (hash of geometry, materials, lights and media): "));
     EXPECT_THAT(outcome.out, HasSubstr("  seed: 0\n"));

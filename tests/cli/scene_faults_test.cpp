@@ -1,4 +1,4 @@
-// Small scenes of tests/cli/faults on which light was wrong or lost, by the commands that people run.
+// Runs the commands on small scenes of tests/cli/faults that expose wrong or missing light.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ std::string fault(const std::string& name) {
 
 class RunFaults : public testing::RunTest {
   protected:
-    // Mean illuminance of the one surface that `options` name.
+    // Returns the mean illuminance of the one surface that `options` name.
     static double lux(const std::string& scene, std::vector<std::string> options) {
         std::vector<std::string> words{"lux", scene, "--json", "lux.json", "--quiet"};
         words.insert(words.end(), options.begin(), options.end());
@@ -35,7 +35,7 @@ class RunFaults : public testing::RunTest {
         EXPECT_EQ(outcome.code, 0) << outcome.err;
         return nlohmann::json::parse(read_text("lux.json"))["surfaces"][0]["mean"]["value"];
     }
-    // Mean luminance of the picture.
+    // Returns the mean luminance of the picture.
     static double mean(const std::string& scene, const std::string& method, const std::string& spp,
                        const std::vector<std::string>& options = {}) {
         std::vector<std::string> words{"render",       scene,   "-o", "mean.exr",     "--quiet",
@@ -52,7 +52,7 @@ class RunFaults : public testing::RunTest {
     }
 };
 
-// The floor 5 m below the lamp; the disc's illuminance on its axis is pi L r² / (r² + d²).
+// The floor is 5 m below the lamp; the disc's illuminance on its axis is pi L r² / (r² + d²).
 TEST_F(RunFaults, MirroredQuadrics_LightTheFloorAsTheirTwins) {
     const std::vector<std::string> floor{
         "--surface", "p=-0.01,-5,-0.01:-0.01,-5,0.01:0.01,-5,-0.01", "--spacing", "1", "--samples", "1"};
@@ -64,7 +64,7 @@ TEST_F(RunFaults, MirroredQuadrics_LightTheFloorAsTheirTwins) {
     EXPECT_NEAR(lux(fault("mirrored/m_cone.pbrt"), floor), cone, 5e-3 * cone);
 }
 
-// 0.209 and 0.419 are pbrt-v4's.
+// The expected 0.209 and 0.419 are pbrt-v4's results.
 TEST_F(RunFaults, PowerWithScale_IsPbrts) {
     EXPECT_NEAR(mean(fault("power-scale/k_point1.pbrt"), "path", "16"), 0.209, 0.003);
     EXPECT_NEAR(mean(fault("power-scale/k_point2.pbrt"), "path", "16"), 0.419, 0.006);
@@ -80,9 +80,9 @@ TEST_F(RunFaults, ModelsWithIesLampsAndInstances_AreReadWhole) {
     EXPECT_THAT(outcome.out, HasSubstr("2 shapes, 4 triangles"));
 }
 
-// The window transmits as a pane does. By the sky alone, 54 points, 1310 ± 2 lx, found by paths alone before
-// panes let shadow rays pass (the sky is large); without the pane 1541 ± 2, and as a solid's one surface
-// half.
+// The window transmits as a pane does. Under the sky alone, the mean over 54 points is 1310 ± 2 lx by paths
+// that pass the pane only by chance (the sky is large enough for that), 1541 ± 2 without the pane, and half
+// as much if the window is one surface of a solid.
 TEST_F(RunFaults, OfficeWindowOfAModel_IsAPane) {
     const Outcome outcome = lucerna_run({"import", fault("gltf/office-window.gltf"), "-o", "office.pbrt"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -94,7 +94,7 @@ TEST_F(RunFaults, OfficeWindowOfAModel_IsAPane) {
     EXPECT_NEAR(lux("sky.pbrt", {"--height", "0.75", "--samples", "16"}), 1310, 0.02 * 1310);
 }
 
-// A disc above a floor, in one of several ways.
+// Returns a scene of a disc above a floor, in one of several ways.
 std::string lamps(const std::string& of_lights) {
     return R"(Option "string unit" "photometric"
 LookAt 0 1 -2  0 0.8 0  0 1 0
@@ -115,7 +115,8 @@ std::string disc(double radiance, const std::string& more = "") {
         radiance, more);
 }
 
-// Two lamps in one place are twice as bright, however they are found: seen, asked, by photons, on a plane.
+// Two coincident lamps are twice as bright by every technique: by camera rays, by next-event estimation, by
+// photons, and on a surface.
 TEST_F(RunFaults, CoincidentLamps_CountAsBoth) {
     write("one.pbrt", lamps(disc(10)));
     write("two.pbrt", lamps(disc(4) + disc(6)));
@@ -124,7 +125,7 @@ TEST_F(RunFaults, CoincidentLamps_CountAsBoth) {
         "--surface", "p=-1,0.5,-1:-1,0.5,1:1,0.5,-1", "--spacing", "1", "--samples", "1"};
     const double lit = lux("one.pbrt", floor);
     EXPECT_NEAR(lux("two.pbrt", floor), lit, 0.01 * lit);
-    EXPECT_NEAR(lux("back.pbrt", floor), lit, 0.05 * lit);  // the floor is lit from below, too, by the wall
+    EXPECT_NEAR(lux("back.pbrt", floor), lit, 0.05 * lit);  // the wall also lights the floor from below
     for (const std::string method : {"path", "photonmap", "direct"}) {
         SCOPED_TRACE(method);
         const double one = mean("one.pbrt", method, "64");

@@ -1,5 +1,5 @@
-// What the ranks of a job share beside renders: lamps on the measuring bench and the renders of a study, the
-// bits of one process; and what is kept of work that was stopped.
+// Ranks share the measurement of lamps and the renders of a study, with the bits of one process, and keep the
+// work that is done when they are stopped.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -51,59 +51,53 @@ Rig bench(bool travels) {
     return rig;
 }
 
-// What items made elsewhere is at rank 0, once, before it goes on.
 TEST(SharedWork, WhatItemsMade_ArrivesOnceBeforeTheLoopEnds) {
-    for (const bool one_by_one : {false, true}) {
-        constexpr std::int64_t kItems = 200;
-        std::vector<int> came(kItems), made_at(kItems, -1);
-        std::mutex mutex;
-        on_ranks(3, {2, 1, 3}, [&](Ranks& ranks) {
-            Ranks::Loop loop;
-            if (ranks.leads()) {
-                loop.items.resize(kItems);
-                std::iota(loop.items.begin(), loop.items.end(), std::int64_t{0});
-            }
-            loop.one_by_one = one_by_one;
-            loop.made = [&](std::int64_t item) {
-                Packer packer;
-                packer(item * item, ranks.rank());
-                return packer.take();
-            };
-            loop.arrived = [&](std::int64_t item, int rank, std::span<const std::byte> made) {
-                std::int64_t square = 0;
-                int maker = 0;
-                Unpacker unpacker(made);
-                unpacker(square, maker);
-                EXPECT_EQ(square, item * item);
-                EXPECT_EQ(maker, rank);
-                const std::lock_guard lock(mutex);
-                ++came[static_cast<std::size_t>(item)];
-            };
-            ranks.work({ranks.threads(ranks.rank())}, std::move(loop), [&](std::int64_t item) {
-                const std::lock_guard lock(mutex);
-                made_at[static_cast<std::size_t>(item)] = ranks.rank();
-                return true;
-            });
-            if (!ranks.leads()) return;
-            for (std::size_t i = 0; i < came.size(); ++i) EXPECT_EQ(came[i], made_at[i] == 0 ? 0 : 1) << i;
+    constexpr std::int64_t kItems = 200;
+    std::vector<int> came(kItems), made_at(kItems, -1);
+    std::mutex mutex;
+    on_ranks(3, {2, 1, 3}, [&](Ranks& ranks) {
+        Ranks::Loop loop;
+        loop.shared.resize(kItems);
+        std::iota(loop.shared.begin(), loop.shared.end(), std::int64_t{0});
+        loop.made = [&](std::int64_t item) {
+            Packer packer;
+            packer(item * item, ranks.rank());
+            return packer.take();
+        };
+        loop.arrived = [&](std::int64_t item, int rank, std::span<const std::byte> made) {
+            std::int64_t square = 0;
+            int maker = 0;
+            Unpacker unpacker(made);
+            unpacker(square, maker);
+            EXPECT_EQ(square, item * item);
+            EXPECT_EQ(maker, rank);
+            const std::lock_guard lock(mutex);
+            ++came[static_cast<std::size_t>(item)];
+        };
+        ranks.work({ranks.threads(ranks.rank())}, loop, [&](std::int64_t item) {
+            const std::lock_guard lock(mutex);
+            made_at[static_cast<std::size_t>(item)] = ranks.rank();
+            return true;
         });
-        EXPECT_THAT(made_at, Each(::testing::Ge(0)));
-    }
+        if (!ranks.leads()) return;
+        for (std::size_t i = 0; i < came.size(); ++i) EXPECT_EQ(came[i], made_at[i] == 0 ? 0 : 1) << i;
+    });
+    EXPECT_THAT(made_at, Each(::testing::Ge(0)));
 }
 
 TEST(SharedWork, WhatCannotArrive_StopsAllAndIsThrownByRank0) {
     const auto broken = [](Ranks& ranks) {
         Ranks::Loop loop;
-        if (ranks.leads()) loop.items.assign(1000, 0);
+        loop.shared.assign(1000, 0);
         loop.made = [](std::int64_t) { return std::vector<std::byte>(1); };
         loop.arrived = [](std::int64_t, int, std::span<const std::byte>) { throw InputError("a full disk"); };
-        loop.ends = [&ranks] { return ranks.asked_to_stop(); };
         std::atomic<int> done{0};
         try {
-            ranks.work({1}, std::move(loop), [&](std::int64_t) {
-                // Until another rank has had its turn.
+            ranks.work({1}, loop, [&](std::int64_t) {
+                // Wait until another rank has done an item.
                 if (ranks.leads())
-                    while (!ranks.asked_to_stop()) std::this_thread::yield();
+                    while (!ranks.has_ended()) std::this_thread::yield();
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 ++done;
                 return true;
             });
@@ -117,18 +111,17 @@ TEST(SharedWork, WhatCannotArrive_StopsAllAndIsThrownByRank0) {
     on_ranks(2, {1}, broken);
 }
 
-// What the loop refers to is gone then.
+// The loop's functions refer to what is gone by then.
 TEST(SharedWork, WhereRank0Fails_NothingArrivesAnyMore) {
     std::atomic<int> begun{0}, late{0};
     std::atomic<bool> has_failed{false};
     const auto failing = [&](Ranks& ranks) {
         Ranks::Loop loop;
-        if (ranks.leads()) loop.items.assign(1000, 0);
-        loop.one_by_one = true;
+        loop.shared.assign(1000, 0);
         loop.made = [](std::int64_t) { return std::vector<std::byte>(1); };
         loop.arrived = [&](std::int64_t, int, std::span<const std::byte>) { late += has_failed ? 1 : 0; };
         try {
-            ranks.work({1}, std::move(loop), [&](std::int64_t) {
+            ranks.work({1}, loop, [&](std::int64_t) {
                 if (ranks.leads()) {
                     while (begun < 2) std::this_thread::yield();
                     throw InputError("a full disk");
@@ -139,12 +132,11 @@ TEST(SharedWork, WhereRank0Fails_NothingArrivesAnyMore) {
             });
         } catch (const InputError&) {
             has_failed = true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));  // while it comes
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));  // in which it arrives
             throw;
         }
     };
     EXPECT_THROW(on_ranks(2, {1}, failing), InputError);
-    EXPECT_EQ(begun, 2);
     EXPECT_EQ(late, 0);
 }
 
@@ -222,7 +214,7 @@ TEST(SharedWork, FormulaStoppedOnRanks_GoesOnFromAllColumnsThatWereDone) {
     EXPECT_EQ(AcquirePart(file, 7).columns(), 25U);
 }
 
-// Of two colours, so that sums are of three channels; blocks of few paths.
+// A luminaire of two colours, so that the sums have three channels, in blocks of few paths.
 class SharedLuminaire : public SharedWorkOf {
   protected:
     void SetUp() override {
@@ -241,7 +233,7 @@ class SharedLuminaire : public SharedWorkOf {
         Monitor silent;
         return acquire_scene(emitter_, bench(GetParam()), part, {2}, silent);
     }
-    // At rank 0.
+    // Calls `look` at rank 0.
     void on_job(const Job& job, const std::filesystem::path& part, Monitor& user,
                 const std::function<void(const SceneAcquisition&)>& look) const {
         on_ranks(job.ranks, job.threads, [&](Ranks& ranks) {
@@ -367,7 +359,7 @@ TEST_F(SharedStudy, OnRanks_RendersWhatOneProcessDoes) {
             EXPECT_GT(runs[i]->seconds, 0);
         }
         EXPECT_THAT(seeds, ::testing::ElementsAre(std::pair(0U, 3), std::pair(1U, 3), std::pair(2U, 3)));
-        // The next time they are there.
+        // The next job finds the results.
         for (const auto& again : on_job(2, folder, silent, [](const StudyWork&, const StudyRun&run, int) {
                  EXPECT_TRUE(run.found);
              })) {

@@ -1,4 +1,4 @@
-// What a study's page holds, and how much it may hold. tests/pages/study_page_test.py looks at it in a
+// The contents of a study's page and the bound on its size. tests/pages/study_page_test.py tests it in a
 // browser.
 #include "engine/cli/study/study_page.h"
 
@@ -54,7 +54,7 @@ TEST(StudyPictures, ShrinkFactor_IsTheLeastThatFits) {
     EXPECT_EQ(shrink_factor(3, 2, 1), 3);
 }
 
-// Noise of every brightness, the worst that an encoder of pictures can meet.
+// Noise of every brightness is the worst case for an encoder of pictures.
 TEST(StudyPictures, WildNoise_NeedsNoMoreThanStated) {
     std::mt19937 random(3);
     std::normal_distribution<float> normal;
@@ -89,13 +89,13 @@ TEST(StudyPictures, ErrorCode_KeepsSignAndSize) {
     EXPECT_EQ(kCode.of(std::nan("")), 128);
 }
 
-// A study of one scene that was rendered by nobody.
+// A study of one scene whose renders are made up.
 class StudyPage : public ::testing::Test {
   protected:
     StudyPage() {
         description_.title = "Ends </script> & <b>";
         description_.seeds = 2;
-        description_.scenes.resize(2);  // of the second there are no results yet
+        description_.scenes.resize(2);  // the second scene has no results yet
         description_.scenes[0].name = "</script><script>alert(1)</script>";
         description_.reference.overrides.integrator = "path";
         description_.reference.settings = "spp=64";

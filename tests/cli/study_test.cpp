@@ -1,4 +1,4 @@
-// lucerna study: what it is asked, what it keeps, what it says.
+// `lucerna study`: its input, the results that it keeps, and its output.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <csignal>
@@ -118,7 +118,7 @@ TEST_F(RunStudy, Page_IsWrittenAndQuietSaysNothing) {
         std::regex_match(results["dates"][0].get<std::string>(), std::regex("20\\d\\d-\\d\\d-\\d\\d")));
 }
 
-// A render of other threads is found, and its time does not pass for one of these.
+// A render with another number of threads is reused, but the page marks its time as not comparable.
 TEST_F(RunStudy, OtherThreads_AreToldOnThePage) {
     write_study(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out", "--threads", "1"}).code, 0);
@@ -128,7 +128,7 @@ TEST_F(RunStudy, OtherThreads_AreToldOnThePage) {
     EXPECT_THAT(read_text("out/study.html"), HasSubstr("times cannot be compared"));
 }
 
-// Stopped after some renders: the page shows what there is.
+// After an interruption the page shows the renders that exist.
 TEST_F(RunStudy, Stopped_ShowsWhatThereIs) {
     write_study(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out"}).code, 0);
@@ -146,7 +146,8 @@ TEST_F(RunStudy, Stopped_ShowsWhatThereIs) {
     EXPECT_THAT(none.err, HasSubstr("stopped: 0 of 5 points"));
 }
 
-// What a scene's reader would replace with a warning; also of renders that are there already.
+// --strict refuses departures that the scene reader otherwise replaces with a warning, even if the renders
+// already exist.
 TEST_F(RunStudy, StrictWithADepartureInAScene_IsRefused) {
     write_study(kStudy);
     const std::vector<std::string> lenient = {"study", "study.toml", "-o", "out"};
@@ -175,7 +176,7 @@ TEST_F(RunStudy, NotesOfAnotherKind_AreRefused) {
     EXPECT_THAT(outcome.err, HasSubstr("remove it to have it rendered again"));
 }
 
-// A half-written image, a render that is lost, another setting: what is missing is made, and nothing else.
+// After a half-written image, a lost render or a changed setting, exactly the missing renders are made.
 TEST_F(RunStudy, WhatIsMissingOrNew_IsMade) {
     write_study(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out"}).code, 0);
@@ -190,7 +191,7 @@ TEST_F(RunStudy, WhatIsMissingOrNew_IsMade) {
     write_study(with(kStudy, "spp = [2]", "spp = [2, 3]"));
     EXPECT_THAT(lucerna_run({"study", "study.toml", "-o", "out"}).out, HasSubstr("2 made, 11 found"));
 
-    // The scene itself.
+    // The scene itself changes.
     write_text("scene.pbrt", read_text("scene.pbrt") + "\n# another thought\n");
     write_study(kStudy);
     EXPECT_THAT(lucerna_run({"study", "study.toml", "-o", "out"}).out, HasSubstr("0 made, 11 found"));
@@ -237,7 +238,7 @@ TEST_F(RunStudy, WrongDescriptions_AreRefusedBeforeTheWorkByPlace) {
     EXPECT_THAT(refusal(with(kStudy, "maxdepth=3|4", "maxdepth=3|3")), HasSubstr("maxdepth=3 spp=1"));
 }
 
-// The last of two scenes has a fault: nothing is rendered of the first.
+// The last of two scenes has a fault, so the first is not rendered either.
 TEST_F(RunStudy, FaultInALaterScene_IsFoundBeforeAnyRender) {
     write("other.pbrt", std::string(testing::kScene) + "Shape \"sphere\" \"float radius\" oops\n");
     const std::string said =
@@ -287,7 +288,7 @@ AttributeEnd
     const auto [with_lamp, flip_with] = mean_errors(kStudy);
     const auto [without, flip_without] =
         mean_errors(with(kStudy, "[reference]", "mask_lamps = true\n[reference]"));
-    // Relative to a tenth of the mean, which the lamp makes large, all else is small.
+    // Relative to a tenth of the mean, which the lamp makes large, all other differences are small.
     EXPECT_NE(with_lamp, without);
     EXPECT_NE(flip_with, flip_without);
     StudyScene scene;
@@ -304,7 +305,8 @@ AttributeEnd
             for (int x = 0; x < image.width; ++x, ++all) {
                 const bool sees = image.value(x, y, static_cast<int>(*lamps)) > 0;
                 EXPECT_EQ(std::isnan(reference.value(x, y, 0)), sees);
-                // The lamp is brighter than all that it lights: a pixel that sees it is no other.
+                // The lamp is brighter than everything that it lights, so bright pixels are exactly those
+                // that see it.
                 EXPECT_TRUE(sees || !(image.rgb_at(x, y).x > 200)) << x << " " << y;
                 masked += sees ? 1 : 0;
             }

@@ -1,4 +1,4 @@
-// Names that would speak to the terminal, in every place from which they are printed.
+// Names with control sequences must not reach the terminal, in every place that prints them.
 #include <gmock/gmock.h>
 
 #include "engine/cli/console.h"
@@ -20,7 +20,7 @@ constexpr const char* kEvil =
 
 class Terminal : public testing::RunTest {
   protected:
-    // What was said is plain, and the evil was among it.
+    // Expects output without control characters that contains the escaped name.
     static void expect_plain(const std::vector<std::string>& words) {
         const Outcome outcome = lucerna_run(words);
         const std::string all = outcome.out + outcome.err;

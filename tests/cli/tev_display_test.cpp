@@ -1,4 +1,4 @@
-// The image in a viewer: against a server that takes packets apart as tev does.
+// Displays the image in a viewer, against a server that parses packets as tev does.
 #include "engine/render/display/tev_display.h"
 
 #include <gmock/gmock.h>
@@ -60,7 +60,7 @@ class Contents {
     std::span<const char> bytes_;
 };
 
-// The viewer's side: accepts one connection after the other, keeps what it is sent.
+// The viewer's side: accepts one connection after the other and keeps the received data.
 class Viewer {
   public:
     struct Shown {
@@ -89,12 +89,12 @@ class Viewer {
         thread_ = std::thread([this] { serve(); });
     }
     ~Viewer() { close(); }
-    // Waits until all that was sent is here; then nobody listens any more.
+    // Waits until all sent data has arrived, then stops listening.
     void close() {
         if (!thread_.joinable()) return;
         closing_ = true;
         {
-            // Comes after all that others have sent.
+            // This connection comes after all data that others have sent.
             const Connection last(endpoint(), 10);
             thread_.join();
         }
@@ -104,14 +104,14 @@ class Viewer {
     Endpoint endpoint() const { return {"127.0.0.1", port_}; }
     std::string word() const { return fmt::format("127.0.0.1:{}", port_); }
 
-    // After close().
+    // Valid only after close().
     const std::map<std::string, Shown>& images() const { return images_; }
     const std::vector<std::string>& faults() const { return faults_; }
     int connections() const { return connections_; }
 
   private:
     void serve() {
-        // The last of several that wait is that of close().
+        // The last of several waiting connections is that of close().
         for (;;) {
             const int peer = accept(listener_, nullptr, nullptr);
             const bool last = closing_ && nobody_waits();
@@ -144,7 +144,7 @@ class Viewer {
         return true;
     }
     bool take_packet(int peer) {
-        std::uint32_t length = 0;  // of the packet, these four bytes included
+        std::uint32_t length = 0;  // of the packet, including these four bytes
         if (!receive(peer, reinterpret_cast<char*>(&length), sizeof length)) return false;
         if (length < 6 || length > (1U << 24)) throw std::runtime_error("a length that cannot be");
         std::vector<char> bytes(length - sizeof length);
@@ -199,7 +199,7 @@ class Viewer {
     int connections_ = 0;
 };
 
-// Every value another, with channels that are not for viewers.
+// Returns a picture in which every value is different, with a channel that is not for viewers.
 Image picture(int width, int height) {
     Image image(width, height, {"R", "G", "B", "variance.R"});
     for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = 1e-3F * static_cast<float>(i) + 1;
@@ -262,7 +262,7 @@ TEST(Display, ViewerThatHangsUp_IsAWarning) {
     ListeningMonitor monitor;
     TevDisplay display(viewer.endpoint(), "p", monitor);
     Image image = picture(400, 300);
-    // What is sent to somebody who has just gone is lost without a word; what comes after that is not.
+    // Data sent just after the viewer closes is lost without an error; the next data causes one.
     for (int i = 0; i < 200 && monitor.warnings.empty(); ++i) {
         for (float& value : image.data) value += 1;
         display.show(image);
@@ -276,7 +276,7 @@ TEST(Display, ViewerThatNoLongerReads_IsLeftAfterTwoSeconds) {
     Viewer viewer(Viewer::Manners{.hangs_up_after = 0, .reads = false});
     ListeningMonitor monitor;
     TevDisplay display(viewer.endpoint(), "p", monitor);
-    display.show(picture(2000, 2000));  // more than any socket holds back
+    display.show(picture(2000, 2000));  // more than any socket buffer holds
     ASSERT_THAT(monitor.warnings, SizeIs(1));
     EXPECT_THAT(monitor.warnings[0], HasSubstr("no answer for 2 s (lost connection to the viewer)"));
 }

@@ -14,7 +14,7 @@ V3d of_xy(double x, double y) {
     return {x / y, 1, (1 - x - y) / y};
 }
 
-// From CIE 1960.
+// Converts from CIE 1960 u, v.
 V3d of_uv(double u, double v) {
     const double below = 2 * u - 8 * v + 4;
     return of_xy(3 * u / below, 2 * v / below);
@@ -41,9 +41,9 @@ TEST(ColourTemperature, OfBlackBodies_IsTheirOwn) {
     }
 }
 
-// CIE 15:2004, tables T.3 and T.8: chromaticities, and correlated colour temperatures, to ten kelvins for the
-// F series. The fifth digit of daylight's chromaticity is worth 2 K at 6500 K, the fourth of F7's 20 K, or
-// so.
+// Chromaticities and correlated colour temperatures of CIE 15:2004, tables T.3 and T.8, to ten kelvins for
+// the F series. The fifth digit of daylight's chromaticity is worth 2 K at 6500 K, the fourth digit of F7's
+// about 20 K.
 TEST(ColourTemperature, OfTheCiesIlluminants_IsThePublishedOne) {
     const auto a = colour_temperature(of_xy(0.44758, 0.40745));
     ASSERT_TRUE(a);
@@ -67,8 +67,8 @@ TEST(ColourTemperature, OfTheCiesIlluminants_IsThePublishedOne) {
     }
 }
 
-// Colours beside the locus, made by stepping off it along its normal: they have the temperature and the
-// distance that they were made with.
+// Colours beside the locus are made by stepping off it along its normal; they must have the temperature and
+// the distance that they are made with.
 TEST(ColourTemperature, BesideTheLocus_FindsTheFootAndTheDistance) {
     const auto uv = [](double kelvin) {
         const Chromaticity c = chromaticity(spectrum_to_xyz(blackbody_spectrum(kelvin)));

@@ -27,8 +27,9 @@ TEST(ColourSpaces, Srgb_IsTheOneOfRendering) {
         EXPECT_NEAR((space("srgb").to_xyz(V3d(c)) - rgb_to_xyz(c)).length(), 0, 1e-15);
 }
 
-// Luminances of the primaries as the standards print them: ITU-R BT.2020 table 4; the second row of the
-// Academy's matrices, which are for a white of their own: the adaptation moves them in the third digit.
+// Luminances of the primaries as the standards print them: ITU-R BT.2020 table 4, and the second row of the
+// Academy's matrices. The Academy's are for another white, and the adaptation changes them in the third
+// digit.
 TEST(ColourSpaces, Primaries_HaveTheirPublishedLuminances) {
     const auto expect = [](std::string_view name, const V3d& luminances, double near) {
         for (int c = 0; c < 3; ++c)
@@ -41,8 +42,8 @@ TEST(ColourSpaces, Primaries_HaveTheirPublishedLuminances) {
     expect("aces2065-1", {0.3440, 0.7282, -0.0721}, 1e-2);
 }
 
-// Published matrices: BT.2020 to BT.709 (ITU-R BT.2087), and ACEScg to sRGB with Bradford's adaptation, as
-// the Academy's transforms have it.
+// Published matrices: BT.2020 to BT.709 (ITU-R BT.2087), and the Academy's ACEScg to sRGB with Bradford's
+// adaptation.
 TEST(ColourSpaces, ToSrgb_AreThePublishedMatrices) {
     const auto expect = [](std::string_view name, const double(&rows)[3][3], float near) {
         for (int column = 0; column < 3; ++column) {

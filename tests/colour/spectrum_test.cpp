@@ -61,8 +61,9 @@ TEST(Cie, Observer_HasItsPublishedValuesAndIntegrals) {
     EXPECT_EQ(most.x, 1.0629096);
 }
 
-// No digit is mistaken: a cubic through four neighbours foretells each value. The table's knots every 5 nm
-// are off it by up to 0.36 %; a wrong digit, of values that change by a few per cent a nanometre, by more.
+// Detects a wrong digit: a cubic through four neighbours predicts each value. The table's knots every 5 nm
+// deviate from it by up to 0.36 %; a wrong digit deviates more, because the values change by a few per cent
+// per nanometre.
 TEST(Cie, Observer_IsSmooth) {
     const auto roughness = [](double nm, int c, double error) {
         const auto at = [&](int step) { return cie_xyz(nm + step)[c]; };
@@ -87,7 +88,7 @@ TEST(Cie, BetweenSamplesLinear_OutsideNothing) {
     EXPECT_EQ(spectrum_to_xyz(infrared), V3d(0, 0, 0));
 }
 
-// The integral by brute force, a thousand steps a nanometre.
+// Integrates by brute force with a thousand steps per nanometre.
 TEST(Cie, Integral_OfASpectrum_IsThatOfFineSteps) {
     const SpectralSample odd[] = {{300, 2}, {441.3, 0.5}, {441.9, 7}, {560, 1}, {560.2, 0}, {900, 4}};
     V3d sum(0, 0, 0);
@@ -104,9 +105,8 @@ TEST(Cie, Integral_OfASpectrum_IsThatOfFineSteps) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(is[c] / sum[c], 1, 1e-7) << c;
 }
 
-// CIE 15:2004, table T.3 (2 degrees): sums every 5 nm from 380 to 780 nm, five digits, with
-// daylight's factors M1 and M2 rounded to three. That, and the integral over the whole range, make up to
-// 2e-5.
+// CIE 15:2004, table T.3 (2 degrees), has sums every 5 nm from 380 to 780 nm, five digits, and daylight's
+// factors M1 and M2 rounded to three. These and the integral over the whole range differ by up to 2e-5.
 TEST(Cie, Illuminants_HaveTheirPublishedChromaticities) {
     const auto summed = [](const auto& weight) {
         V3d sum(0, 0, 0);
@@ -136,7 +136,8 @@ TEST(Cie, ColoursOutsideTheGamut_KeepLuminanceAndLoseSaturationOnly) {
         const Rgb colour = colour_of_luminance_one(full);
         EXPECT_NEAR(luminance(colour), 1, 1e-6F) << nm;
         EXPECT_GE(std::min({colour.x, colour.y, colour.z}), 0) << nm;
-        // On the line between grey and the full colour: (c - 1) parallel to (full / y - 1).
+        // The colour lies on the line between grey and the full colour: (c - 1) is parallel to (full / y -
+        // 1).
         const Rgb a = colour - Rgb(1);
         const Rgb b = full / luminance(full) - Rgb(1);
         const V3f across = V3f(a.x, a.y, a.z).cross(V3f(b.x, b.y, b.z));
@@ -148,7 +149,7 @@ TEST(Cie, ColoursOutsideTheGamut_KeepLuminanceAndLoseSaturationOnly) {
     EXPECT_NEAR(inside.z / inside.x, 3, 1e-5F);
 }
 
-// Tabulated values of CIE 15.
+// Compares with the tabulated values of CIE 15.
 TEST(Daylight, D65AndD50_HaveTheirTabulatedValues) {
     const Spectrum d65 = daylight_spectrum(6500 * 1.4388 / 1.4380),
                    d50 = daylight_spectrum(5000 * 1.4388 / 1.4380);
@@ -164,7 +165,7 @@ TEST(Spectrum, D65_IsWhite) {
     const Spectrum d65 = daylight_spectrum(6500 * 1.4388 / 1.4380);
     const Rgb rgb = emission_rgb(d65);
     expect_rgb(rgb / luminance(rgb), Rgb(1.0F), 5e-4F);
-    // Y is the mean of the spectrum under ȳ; by the tables 98.89 beside 100 at 560 nm.
+    // Y is the mean of the spectrum weighted by ȳ; by the tables it is 98.89 for 100 at 560 nm.
     EXPECT_NEAR(luminance(rgb), 98.89, 0.01);
 }
 
@@ -185,7 +186,7 @@ TEST(Blackbody, LargestValue_IsOneWhereWienSays) {
     }
     EXPECT_NEAR(largest, 1, 1e-4);
     EXPECT_NEAR(at, 580, 2.5);
-    // Ratio of two wavelengths by Planck's law.
+    // The ratio of two wavelengths follows Planck's law.
     const double ratio = std::pow(600.0 / 450, 5) * std::expm1(1.438777e7 / (600 * 5000.0)) /
                          std::expm1(1.438777e7 / (450 * 5000.0));
     EXPECT_NEAR(value_at(body, 450) / value_at(body, 600), ratio, 1e-9);
@@ -199,7 +200,7 @@ TEST(Illuminants, HaveLuminanceOneAndTheirColours) {
         EXPECT_NEAR(luminance(*illuminant_rgb(name)), 1, 1e-4) << name;
     }
     expect_rgb(*illuminant_rgb("D65"), Rgb(1.0F), 5e-4F);
-    // By the published chromaticities: A (0.44757, 0.40745), D50 (0.34567, 0.35850).
+    // Expected from the published chromaticities: A (0.44757, 0.40745), D50 (0.34567, 0.35850).
     const auto of = [](double x, double y) { return xyz_colour({x / y, 1, (1 - x - y) / y}); };
     expect_rgb(*illuminant_rgb("A"), of(0.44757, 0.40745), 2e-4F);
     expect_rgb(*illuminant_rgb("D50"), of(0.34567, 0.35850), 2e-4F);
@@ -222,8 +223,7 @@ TEST(Ratios, AreWhiteBalancedAndKeepTheirBounds) {
 TEST(Spd, Silver_IsTheOneOfTheTables) {
     LUCERNA_NEED_DATA(folder, "pbrt/pbrt-v2/spds/metals");
     const Spectrum eta = read_spd(folder / "Ag.eta.spd"), k = read_spd(folder / "Ag.k.spd");
-    // The usual constants of silver lack a white of their own: equal_energy_rgb() takes the place of (1, 1,
-    // 1).
+    // The usual constants of silver assume no particular white, so equal_energy_rgb() replaces (1, 1, 1).
     expect_rgb(ratio_rgb(eta) * equal_energy_rgb(), {0.155F, 0.117F, 0.138F}, 0.001F);
     expect_rgb(ratio_rgb(k) * equal_energy_rgb(), {4.83F, 3.12F, 2.15F}, 0.005F);
 }

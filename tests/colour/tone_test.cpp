@@ -1,4 +1,4 @@
-// From radiance to what a display is given: the curve, the exposure, the white.
+// From radiance to display values: the tone curve, the exposure, the white.
 #include "engine/colour/tone.h"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ double most(const V3d& c) {
     return std::max({c.x, c.y, c.z});
 }
 
-// Colours all around the circle of hues, of largest component 1.
+// Returns colours all around the hue circle, with a largest component of 1.
 std::vector<V3d> hues() {
     std::vector<V3d> all;
     for (const double low : {0.0, 0.02, 0.4}) {
@@ -45,13 +45,13 @@ TEST(NeutralTone, UpToTheKnee_ChangesNothing) {
     }
 }
 
-// By the formula of [Khronos 2024], by hand, with the knee at 0.8 and no offset.
+// Evaluates the formula of [Khronos 2024] by hand, with the knee at 0.8 and no offset.
 TEST(NeutralTone, BrightColours_AreThePublishedCurves) {
     const auto expect = [](const V3d& in, const V3d& out) {
         EXPECT_NEAR((tone_mapped(in, ToneCurve::neutral) - out).length(), 0, 1e-6);
     };
     expect({2, 2, 2}, V3d(0.9714286));  // 1 - 0.04 / 1.4
-    // p = 2: q = 0.9714286, of which 1 / (1 + 0.15 * 1.0285714) = 0.8663366 is left of the colour.
+    // For p = 2, q = 0.9714286, and 1 / (1 + 0.15 * 1.0285714) = 0.8663366 of the colour remains.
     expect({2, 1, 0.4}, {0.9714286, 0.5506365, 0.2981613});
 }
 
@@ -80,7 +80,7 @@ TEST(NeutralTone, AnyHue_IsKeptAndFadesToWhite) {
             const double of = most(out) - least(out);
             EXPECT_LE(of / most(out), saturation + 1e-12);
             saturation = of / most(out);
-            // Hue is how far along the middle component is from the least to the largest one.
+            // The hue is the relative position of the middle component between the least and the largest one.
             for (int c = 0; c < 3; ++c) {
                 EXPECT_NEAR(out[c] - least(out),
                             (in[c] - least(in)) * of / std::max(most(in) - least(in), 1e-12), 1e-9);
@@ -110,7 +110,7 @@ TEST(Display, EncodesAsSrgb) {
     EXPECT_EQ(shown.z, 1);
 }
 
-// As in a space that holds them: a colour outside is mixed with grey of its luminance.
+// A colour outside the display's gamut is mixed with grey of its luminance, like one outside a colour space.
 TEST(Display, ColourOutsideTheGamut_KeepsItsLuminance) {
     const Rgb outside(-0.1F, 0.5F, 0.1F);
     const Rgb shown = Display({})(outside);
@@ -149,7 +149,7 @@ TEST(Display, AnyNumbers_AreShownWithinRange) {
     EXPECT_EQ(Display({})(Rgb(kInfinity, 0.5F, 0.5F)), Rgb(1));
 }
 
-// The published definitions of both loci, not by way of white_balance().
+// Returns the published definitions of both loci, without white_balance().
 V3d white_xyz(double kelvin) {
     const V3d xyz = emission_xyz(kelvin <= 4000 ? blackbody_spectrum(kelvin) : daylight_spectrum(kelvin));
     return xyz / xyz.y;

@@ -1,4 +1,4 @@
-// The denoiser, on pictures of which the truth is known.
+// The denoiser, on pictures whose truth is known.
 #include "engine/denoise/denoise.h"
 
 #include <gtest/gtest.h>
@@ -21,14 +21,14 @@ struct Picture {
     Layers layers;
 };
 
-// Two walls that meet in the middle, the right one with a fine pattern of colours, the left one with the edge
-// of a shadow across it, which no feature tells of; lit by `light`. Of the samples' deviations from the mean
-// those of a share `met` are there, so many times as large.
+// Returns two walls that meet in the middle, lit by `light`. The right one has a fine pattern of colours; the
+// edge of a shadow, which no feature shows, crosses the left one. A share `met` of the samples deviates from
+// the mean, by a factor that preserves the mean.
 Picture walls(double light = 1, double noise = 0.5, std::array<int, 2> samples = {8, 8}, unsigned seed = 1) {
     Picture picture;
     Image features(kWide, kHigh, feature_channels());
     std::mt19937 random(seed);
-    // Of a sample, relative: mean 1, deviation 1.
+    // The factor of a sample has mean 1 and deviation 1.
     std::exponential_distribution<double> sample(1);
     for (Image& half : picture.layers.halves) half = Image(kWide, kHigh, half_channels());
     for (int y = 0; y < kHigh; ++y) {
@@ -69,7 +69,7 @@ Picture walls(double light = 1, double noise = 0.5, std::array<int, 2> samples =
     return picture;
 }
 
-// As Film::ErrorEstimate has it.
+// Computes the error as Film::ErrorEstimate does.
 double error_of(const Picture& picture, const std::function<double(int, int)>& shown) {
     double mean = 0, sum = 0;
     for (int y = 0; y < kHigh; ++y) {
@@ -104,8 +104,8 @@ TEST(Denoise, Noise_IsRemovedAndWhatIsLeftIsSaid) {
     }
 }
 
-// A single sample says nothing of its variance; and the halves need not be equal. Of so few samples less is
-// known: what of three images looks best is in part so by chance.
+// A single sample carries no information about its variance, and the halves need not be equal. With so few
+// samples the error estimate is less certain, and which of three images looks best is partly chance.
 TEST(Denoise, OfOneSampleAHalf_OrOneAndTwo_NoiseIsRemovedAndSaid) {
     struct Case {
         std::array<int, 2> samples;
@@ -122,8 +122,8 @@ TEST(Denoise, OfOneSampleAHalf_OrOneAndTwo_NoiseIsRemovedAndSaid) {
     }
 }
 
-// Halves of one sample have met too little of the error to tell it; of two, they tell it, and of a picture of
-// a few pixels, or where a few pixels decide, nobody knows.
+// Halves of one sample have met too little of the error to estimate it; halves of two can. For a picture of a
+// few pixels, or where a few pixels dominate, the error is unknown.
 TEST(Denoise, ErrorThatIsNotKnown_IsNotSaidToBe) {
     for (const int samples : {1, 2, 4, 8}) {
         EXPECT_EQ(denoise(walls(1, 0.02, {samples, samples}).layers, {}).error_is_known, samples > 1)
@@ -144,8 +144,8 @@ TEST(Denoise, ErrorThatIsNotKnown_IsNotSaidToBe) {
     EXPECT_FALSE(denoise(rare.layers, {}).error_is_known);
 }
 
-// The shares of the mixture are the best by the same errors that judge it, which makes these look too small.
-// Samples of a heavy tail, few of them: the mean over seeds of what is said, squared, is that of the errors.
+// The mixture's shares are optimised by the same errors that judge it, which biases these low. With few
+// samples of a heavy tail, the mean over seeds of the squared statement must be that of the squared error.
 TEST(Denoise, ErrorOfFewSamples_IsNotTooSmallByTheChoiceOfShares) {
     RunningStats said, error;
     for (unsigned seed = 1; seed <= 12; ++seed) {
@@ -154,13 +154,13 @@ TEST(Denoise, ErrorOfFewSamples_IsNotTooSmallByTheChoiceOfShares) {
         said.add(sqr(denoised.relative_error));
         error.add(sqr(error_of(picture, denoised.image)));
     }
-    // 12 seeds tell the mean to a few percent; by the same errors it is 0.81.
+    // 12 seeds determine the mean to a few per cent; an estimate by the same errors gives 0.81.
     EXPECT_GT(std::sqrt(said.mean() / error.mean()), 0.9);
     EXPECT_LT(std::sqrt(said.mean() / error.mean()), 1.15);
 }
 
-// Light that a few pixels alone have met, and in one half alone, decides no error of the whole image, and
-// leaves no error of nothing.
+// Light in only a few pixels, and in one half alone, must neither dominate the error of the whole image nor
+// make it zero.
 TEST(Denoise, AFewPixelsOfMuchLight_DoNotDecideTheError) {
     Picture picture = walls();
     const double before = denoise(picture.layers, {}).relative_error;
@@ -174,8 +174,8 @@ TEST(Denoise, AFewPixelsOfMuchLight_DoNotDecideTheError) {
     EXPECT_LT(after, 2 * before);
 }
 
-// Lamps as small as pixels, which no feature tells of, over walls that are next to black. Patches of 7 x 7
-// tell them apart only in part: some of their light leaks, but no more than doubles the error.
+// Lamps as small as pixels, which no feature shows, lie on walls that are nearly black. Patches of 7 x 7
+// separate them only partly: some of their light leaks, but at most doubles the error.
 TEST(Denoise, LampsOfAPixel_AreNotSpreadOverTheDark) {
     Picture picture = walls(1e-3, 0.5);
     std::mt19937 random(5);
@@ -196,7 +196,8 @@ TEST(Denoise, LampsOfAPixel_AreNotSpreadOverTheDark) {
     EXPECT_LT(error, 2 * measured_error(picture));
 }
 
-// The statement has a meaning only if halves are independent: of one half twice, it says nearly nothing.
+// The stated error is meaningful only if the halves are independent: for one half given twice it is nearly
+// zero.
 TEST(Denoise, OfHalvesThatAreTheSame_SaysTooLittle) {
     Picture picture = walls();
     picture.layers.halves[1] = picture.layers.halves[0];
@@ -204,7 +205,7 @@ TEST(Denoise, OfHalvesThatAreTheSame_SaysTooLittle) {
     EXPECT_LT(denoised.relative_error, error_of(picture, denoised.image) / 1.5);
 }
 
-// A pattern of light that no feature tells of, as fine as pixels: what would blur it stays away.
+// No feature shows this pattern of light, which is as fine as pixels, so the denoiser must not blur it.
 TEST(Denoise, WhereItWouldHarm_TheMeasuredImageStands) {
     Picture picture = walls(1, 0.02);
     std::mt19937 random(7);
@@ -231,7 +232,7 @@ TEST(Denoise, AnyNumberOfThreads_GivesTheSameBits) {
     EXPECT_EQ(one.relative_error, three.relative_error);
 }
 
-// From 1e-18 to 1e18 W/(m² sr), whose squares float32 holds as little as no light at all.
+// Scales the light from 1e-18 to 1e18 W/(m² sr), whose squares underflow and overflow float32.
 TEST(Denoise, AtTheExtremesOfLight_ItIsTheSamePicture) {
     const Picture usual = walls();
     const Denoised expected = denoise(usual.layers, {});

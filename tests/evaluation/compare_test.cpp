@@ -14,7 +14,7 @@
 namespace lucerna {
 namespace compare_test {
 
-// Two pixels, one channel: every number below can be had by hand.
+// Returns two pixels of one channel, so that every number below can be computed by hand.
 Image pair_of(float a, float b) {
     Image image(2, 1, {"Y"});
     image.data = {a, b};
@@ -26,7 +26,7 @@ TEST(Compare, TwoPixels_EqualsHandNumbers) {
     EXPECT_NEAR(c.mse, (1 + 4) / 2.0, 1e-12);
     EXPECT_NEAR(c.relative_mse, (1 / 4.0001 + 4 / 9.0001) / 2, 1e-12);
     EXPECT_NEAR(c.mape, (1 / 2.01 + 2 / 3.01) / 2, 1e-12);
-    // The reference's mean is 2.5, a tenth of it 0.25.
+    // The mean of the reference is 2.5, a tenth of it 0.25.
     EXPECT_NEAR(c.error, std::sqrt((1 / 4.0625 + 4 / 9.0625) / 2), 1e-12);
     ASSERT_EQ(c.channels.size(), 1U);
     EXPECT_NEAR(c.channels[0].mean, 3, 1e-12);
@@ -63,7 +63,7 @@ TEST(Compare, NotFinitePixels_AreCountedAndLeftOut) {
     for (float& v : image.data) v = 1;
     for (float& v : reference.data) v = 1;
     image.value(0, 0, 0) = NAN;
-    image.value(0, 0, 1) = INFINITY;  // the same pixel: counts once
+    image.value(0, 0, 1) = INFINITY;  // the same pixel counts once
     reference.value(1, 1, 2) = -INFINITY;
     const Comparison c = compare(image, reference);
     EXPECT_EQ(c.bad_pixels, 1U);
@@ -77,7 +77,7 @@ TEST(Compare, Mask_LeavesOutWhereTheReferenceIsBrighter) {
     Image image = Image::rgb(2, 1);
     Image reference = Image::rgb(2, 1);
     reference.set_rgb(0, 0, Rgb(0.5F, 4.5F, 0.5F));  // one channel is enough
-    image.set_rgb(1, 0, Rgb(9));                     // the image's own brightness is not looked at
+    image.set_rgb(1, 0, Rgb(9));                     // the image's own brightness is ignored
     const Comparison c = compare(image, reference, "image", "reference", 4);
     EXPECT_EQ(c.masked_pixels, 1U);
     EXPECT_EQ(c.pixels, 1U);
@@ -128,7 +128,7 @@ TEST(Sidak, HandNumbers_Hold) {
     EXPECT_EQ(sidak_p_value(0.3, 0), 1);
 }
 
-// A render of the constant image `truth` with known Gaussian noise in every pixel.
+// Returns a render of the constant image `truth` with known Gaussian noise in every pixel.
 Image noisy(int size, double truth, double sigma, std::mt19937_64& generator) {
     Image image(size, size, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
     std::normal_distribution<double> noise(truth, sigma);
@@ -164,7 +164,7 @@ TEST(ZTest, EqualImages_AreFalselyRejectedAsOftenAsItSays) {
         const Comparison c = compare(noisy(8, 1, 0.1, generator), noisy(8, 1, 0.2, generator));
         rejected += c.z_test->p_value < 0.1;
     }
-    // 10 % of the runs, as a binomial: chi-square against {200, 1800}.
+    // The rejections are binomial with 10 % of the runs: chi-square against {200, 1800}.
     const std::uint64_t observed[] = {rejected, kRuns - rejected};
     const double expected[] = {0.1 * kRuns, 0.9 * kRuns};
     EXPECT_TRUE(testing::chi_square(observed, expected).accepted()) << rejected;
@@ -195,7 +195,7 @@ TEST(ZTest, DifferentWithoutVariance_IsCountedAsUntestable) {
     EXPECT_EQ(z.p_value, 1);
 }
 
-// Too bright by less than any pixel shows.
+// Returns an image that is too bright by less than any single pixel shows.
 Image biased(int size, double bias, double sigma, std::mt19937_64& generator) {
     return noisy(size, 1 + bias, sigma, generator);
 }
@@ -209,14 +209,14 @@ TEST(ZVerdict, EqualImages_AreRejectedAtMostAsOftenAsItSays) {
         rejected += !z.equal();
         at_a_tenth += z.verdict_p < 0.1;
     }
-    // No more than a binomial of the stated rate would give; and not so few that the test would be idle.
+    // The rejections must not exceed a binomial of the stated rate, nor be so few that the test has no power.
     EXPECT_GT(binomial_excess(rejected, kRuns, kComparisonLevel), testing::kFalseAlarm) << rejected;
     EXPECT_GT(binomial_excess(at_a_tenth, kRuns, 0.1), testing::kFalseAlarm) << at_a_tenth;
     EXPECT_GT(at_a_tenth, kRuns * 2 / 100U);
 }
 
 TEST(ZVerdict, ChannelsThatAreOne_KeepTheRate) {
-    // Grey noise: three tests of every pixel that say the same.
+    // For grey noise all three tests of a pixel are identical.
     std::mt19937_64 generator(2006);
     constexpr int kRuns = 2000;
     std::uint64_t at_a_tenth = 0;
@@ -233,7 +233,7 @@ TEST(ZVerdict, BiasThatNoPixelShows_IsRejectedByTheSums) {
     std::mt19937_64 generator(2007);
     int rejected = 0;
     for (int i = 0; i < 50; ++i) {
-        // A fifth of a deviation: five deviations of the mean of 32 x 32 pixels.
+        // The bias is a fifth of a pixel's deviation, hence five deviations of the mean of 32 x 32 pixels.
         const ZTest z = *compare(biased(32, 0.02, 0.1, generator), biased(32, 0, 0.01, generator)).z_test;
         rejected += !z.equal();
         if (!z.equal()) {
@@ -265,8 +265,8 @@ TEST(ZVerdict, Shares_AreThoseOfANormalVariate) {
     EXPECT_NEAR(z.mean_z, 0, 4 * z.mean_z_error);
 }
 
-// A render of `samples` samples that are mostly dark and seldom bright, as those of caustics are: far from
-// normal.
+// Returns a render of `samples` samples that are mostly dark and rarely bright, as in caustics, and so far
+// from normal.
 Image spotty(int size, int samples, std::mt19937_64& generator) {
     Image image(size, size, {"R", "variance.R"});
     std::exponential_distribution<double> value(1);
@@ -288,7 +288,7 @@ TEST(ZVerdict, FewSkewedSamples_NeedCells) {
         rejected += !compare(a, b).z_test->equal();
         rejected_by_cells += !compare(a, b, "a", "b", INFINITY, 16).z_test->equal();
     }
-    EXPECT_GT(rejected, kRuns * 9 / 10);  // which is why there are cells
+    EXPECT_GT(rejected, kRuns * 9 / 10);  // this is the reason for cells
     EXPECT_LE(rejected_by_cells, 3);      // 0.4 expected; 4 or more: p = 7e-4
 }
 
@@ -309,13 +309,13 @@ TEST(Binomial, Excess_EqualsTheSum) {
         const double tail = boost::math::cdf(boost::math::complement(distribution, k - 1));
         EXPECT_NEAR(binomial_excess(k, 50, 0.1) / tail, 1, 1e-9) << k;
     }
-    EXPECT_EQ(binomial_excess(5, 50, 0.1), 1);  // the mean surprises nobody
+    EXPECT_EQ(binomial_excess(5, 50, 0.1), 1);  // the mean is not significant
     EXPECT_EQ(binomial_excess(0, 0, 0.1), 1);
     EXPECT_GT(binomial_excess(3000, 1'000'000, 0.0027), 0);
     EXPECT_LT(binomial_excess(3000, 1'000'000, 0.0027), 1e-7);
 }
 
-// Layers beside the light are no colours: whatever they hold, they change no number.
+// Layers beside the light are not colours, so their contents must not affect the comparison.
 TEST(Compare, LayersBesideColours_AreNotCompared) {
     Image plain(2, 1, {"R", "G", "B"}), layered(2, 1, {"R", "G", "B", "Z", "denoised.R", "emitter.Y"});
     for (int x = 0; x < 2; ++x) {

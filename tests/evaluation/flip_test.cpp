@@ -18,7 +18,7 @@ Image constant(const Rgb& c, int width = 24, int height = 16) {
     return image;
 }
 
-// Pictures with something in them: soft noise between `low` and `high`.
+// Returns a structured picture: smooth noise between `low` and `high`.
 Image noise(unsigned seed, float low, float high, int width = 40, int height = 30) {
     Image image = Image::rgb(width, height);
     std::mt19937 generator(seed);
@@ -33,9 +33,9 @@ double mean_of(const Image& map) {
     return sum / static_cast<double>(map.data.size());
 }
 
-// What FLIP is between two constant greys: nothing but lightness differs. The largest distance of colours is
-// that of green (87.7347, -86.1827, 83.1793) and blue (32.2970, 79.1875, -107.8602) in L*a*b*, by Hunt (…,
-// -75.612, 72.977) and (…, 25.575, -34.836): 55.438 + hypot(101.187, 107.813) = 203.297.
+// Returns FLIP between two constant greys, which differ only in lightness. The largest colour distance is
+// that of green (87.7347, -86.1827, 83.1793) and blue (32.2970, 79.1875, -107.8602) in L*a*b*, after Hunt's
+// adjustment (…, -75.612, 72.977) and (…, 25.575, -34.836): 55.438 + hypot(101.187, 107.813) = 203.297.
 double grey_flip(double lightness_difference) {
     const double error = std::pow(lightness_difference, 0.7), most = std::pow(203.297, 0.7),
                  knee = 0.4 * most;
@@ -108,7 +108,7 @@ TEST(Flip, LargerDifference_IsLargerError) {
 }
 
 TEST(Flip, AnEdgeThatIsNotThere_CountsForMoreThanItsColours) {
-    // A step of lightness by 10 somewhere: beside it features differ, far away the colours alone.
+    // At a step of lightness by 10 the features differ; far away only the colours do.
     Image step = constant(Rgb(0.5F), 120, 16);
     for (int y = 0; y < 16; ++y) {
         for (int x = 60; x < 120; ++x) step.set_rgb(x, y, Rgb(0.6F));
@@ -120,9 +120,9 @@ TEST(Flip, AnEdgeThatIsNotThere_CountsForMoreThanItsColours) {
 }
 
 TEST(Flip, BesideAStep_EqualsHandNumber) {
-    // Of linear luminance, from 0.214041 to 0.318547, at the first brighter pixel. The derivative's positive
-    // weights add up to 1, so the edge is as strong as the step is high; blurred, the luminance there is that
-    // of the Gaussian's half with the middle.
+    // The linear luminance steps from 0.214041 to 0.318547 at the first brighter pixel. The derivative's
+    // positive weights sum to 1, so the edge is as strong as the step is high; blurred, the luminance there
+    // is that of the Gaussian's half including its centre.
     const double low = 0.214041, step = 0.318547 - 0.214041;
     double half = 0, whole = 0;
     for (int k = -10; k <= 10; ++k) {
@@ -205,10 +205,10 @@ TEST(HdrFlip, ConstantImages_EqualHandNumbers) {
     Monitor quiet;
     const auto range = flip_exposures(reference);
     const HdrFlip result = hdr_flip(image, reference, *range, kPpd, {}, quiet);
-    // The reference is shown at 0.85, the image at the curve of half of what leads there.
+    // The reference is shown at 0.85, and the image at the curve's value for half of the corresponding input.
     const auto curve = [](double x) { return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14); };
     double x = 1;
-    for (int i = 0; i < 200; ++i) x *= 1 + 0.5 * (0.85 - curve(x));  // to curve(x) = 0.85
+    for (int i = 0; i < 200; ++i) x *= 1 + 0.5 * (0.85 - curve(x));  // converges to curve(x) = 0.85
     const auto lightness = [](double y) { return 116 * std::cbrt(y) - 16; };
     const double expected = grey_flip(lightness(0.85) - lightness(curve(x / 2)));
     for (const float v : result.map.data) EXPECT_NEAR(double{v}, expected, 1e-4);

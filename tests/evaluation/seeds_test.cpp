@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace seeds_test {
 
-// A scene of one grey, seen with noise and too bright by `bias` everywhere.
+// A scene of one grey, rendered with noise and a uniform `bias`.
 struct Shot {
     double truth = 1, bias = 0, sigma = 0.1;
     int size = 12;
@@ -72,10 +72,10 @@ TEST(Seeds, OverManyRuns_BiasAndNoiseComeOutRight) {
     EXPECT_NEAR(bias.mean(), 0.03 * 0.03, 4 * bias.standard_error());
     EXPECT_NEAR(noise.mean(), 0.01, 4 * noise.standard_error());
     EXPECT_NEAR(ratio.mean(), 1, 0.02);
-    // The stated standard error is that of the estimate, rather too large than too small.
+    // The stated standard error is that of the estimate, or slightly larger.
     EXPECT_GT(stated_error2.mean(), 0.9 * bias.variance());
     EXPECT_LT(stated_error2.mean(), 2.5 * bias.variance());
-    // Had the noise of the mean or of the reference been left in, this would have shown it.
+    // The test would detect noise of the mean or of the reference that is not subtracted.
     EXPECT_GT(0.0009 + 0.01 / 5, bias.mean() + 10 * bias.standard_error());
     EXPECT_GT(0.0009 + 0.0025, bias.mean() + 10 * bias.standard_error());
 }
@@ -97,8 +97,8 @@ TEST(Seeds, WithoutBias_TheSquareIsAsOftenBelowZeroAsNotAndWithinItsError) {
 }
 
 TEST(Seeds, NoiseThatHangsTogether_IsInTheErrorAllTheSame) {
-    // Each seed is too bright or too dark as a whole, as few photons are: the pixels are no help to each
-    // other.
+    // Each seed is too bright or too dark as a whole, as with few photons, so the pixels are fully
+    // correlated.
     std::mt19937_64 generator(2103);
     std::normal_distribution<double> whole(0, 0.1);
     RunningStats bias, stated_error2;

@@ -1,4 +1,4 @@
-// The error of a study: what it is, what it does not depend on.
+// The error measure of a study: its value and its invariances.
 #include "engine/evaluation/study.h"
 
 #include <gmock/gmock.h>
@@ -24,14 +24,14 @@ struct Listener : Monitor {
     void warn(std::string_view line) override { warnings.emplace_back(line); }
 };
 
-// Grey, without variances.
+// Returns a grey image without variances.
 NamedImage flat(float radiance, int side = 8) {
     NamedImage one{"flat", Image::rgb(side, side)};
     for (float& v : one.image.data) v = radiance;
     return one;
 }
 
-// Some structure, noise of a given size relative to it, and all of it in some unit.
+// Returns a structured image with relative noise of the given size, in an arbitrary unit.
 NamedImage noisy(unsigned seed, double bias, double noise, double unit) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
@@ -64,7 +64,7 @@ TEST(StudyMeasure, BiasAndNoise_AreThoseThatWerePutIn) {
     for (unsigned seed = 1; seed <= 6; ++seed) images.push_back(noisy(seed, 1.05, 0.2, 1));
     const StudyResult result = measured(images, noisy(0, 1, 0, 1));
     ASSERT_TRUE(result.bias2 && result.noise2 && result.error2_error);
-    // What the floor, a tenth of the mean, leaves of each pixel's relative square.
+    // Computes the share of each pixel's relative square that the floor, a tenth of the mean, leaves.
     double kept = 0;
     for (int x = 0; x < 32; ++x) {
         const double v2 = sqr(0.1 + 0.05 * x);
@@ -91,14 +91,14 @@ TEST(StudyMeasure, Error_InAnyUnit_IsTheSame) {
         EXPECT_NEAR(other.noise2->value / one.noise2->value, 1, 1e-4);
         EXPECT_NEAR(other.mean_ratio / one.mean_ratio, 1, 1e-6);
     }
-    // That is no matter of course: the floor of compare() is a radiance.
+    // The invariance is not trivial: the floor of compare() is a radiance.
     const auto absolute = [](double unit) {
         return compare(noisy(1, 1.1, 0.3, unit).image, noisy(0, 1, 0, unit).image).relative_mse;
     };
     EXPECT_LT(absolute(1e-6), 0.01 * absolute(1));
 }
 
-// "2 %" of a study and of `render --error` are the same thing.
+// "2 %" of a study and of `render --error` must be the same quantity.
 TEST(StudyMeasure, Noise_IsWhatAFilmSaysOfItself) {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> uniform(0, 2);
@@ -142,7 +142,7 @@ TEST(StudyMeasure, ReferencesNoise_IsToldAndNotInTheBias) {
 
 TEST(StudyMeasure, LampsAndBadPixels_AreLeftOut) {
     NamedImage reference = flat(1), image = flat(1.1F);
-    reference.image.set_rgb(3, 3, Rgb(1e6F));  // a lamp that is seen
+    reference.image.set_rgb(3, 3, Rgb(1e6F));  // a directly visible lamp
     image.image.set_rgb(3, 3, Rgb(0));
     image.image.set_rgb(5, 5, Rgb(std::numeric_limits<float>::quiet_NaN()));
     StudyResult result;

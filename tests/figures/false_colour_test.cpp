@@ -1,4 +1,4 @@
-// Scales with round limits, and what colours values get on them.
+// Scales with round limits, and the colours of values on them.
 #include "engine/figures/false_colour.h"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ TEST(RoundSteps, AreTheLeastOfOneTwoFive) {
                                                {5, 5},      {5.5, 10},     {0.03, 0.05}, {0.1, 0.1},
                                                {720, 1000}, {1e-20, 1e-20}};
     for (const auto& [value, step] : known) EXPECT_EQ(round_step_from(value).value(), step) << value;
-    // Decimals as they are written.
+    // Decimals are exact.
     const RoundStep tenth{1, -1};
     EXPECT_EQ(tenth.multiple(3), 0.3);
     EXPECT_EQ(tenth.multiple(7), 0.7);
@@ -45,7 +45,7 @@ TEST(AutomaticRange, IsRoundAndHoldsTheValues) {
     EXPECT_EQ(range_of({}, {12, 430}).high, 450);
     EXPECT_EQ(range_of({}, {12, 520}).high, 600);
     EXPECT_EQ(range_of({}, {0, 0.3}).high, 0.3);
-    EXPECT_EQ(range_of({}, {480, 512}).low, 480);  // even light keeps its differences
+    EXPECT_EQ(range_of({}, {480, 512}).low, 480);  // uniform light keeps its differences
     EXPECT_EQ(range_of({}, {480, 512}).high, 515);
     EXPECT_EQ(range_of({}, {-3, 8}).low, -4);
     EXPECT_EQ(range_of({}, {-3, -2}).high, 0);
@@ -73,7 +73,7 @@ TEST(AutomaticRange, Logarithmic_EndsAtOneTwoFive) {
     settings.scaling = Scaling::logarithmic;
     EXPECT_EQ(range_of(settings, {3, 700}).low, 2);
     EXPECT_EQ(range_of(settings, {3, 700}).high, 1000);
-    EXPECT_EQ(range_of(settings, {1e-9, 700}).low, 0.1);  // four decades
+    EXPECT_EQ(range_of(settings, {1e-9, 700}).low, 0.1);  // limited to four decades
     EXPECT_EQ(range_of(settings, {5, 5}).high, 10);
     EXPECT_EQ(range_of(settings, {5, 5}).low, 5);
     EXPECT_EQ(range_of(settings, {0, -4, NAN}).high, 1);
@@ -101,7 +101,7 @@ TEST(FalseColours, FollowTheMapAndMarkWhatIsOutside) {
         EXPECT_EQ(colour(INFINITY), marks[1]);
         EXPECT_EQ(marks[2].x, marks[2].y);  // grey
         EXPECT_EQ(marks[2].y, marks[2].z);
-        // No colour of the map, nor another mark, is near.
+        // Neither a colour of the map nor another mark is close.
         for (const Rgb& mark : marks) {
             for (int i = 0; i <= 100; ++i) EXPECT_GT((colour_at(map, i / 100.0) - mark).length(), 0.12F);
         }

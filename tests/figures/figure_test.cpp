@@ -1,4 +1,4 @@
-// Figures as SVG: what stands where, and that nothing of a name gets out of its text.
+// Figures as SVG: positions of elements, and names that cannot escape from their text.
 #include "engine/figures/figure.h"
 
 #include <gmock/gmock.h>
@@ -47,8 +47,8 @@ TEST(Plans, HaveACellAndANumberForEachPoint) {
     EXPECT_EQ(count(plan_svg(narrow), "class=\"lamp\""), 0);
 }
 
-// E = 100 + 50 (x - 0.5) / m: the line of 200 is at x = 2.5 m, upright. Two outlines give the scale of the
-// paper.
+// With E = 100 + 50 (x - 0.5) / m, the line of 200 is vertical at x = 2.5 m. Two outlines give the scale of
+// the drawing.
 TEST(Plans, Isolines_AreWhereTheMetresSay) {
     PlanFigure figure = room();
     figure.isolines.levels = {200};
@@ -113,7 +113,7 @@ PictureFigure slope() {
     return figure;
 }
 
-// In the middle of pixel 40, which is the first that is 40: half a pixel into it, and the margin.
+// The line passes the centre of pixel 40, the first with the value 40: half a pixel into it, plus the margin.
 TEST(Pictures, Isolines_AreWhereThePixelsAre) {
     PictureFigure figure = slope();
     figure.isolines.levels = {40};

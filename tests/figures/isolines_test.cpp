@@ -1,4 +1,4 @@
-// Isolines beside what they must be: planes, circles, saddles, holes.
+// Isolines of functions whose lines are known: planes, circles, saddles, holes.
 #include "engine/figures/isolines.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ std::vector<Isoline> lines_at(const ValueGrid& grid, double level) {
     return isolines(grid, std::vector<double>{level});
 }
 
-// Twice the area, > 0 where the line goes round clockwise as it is seen with y downwards.
+// Returns twice the area, positive where the line runs clockwise as seen with y downwards.
 double doubled_area(const Isoline& line) {
     double sum = 0;
     for (std::size_t i = 0; i + 1 < line.points.size(); ++i) sum += line.points[i].cross(line.points[i + 1]);
@@ -42,7 +42,7 @@ TEST(Isolines, OfAPlane_AreOneStraightLineEach) {
         for (const V2d& p : lines[0].points) EXPECT_NEAR(plane(p.x, p.y), level, 1e-12);
         for (const V2d& end : {lines[0].points.front(), lines[0].points.back()})
             EXPECT_TRUE(end.x == 0 || end.x == 11 || end.y == 0 || end.y == 8);
-        // What is greater, to the right on the screen: x grows, and the line goes up where that is so.
+        // Greater values lie to the right on the screen: x grows, so the line runs upwards.
         EXPECT_LT(lines[0].points.back().y, lines[0].points.front().y);
     }
     EXPECT_TRUE(lines_at(grid, 100).empty());
@@ -56,10 +56,10 @@ TEST(Isolines, OfARadialFunction_AreCirclesOfItsRadius) {
         const auto lines = lines_at(grid, radius);
         ASSERT_EQ(lines.size(), 1U);
         EXPECT_TRUE(lines[0].closed());
-        // Between points that far from the middle, linear interpolation of a length is off by 1 / (8 radius).
+        // At this distance from the centre, linear interpolation of a length errs by 1 / (8 radius).
         for (const V2d& p : lines[0].points) EXPECT_NEAR((p - centre).length(), radius, 0.13 / (radius - 1));
-        // The polygon lies inside: its vertices by up to that, and chords of length c take c^3 / (12 radius)
-        // each, with c^2 <= 2.
+        // The polygon lies inside the circle: its vertices by up to that error, and each chord of length c
+        // loses c^3 / (12 radius), with c^2 <= 2.
         const double lost = kPiD * radius * radius - std::fabs(doubled_area(lines[0])) / 2;
         EXPECT_GT(lost, 0);
         EXPECT_LT(lost, 2 * kPiD * (1 / 8.0 + 2 / 12.0));
@@ -74,7 +74,8 @@ TEST(Isolines, OfAHill_GoRoundTheOtherWay) {
     EXPECT_GT(doubled_area(lines[0]), 0);
 }
 
-// (x - a)(y - b): the saddle's own lines cross at (a, b), above and below it they part the corners otherwise.
+// The lines of (x - a)(y - b) through the saddle cross at (a, b); above and below that level they separate
+// the corners differently.
 TEST(Isolines, AtASaddle_GoAsTheBilinearSurfaceDoes) {
     const ValueGrid grid = grid_of(2, 2, [](double x, double y) { return (x - 0.4) * (y - 0.3); });
     for (const double level : {0.02, -0.02}) {
@@ -82,7 +83,7 @@ TEST(Isolines, AtASaddle_GoAsTheBilinearSurfaceDoes) {
         ASSERT_EQ(lines.size(), 2U);
         for (const Isoline& line : lines) {
             ASSERT_EQ(line.points.size(), 2U);
-            // Both ends on one branch of the hyperbola: x - a has one sign.
+            // Both ends lie on one branch of the hyperbola: x - a has one sign.
             EXPECT_GT((line.points[0].x - 0.4) * (line.points[1].x - 0.4), 0) << level;
             for (const V2d& p : line.points) EXPECT_NEAR((p.x - 0.4) * (p.y - 0.3), level, 1e-12);
         }
@@ -103,8 +104,8 @@ TEST(Isolines, WherePointsAreMissing_EndAndGoOnBehind) {
     EXPECT_EQ(lines_at(grid, 0.5).size(), 1U);
 }
 
-// Every line ends at the border or not at all, whatever the values: noise has saddles everywhere; whole
-// numbers have points of exactly the level.
+// Every line is closed or ends at the border, for any values: noise has saddles everywhere, and integers have
+// points exactly at the level.
 TEST(Isolines, OfNoise_AreClosedOrEndAtTheBorder_AndLieOnTheLevel) {
     std::mt19937 generator(7);
     for (const bool whole : {false, true}) {
@@ -124,7 +125,7 @@ TEST(Isolines, OfNoise_AreClosedOrEndAtTheBorder_AndLieOnTheLevel) {
     }
 }
 
-// Exchanged rows and columns, and the sign, change no line's place.
+// Exchanging rows and columns, or the sign, does not change the position of any line.
 TEST(Isolines, OfTheMirroredGrid_AreMirrored) {
     std::mt19937 generator(11);
     std::uniform_real_distribution<double> number(0, 1);
@@ -182,7 +183,7 @@ TEST(Smoothing, TakesNoiseOut_ByWhatAGaussianOfItsWidthMust) {
         }
     }
     EXPECT_NEAR(sum / (180 * 180), 300, 0.5);
-    // 1 / (2 √π deviation) of the deviation, of independent values; the estimate is good to 3 %.
+    // Independent values keep 1 / (2 √π deviation) of their deviation; the estimate is good to 3 %.
     EXPECT_NEAR(std::sqrt(squares / (180 * 180)), 20 / (2 * std::sqrt(kPiD) * 2), 0.15);
 }
 

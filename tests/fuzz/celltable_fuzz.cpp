@@ -1,4 +1,4 @@
-// libFuzzer's entry to the cell table's cache: bytes in, a table from which one can draw or a reason out.
+// libFuzzer's entry to the cell table's cache: bytes give a table that can be sampled, or a reason.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@ using lucerna::testing::require;
 
 namespace {
 
-// The field to which the corpus's tables belong.
+// Returns the field to which the corpus's tables belong.
 const lucerna::LightField& field() {
     static const lucerna::LightField kField = [] {
         lucerna::Rig rig;

@@ -1,5 +1,5 @@
-// libFuzzer's entry to checkpoints: bytes in, a state whose parts agree or an InputError out. The check over
-// the file is put right first: it keeps damage out, not malice.
+// libFuzzer's entry to checkpoints: bytes give a consistent state or an InputError. The file's checksum is
+// corrected first, because it only protects against damage, not against malice.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -17,7 +17,7 @@ using lucerna::testing::require_one_line;
 
 namespace {
 
-// The file's head, as checkpoint.cpp has it.
+// Offsets of the file's head, as in checkpoint.cpp.
 constexpr std::size_t kAtText = 16, kAtTiles = 24, kAtFilm = 32, kAtCheck = 40, kHead = 48;
 
 void repair(std::vector<std::byte>& bytes) {

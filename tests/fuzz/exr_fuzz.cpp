@@ -1,5 +1,5 @@
-// libFuzzer's entry to the reader of the project's images (OpenEXR), as compare and study read them: bytes
-// in, an image whose parts agree or an InputError out.
+// libFuzzer's entry to the reader of the project's images (OpenEXR), as used by compare and study: bytes give
+// a consistent image or an InputError.
 #include <cstddef>
 #include <cstdint>
 

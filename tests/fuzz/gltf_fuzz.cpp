@@ -1,5 +1,5 @@
-// libFuzzer's entry to glTF models, as text or as one binary: bytes in, a model whose indices are all of what
-// there is or an InputError out.
+// libFuzzer's entry to glTF models, as text or binary: bytes give a model whose indices are all valid, or an
+// InputError.
 #include <cstddef>
 #include <cstdint>
 #include <string_view>

@@ -1,5 +1,5 @@
-// libFuzzer's entry to the reader of IES LM-63 files: bytes in, a web whose flux and directions are sound or
-// an InputError out.
+// libFuzzer's entry to the reader of IES LM-63 files: bytes give a web whose flux and directions are valid,
+// or an InputError.
 #include "lights/photometric_files.h"
 
 #include "tests/fuzz/photometric_fuzz.h"

@@ -1,4 +1,4 @@
-// What the fuzzers share: their input as a file, and how a finding is reported.
+// Shared by the fuzzers: the input as a file, and the report of a finding.
 #pragma once
 
 #include <unistd.h>
@@ -28,17 +28,17 @@ inline void require_one_line(const InputError& error) {
     require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
 }
 
-// The input as bytes that may be changed, to put a check right.
+// Returns the input as mutable bytes, so that a checksum can be corrected.
 inline std::vector<std::byte> bytes_of_input(const std::uint8_t* data, std::size_t size) {
     const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
     return {bytes.begin(), bytes.end()};
 }
 
-// The input in a file of this process, for readers that take no bytes; `suffix` as ".ply".
+// Writes the input to a file of this process, for readers that do not accept bytes; `suffix` is like ".ply".
 inline std::filesystem::path file_of_bytes(std::span<const std::byte> bytes, const std::string& suffix) {
     const std::filesystem::path file =
         std::filesystem::temp_directory_path() / ("lucerna-fuzz-" + std::to_string(getpid()) + suffix);
-    // Anew: some file systems wait for the disk when a file is written over.
+    // Removes the file first: some file systems wait for the disk when a file is overwritten.
     std::filesystem::remove(file);
     std::ofstream(file, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

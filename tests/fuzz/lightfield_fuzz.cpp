@@ -1,5 +1,5 @@
-// libFuzzer's entry to the reader of light fields (OpenEXR): bytes in, a field of finite numbers or an
-// InputError out.
+// libFuzzer's entry to the reader of light fields (OpenEXR): bytes give a field of finite numbers or an
+// InputError.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

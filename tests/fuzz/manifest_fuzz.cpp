@@ -1,5 +1,5 @@
-// libFuzzer's entry to manifests: text in, a measurement whose photographs are assembled from fake ones, or
-// one line that names the error out. Nothing but the text is read.
+// libFuzzer's entry to manifests: text gives a measurement whose photographs are assembled from fake ones, or
+// one line that names the error. Only the text is read.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +13,7 @@ using lucerna::testing::require_one_line;
 
 namespace {
 
-// Small photographs with something in them.
+// Returns small photographs that are not empty.
 lucerna::Photograph fake(const lucerna::Shot& shot, const lucerna::ShotId& which) {
     require(shot.seconds > 0 && std::isfinite(shot.seconds), "a time that is none");
     lucerna::Photograph photograph{{6, 5}, std::vector<float>(30), 255};
@@ -25,7 +25,7 @@ lucerna::Photograph fake(const lucerna::Shot& shot, const lucerna::ShotId& which
 }
 
 void assemble_fakes(const lucerna::Manifest& manifest) {
-    constexpr std::size_t kMost = 10'000;  // so that an input takes no second
+    constexpr std::size_t kMost = 10'000;  // so that no input takes a second
     const lucerna::Rig& rig = manifest.rig;
     const std::size_t views = static_cast<std::size_t>(rig.views.x) * static_cast<std::size_t>(rig.views.y);
     if (manifest.shot_count() > kMost || views > kMost || rig.coefficients() > kMost) return;
@@ -50,8 +50,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const std::string written = lucerna::manifest_text(manifest);
         lucerna::Manifest again =
             lucerna::read_manifest(lucerna::TomlTable::parse(written, "folder/manifest.toml"));
-        again.info.colour =
-            manifest.info.colour;  // scaled to luminance 1 once more, it may differ in its last bit
+        again.info.colour = manifest.info.colour;  // normalising to luminance 1 again may change the last bit
         require(lucerna::manifest_text(again) == written, "a manifest that changes when it is written");
         assemble_fakes(manifest);
     } catch (const lucerna::InputError& error) {

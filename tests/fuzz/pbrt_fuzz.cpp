@@ -1,5 +1,5 @@
-// libFuzzer's entry to the scene reader: text in, the parts of a scene or an InputError out; anything else is
-// a finding.
+// libFuzzer's entry to the scene reader: text gives the parts of a scene or an InputError; anything else is a
+// finding.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -13,7 +13,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     lucerna::Monitor monitor;
     try {
-        // A folder that does not exist: included files cannot lead the fuzzer out of its input.
+        // The folder does not exist, so that Include cannot read files other than the input.
         auto draft = lucerna::read_draft({reinterpret_cast<const char*>(data), size},
                                          "no-such-folder/scene.pbrt", {}, monitor);
         lucerna::assemble(std::move(draft), {1}, monitor);

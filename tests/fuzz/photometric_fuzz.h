@@ -1,4 +1,4 @@
-// What both readers of photometric files must hold, whatever the bytes.
+// Invariants of both readers of photometric files, for any bytes.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// libFuzzer's entry to saved photon maps: bytes in, maps of sound photons or an InputError out. The check
-// over the file is put right first: it keeps damage out, not malice.
+// libFuzzer's entry to saved photon maps: bytes give maps of valid photons or an InputError. The file's
+// checksum is corrected first, because it only protects against damage, not against malice.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +18,7 @@ using lucerna::testing::require_one_line;
 
 namespace {
 
-// The file's head, as map_file.cpp has it.
+// Offsets of the file's head, as in map_file.cpp.
 constexpr std::size_t kAtText = 16, kAtPhotons = kAtText + 8 + sizeof(lucerna::V3d);
 constexpr std::size_t kAtCheck =
     kAtPhotons + kMapKinds * (8 + sizeof(lucerna::DepositCount)) + sizeof(lucerna::Ledger);

@@ -1,5 +1,5 @@
-// libFuzzer's entry to pictures of every format, as textures, lights and photographs read them: bytes in,
-// numbers that are numbers or an InputError out.
+// libFuzzer's entry to pictures of every format, as textures, lights and photographs read them: bytes give
+// finite numbers or an InputError.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -31,7 +31,7 @@ void read_as_photograph(const std::filesystem::path& file) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    // The library goes by what is in a file, not by its name.
+    // The library detects the format by content, not by name.
     const std::filesystem::path file = file_of_input(data, size, ".png");
     for (const auto read : {read_as_texture, read_as_photograph}) {
         try {

@@ -1,5 +1,4 @@
-// libFuzzer's entry to the PLY reader: bytes in, a mesh whose indices are all of vertices or an InputError
-// out.
+// libFuzzer's entry to the PLY reader: bytes give a mesh whose indices are all valid, or an InputError.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -1,6 +1,6 @@
-// libFuzzer's entry to the readers of ray files (TM-25, Zemax, LightTools; the bytes choose): bytes in, rays
-// that are numbers or an InputError out. A TM-25 header has 36,000 bytes of text, of which the input
-// holds 16.
+// libFuzzer's entry to the readers of ray files (TM-25, Zemax, LightTools; the bytes choose): bytes give rays
+// of finite numbers or an InputError. A TM-25 header has 36,000 bytes of text, of which the input contains
+// 16.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -1,5 +1,5 @@
-// libFuzzer's entry to rig descriptions: text in, a rig that light fields accept or one line that names the
-// error out.
+// libFuzzer's entry to rig descriptions: text gives a rig that light fields accept, or one line that names
+// the error.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// libFuzzer's entry to the reader of spectra: text in, wavelengths that rise with finite values or an
-// InputError out.
+// libFuzzer's entry to the reader of spectra: text gives increasing wavelengths with finite values, or an
+// InputError.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

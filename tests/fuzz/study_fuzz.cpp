@@ -1,5 +1,5 @@
-// libFuzzer's entry to the descriptions of studies: text in, a description of which every part can be made or
-// an InputError out.
+// libFuzzer's entry to the descriptions of studies: text gives a description that can be executed, or an
+// InputError.
 #include <cstddef>
 #include <cstdint>
 

@@ -1,5 +1,6 @@
-// libFuzzer's entry to the sums of a stopped acquisition: bytes in, sums for the rig that asks or an
-// InputError out. The check over the file is put right first: it keeps damage out, not malice.
+// libFuzzer's entry to the sums of an interrupted acquisition: bytes give sums for the requesting rig or an
+// InputError. The file's checksum is corrected first, because it only protects against damage, not against
+// malice.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -18,11 +19,11 @@ using lucerna::testing::require_one_line;
 namespace {
 
 constexpr std::uint64_t kKey = 7;
-// The file's head, as sums_file.cpp has it: words of eight bytes, of which the check is the last.
+// Offsets of the file's head, as in sums_file.cpp: words of eight bytes, of which the checksum is the last.
 constexpr std::size_t kAtBlocks = 24, kAtNumbers = 40, kWords = 26 + 3, kAtCheck = kAtNumbers + 8 * kWords,
                       kHead = kAtCheck + 8;
 
-// The rig to which the corpus's sums belong.
+// Returns the rig to which the corpus's sums belong.
 lucerna::Rig rig() {
     lucerna::Rig rig;
     rig.views = {2, 1};
@@ -55,7 +56,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     repair(bytes);
     try {
         const auto state = lucerna::load_state(file_of_bytes(bytes, ".part"), kKey, rig());
-        if (!state) {  // stopped before there was anything
+        if (!state) {  // interrupted before there are any sums
             std::uint64_t blocks = 1;
             if (bytes.size() >= kHead) std::memcpy(&blocks, &bytes[kAtBlocks], 8);
             require(blocks == 0, "a file is no file");

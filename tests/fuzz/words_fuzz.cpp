@@ -1,5 +1,5 @@
-// libFuzzer's entry to what people type: each line a word of a command line, as numbers, lengths, times,
-// sizes, colours, addresses of viewers and settings. In: a word; out: a value in its range or an InputError.
+// libFuzzer's entry to typed words: each line is a word of a command line, read as a number, length, time,
+// size, colour, viewer address and setting. It gives a value in its range or an InputError.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -91,7 +91,8 @@ class RayFiles(unittest.TestCase):
             self.assertGreater(sum(row[i] * row[3 + i] for i in range(3)), 0, "a ray into the glass")
         backward = sum(row[5] < 0 for row in lamp.rows) / len(lamp.rows)
         self.assertGreater(backward, 0.45)
-        # A mirror sphere keeps a line's distance from its centre: all lines pass as near to it as the filament does.
+        # A mirror sphere preserves a line's distance from its centre, so all lines pass as near to it as the
+        # filament does.
         for row in lamp.rows:
             along = sum(row[i] * row[3 + i] for i in range(3))
             self.assertLess(30 ** 2 - along * along, 6.6 ** 2)

@@ -1,4 +1,4 @@
-// An image under a picture's look: the exposure that suits it, the white, and what the file then holds.
+// An image under a picture's look: automatic exposure, white, and the contents of the file.
 #include "engine/image/displayed.h"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ Image constant(float value, int width = 20, int height = 20) {
     return image;
 }
 
-// Greys spread evenly over `stops` stops around 1.
+// Returns greys spread evenly over `stops` stops around 1.
 Image spread(double stops, std::uint32_t seed = 0) {
     Image image = Image::rgb(50, 40);
     Sampler sampler(71, Purpose::test, 0, seed);
@@ -77,9 +77,9 @@ TEST(AutoExposure, TimesTheLight_IsOneOverIt) {
     }
 }
 
-// Sorted, and by bisection: another way to the same number.
+// Computes the expected value independently, by sorting and bisection.
 TEST(AutoExposure, MeanOfWhatIsShown_IsMiddleGrey) {
-    for (const double stops : {0.5, 4.0, 11.0}) {  // less than is black
+    for (const double stops : {0.5, 4.0, 11.0}) {  // within the range that is not black
         const Image image = spread(stops);
         std::vector<float> values;
         for (std::size_t i = 0; i < image.data.size(); i += 3) values.push_back(image.data[i]);
@@ -125,14 +125,14 @@ TEST(AutoExposure, LampThatIsSeen_ChangesNothing) {
     EXPECT_EQ(auto_exposure(image), before);
 }
 
-// The same whether the surroundings are black or what any display shows so.
+// The exposure must not depend on whether the surroundings are black or merely shown as black by any display.
 TEST(AutoExposure, SpotOnBlack_IsExposedForTheSpot) {
     for (const float around : {0.0F, 1e-8F, 2e-4F}) {
         Image image = constant(around);
         for (int i = 0; i < 12; ++i) image.set_rgb(i % 4, i / 4, Rgb(5));  // 3 % of the pixels
         EXPECT_NEAR(auto_exposure(image) * 5, 0.18F, 1e-5F) << around;
     }
-    // Dim ones are what there is to see, and the spot is a lamp.
+    // If the surroundings are dim but visible, they are the subject, and the spot is a lamp.
     Image image = constant(0.01F);
     for (int i = 0; i < 12; ++i) image.set_rgb(i % 4, i / 4, Rgb(5));
     EXPECT_NEAR(auto_exposure(image) * 0.01F, 0.18F, 1e-5F);

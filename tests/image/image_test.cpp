@@ -1,4 +1,4 @@
-// Images on disk: OpenEXR both ways, PNG out.
+// Images on disk: OpenEXR read and written, PNG written.
 #include "engine/image/image.h"
 
 #include <gtest/gtest.h>
@@ -65,8 +65,7 @@ TEST(Exr, ManyChannels_ComeBackColourFirst) {
     EXPECT_EQ(back.value(3, 2, 5), image.value(3, 2, 0));
 }
 
-// What the numbers of red, green and blue mean: Rec. 709's primaries and white, in the header's own
-// attribute.
+// The header's standard attribute states the meaning of red, green and blue: Rec. 709's primaries and white.
 TEST(Exr, ColourImage_StatesItsChromaticities) {
     const testing::TemporaryFolder folder;
     const auto attribute_of = [&](const std::vector<std::string>& channels) {
@@ -122,7 +121,7 @@ TEST(Exr, LyingHeader_AllocatesNothing) {
     const testing::TemporaryFolder folder;
     write_exr(folder / "a.exr", noise(4, 4, {"R"}));
     std::string text = read_text(folder / "a.exr");
-    // The data window's maximum: name, type, size, then four 32-bit numbers.
+    // The data window's maximum follows the name, type, size, and the two numbers of the minimum.
     const std::size_t at =
         text.find("dataWindow") + std::strlen("dataWindow") + 1 + std::strlen("box2i") + 1 + 4 + 8;
     const std::int32_t huge = 0x3fffffff;
@@ -136,7 +135,7 @@ TEST(Exr, FailedWrite_LeavesTheOldFile) {
     const testing::TemporaryFolder folder;
     write_exr(folder / "a.exr", noise(3, 3, {"R"}));
     const std::string before = read_text(folder / "a.exr");
-    // OpenEXR takes no two channels of one name and no channel without one.
+    // OpenEXR rejects duplicate and empty channel names.
     EXPECT_NE(error_of([&] { write_exr(folder / "a.exr", noise(3, 3, {""})); }), "no error");
     EXPECT_EQ(read_text(folder / "a.exr"), before);
     EXPECT_NE(error_of([&] { write_exr(folder / "no" / "a.exr", noise(3, 3, {"R"})); }), "no error");

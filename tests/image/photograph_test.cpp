@@ -69,7 +69,8 @@ TEST(Photograph, WrongSuffixes_AreRefused) {
                 HasSubstr("a.png"));
 }
 
-// Every beginning of a good file, and the file with bytes changed: counts or one line that names the error.
+// Every prefix of a good file, and the file with changed bytes, gives counts or one line that names the
+// error.
 TEST(Photograph, GarbageAndTruncation_AreReadOrRefused) {
     const TemporaryFolder folder;
     EXPECT_THAT(error_of([&] { read_photograph(folder / "none.png"); }), HasSubstr("none.png"));

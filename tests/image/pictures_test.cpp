@@ -1,4 +1,4 @@
-// The door to picture formats: what it opens, and what it says when there is nothing behind it.
+// The plug-in interface of picture formats: which formats it opens, and the errors when no plug-in is there.
 #include "engine/image/pictures.h"
 
 #include <fmt/format.h>
@@ -61,7 +61,7 @@ TEST(Pictures, AnotherVersion_IsRefused) {
     const std::filesystem::path here = folder_of_the_library();
     std::ifstream in(here / kLibrary, std::ios::binary);
     std::string bytes(std::istreambuf_iterator<char>(in), {});
-    // The entry's name, wherever it stands in the tables of names, is that of types to come.
+    // Every occurrence of the entry's name in the string tables is replaced by that of a future version.
     const std::string entry = "lucerna_pictures_3";
     int found = 0;
     for (std::size_t at = bytes.find(entry); at != bytes.npos; at = bytes.find(entry, at + 1), ++found) {
@@ -103,7 +103,7 @@ TEST(Pictures, Written_SayOfThemselvesWhatTheyAre) {
     const TemporaryFolder folder;
     const std::vector<std::uint16_t> words{0, 1, 256, 65535, 7, 8};
     const Pictures& formats = pictures(folder / "a");
-    // Not by the name: it has no suffix.
+    // The format is detected by content: the file has no suffix.
     formats.write(folder / "a", {PictureFormat::tiff, PictureUse::measurement, 3, 2, 1,
                                  std::span<const std::uint16_t>(words)});
     const auto in = formats.open(folder / "a", PictureUse::measurement);
@@ -134,7 +134,7 @@ TEST(Pictures, TilesOfAFile_OutliveTheirCache) {
                   {PictureFormat::png, PictureUse::colour, 100, 70, 3, std::span<const std::uint8_t>(bytes)});
     std::unique_ptr<TileCache> cache = formats.tiles(std::size_t{1} << 20);
     const auto picture = cache->open(folder / "a.png", {0, 3});
-    std::array<std::uint8_t, 12> corner{};  // where four tiles meet
+    std::array<std::uint8_t, 12> corner{};  // the corner where four tiles meet
     EXPECT_THROW(cache->open(folder / "none.png", {0, 3})->read({63, 65, 63, 65}, std::span(corner)),
                  std::runtime_error);
     cache.reset();

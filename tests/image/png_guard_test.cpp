@@ -1,5 +1,5 @@
-// PNGs that are whole, damaged, cut off and made up: what libpng would complain of on standard error is
-// refused before it reads.
+// Valid, damaged, truncated and synthetic PNGs: the guard refuses whatever would make libpng complain on
+// standard error, before libpng reads it.
 #include "engine/image/pictures.h"
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ namespace png_guard_test {
 
 using ::testing::HasSubstr;
 
-// The specification's own [PNG, annex D], bit by bit.
+// Computes the specification's CRC [PNG, annex D], bit by bit.
 std::uint32_t check_of(const std::string& bytes) {
     std::uint32_t c = 0xFFFFFFFF;
     for (const char byte : bytes) {
@@ -78,7 +78,7 @@ TEST_F(PngGuard, AnyByteOfTheHeaderOrThePixelsChanged_IsRefused) {
         damaged[i] = static_cast<char>(damaged[i] ^ 1);
         EXPECT_THAT(refusal_of(damaged + kEnd), HasSubstr("PNG")) << i;
     }
-    // What a decoder may leave out may be damaged.
+    // Chunks that a decoder may ignore may be damaged.
     std::string remark = chunk("tEXt", "remark");
     remark.back() = static_cast<char>(remark.back() ^ 1);
     EXPECT_EQ(refusal_of(header(3, 2, 8, 2) + remark + kPixels + kEnd), "no error");

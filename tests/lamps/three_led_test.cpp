@@ -1,4 +1,5 @@
-// The lamp with three LEDs: what its light field casts on a wall against its own particles, counted there.
+// The lamp with three LEDs: compares the irradiance that its light field casts on a wall with that of its own
+// particles, counted there.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +28,7 @@ Scene read_lamp() {
         .scene;
 }
 
-// Setup B, coarse enough for a million rays.
+// Returns a bench of setup B, coarse enough for a million rays.
 Rig bench() {
     Rig rig;
     rig.views = {11, 11};
@@ -46,8 +47,8 @@ LightField field_of_rays(const RaySet& set) {
     return field_of(images);
 }
 
-// Mean of (field - counted)² over the variance of both, over the pixels that hold many rays; 1 if they agree,
-// less as stratified rays are less noisy than that.
+// Returns the mean of (field - counted)² over the variance of both, over the pixels that receive many rays: 1
+// if they agree, and less because stratified rays are less noisy.
 double misfit(const PlaneIrradiance& field, const PlaneIrradiance& counted, double ray_flux, double scale = 1,
               int shift = 0) {
     const PlanePatch& patch = counted.patch;
@@ -66,8 +67,8 @@ double misfit(const PlaneIrradiance& field, const PlaneIrradiance& counted, doub
     return pixels > 500 ? sum / pixels : INFINITY;
 }
 
-// Φ̃⊗Φ̃ of all filters add up to 1 everywhere between the outermost, so on the plane M itself, in pixels of its
-// own, the field gives the mean irradiance without any blur: what is left is noise.
+// The functions Φ̃⊗Φ̃ of all filters sum to 1 between the outermost, so on the plane M, in its own pixels,
+// the field gives the mean irradiance without blur, and only noise remains.
 TEST(ThreeLeds, FieldOnItsOwnScreen_IsTheLuminairesLightWithinTheNoise) {
     const Scene lamp = read_lamp();
     constexpr std::int64_t kPaths = 1 << 20;
@@ -84,15 +85,15 @@ TEST(ThreeLeds, FieldOnItsOwnScreen_IsTheLuminairesLightWithinTheNoise) {
         squares += sqr(double{ray.flux});
         flux += double{ray.flux};
     }
-    const double ray_flux = squares / flux;  // of rays that are all but equal
+    const double ray_flux = squares / flux;  // of nearly equal rays
     EXPECT_LT(misfit(from_field, counted, ray_flux), 1.15);
     EXPECT_GT(misfit(from_field, counted, ray_flux), 0.3);
     EXPECT_GT(misfit(from_field, counted, ray_flux, 1.1), 1.3);   // too bright
-    EXPECT_GT(misfit(from_field, counted, ray_flux, 1, 1), 1.3);  // a pixel aside
+    EXPECT_GT(misfit(from_field, counted, ray_flux, 1, 1), 1.3);  // shifted by a pixel
     EXPECT_NEAR(from_field.flux() / counted.flux(), 1, 5e-3);
 }
 
-// Near the lamp the field is blurred by its filters, but the light of each LED stays where it is.
+// Near the lamp the filters blur the field, but each LED's light stays in place.
 TEST(ThreeLeds, FieldNearTheLamp_ShowsThreeSpotsWhereTheLuminaireHasThem) {
     const Scene lamp = read_lamp();
     Monitor silent;

@@ -157,7 +157,7 @@ TEST(LumigraphFile, Contradictions_AreRefused) {
     EXPECT_THAT(error(replaced(good, "lightfieldBoxMin", behind("lightfieldBoxMin", "v3d"), 'x') + ""),
                 HasSubstr("box"));
     EXPECT_THAT(error(replaced(good, "chunkCount", behind("chunkCount", "int") + 3, 0x70)),
-                HasSubstr("chunks"));
+                HasSubstr("chunk count"));
     EXPECT_THAT(error(replaced(good, "scanlineimage", 0, 'S')), HasSubstr("bad.exr"));
     // Units of different slabs.
     std::vector<Slab> slabs;

@@ -1,5 +1,5 @@
-// Does a measured field light the world as the emitter does? A smooth lamp with a formula, measured, against
-// its own irradiance by quadrature over the emitter.
+// A measured field must light the world as the emitter does. A smooth lamp with a formula is measured and
+// compared with its own irradiance by quadrature over the emitter.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,8 @@ using testing::measured;
 using testing::rms_error;
 using testing::SmoothLamp;
 
-// At 0.1, 0.5, 1 and 5 times the lamp's width, the last beyond M, which stands at 2.5 times.
+// Compares at 0.1, 0.5, 1 and 5 times the lamp's width. The last point lies beyond M, which stands at 2.5
+// times the width.
 TEST(AcquireAccuracy, IrradianceAtFourDistances_IsTheEmitters) {
     const SmoothLamp lamp(8);
     const LightField field = measured(lamp, 19, 80);
@@ -30,13 +31,13 @@ TEST(AcquireAccuracy, IrradianceAtFourDistances_IsTheEmitters) {
         }
         std::cout << "at " << z << " m: worst error " << 100 * worst << " % of the axis\n";
         EXPECT_LT(worst, 0.01) << "at " << z << " m";
-        // The comparison would see a wrong scale, or a lamp in another place.
+        // The comparison must detect a wrong scale and a displaced lamp.
         EXPECT_GT(std::fabs(1.02 * irradiance(field, {0, 0, z}) - axis), 0.01 * axis);
     }
 }
 
-// Shifts of the bell hold constants, but no straight line: on S itself the error falls as Δ. A little before
-// it the errors of neighbouring filters cancel.
+// Shifts of the bell reproduce constants but no straight line, so on S itself the error falls as Δ. Slightly
+// in front of S the errors of neighbouring filters cancel.
 TEST(AcquireAccuracy, Error_FallsWithTheSpacing) {
     const SmoothLamp lamp(30);
     const LightField few = measured(lamp, 13, 32), many = measured(lamp, 33, 32);  // Δ falls to a third

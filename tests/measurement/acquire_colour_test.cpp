@@ -1,4 +1,4 @@
-// The virtual bench in colour: X, Y and Z are measured as one channel alone is.
+// The virtual bench in colour measures X, Y and Z each as it would measure one channel alone.
 #include "lights/measurement/acquire.h"
 
 #include <gmock/gmock.h>
@@ -28,16 +28,17 @@ using testing::ImpatientMonitor;
 using testing::TemporaryFolder;
 using Outline = EmitterModel::Outline;
 
-// Both setups, the lamp at the origin.
+// Returns rigs of both setups, with the lamp at the origin.
 std::vector<Rig> both_setups() {
     std::vector<Rig> rigs{testing::rig_a(), testing::rig_b()};
     for (Rig& rig : rigs) rig.centre = {0, 0, 0};
     return rigs;
 }
 
-// A light field of three channels that lies in the rig's basis, and the emitter that sends it: all of S.
+// A light field of three channels that lies in the rig's basis, and an emitter that covers all of S and sends
+// exactly this field.
 struct Known {
-    std::vector<std::vector<float>> e;  // of X, Y and Z
+    std::vector<std::vector<float>> e;  // coefficients of X, Y and Z
     EmitterModel emitter;
 };
 Known known_emitter(const Rig& rig, float least, std::uint64_t seed) {
@@ -68,7 +69,7 @@ Known known_emitter(const Rig& rig, float least, std::uint64_t seed) {
     return known;
 }
 
-// The largest difference over the largest magnitude.
+// Returns the largest difference divided by the largest magnitude.
 double off(const std::vector<float>& got, const std::vector<float>& truth) {
     double most = 0, worst = 0;
     for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -87,9 +88,9 @@ TEST(AcquireColour, FieldInTheBasis_ComesBackInEveryChannel) {
             ASSERT_TRUE(images.coloured());
             for (int c = 0; c < 3; ++c)
                 EXPECT_LT(off(coefficients_of(images, c), known.e[static_cast<std::size_t>(c)]), 1e-5) << c;
-            // Another channel is seen to be another.
+            // The comparison must detect swapped channels.
             EXPECT_GT(off(coefficients_of(images, 0), known.e[2]), 0.1);
-            if (least < 0) continue;  // no camera collects less than nothing
+            if (least < 0) continue;  // a camera cannot record negative light
             CameraModel camera;       // of the sensor or of the screen, in floats
             camera.bits = 32;
             camera.format = "exr";
@@ -144,7 +145,7 @@ TEST(AcquireColour, PhotographsWithoutAMatrix_AreLinearSrgb) {
     manifest.camera.to_xyz.reset();
     const FilterImages back = assemble(manifest, {2}, silent, {}).images;
     for (std::size_t i = 0; i < images.positive.size(); i += 7) {
-        // What the files hold as R, G, B was X, Y, Z.
+        // The files' R, G and B hold what the images hold as X, Y and Z.
         const V3d xyz = rgb_to_xyz(Rgb(images.x.positive[i], images.positive[i], images.z.positive[i]));
         EXPECT_NEAR(back.x.positive[i], xyz.x, 1e-4 * std::fabs(xyz.x) + 1e-6);
         EXPECT_NEAR(back.positive[i], xyz.y, 1e-4 * std::fabs(xyz.y) + 1e-6);
@@ -171,7 +172,7 @@ TEST(AcquireColour, EachChannel_IsThatOfAnEmitterOfItAlone) {
     }
 }
 
-// To the halves that a coloured field's channels are kept as.
+// The tolerance is the rounding of a coloured field's channels, which are kept in half precision.
 TEST(AcquireColour, WithoutAFilter_EachChannelIsThatOfAnEmitterOfItAlone) {
     Monitor silent;
     for (const Rig& rig : both_setups()) {
@@ -197,7 +198,7 @@ TEST(AcquireColour, WithoutAFilter_ALampBetweenThePinholesIsDark) {
     Rig rig = testing::rig_b();
     rig.centre = {0, 0, 0};
     EmitterModel emitter =
-        cosine_emitter(Outline::disc, {0.002, 0}, 2, 2);  // pinholes are 10 and 20 mm apart
+        cosine_emitter(Outline::disc, {0.002, 0}, 2, 2);  // the pinholes are 10 and 20 mm apart
     set_colours(emitter, {Rgb(1.0F), Rgb(2.0F, 0.8F, 0.03F), {}});
     const LightField dark = acquire_without_filter(emitter, rig, {2}, silent, {});
     EXPECT_EQ(dark.flux(), 0);
@@ -205,7 +206,8 @@ TEST(AcquireColour, WithoutAFilter_ALampBetweenThePinholesIsDark) {
 }
 
 TEST(AcquireColour, Flux_OfEveryChannelCloses) {
-    // A Lambertian disc and a wide screen, as in Acquire.WideScreen; the mean of ρ² over a disc is 1/2.
+    // The setup is a Lambertian disc and a wide screen, as in Acquire.WideScreen. The mean of ρ² over a disc
+    // is 1/2.
     Rig rig;
     rig.views = {11, 11};
     rig.spacing = {0.002, 0.002};
@@ -226,7 +228,7 @@ TEST(AcquireColour, Flux_OfEveryChannelCloses) {
     }
     const LightField field = field_of(images);
     EXPECT_NEAR(field.info().captured + field.info().missed, 5, 1e-6);
-    for (int channel = 0; channel < 3; ++channel)  // as it is kept, too
+    for (int channel = 0; channel < 3; ++channel)  // in the stored channels too
         EXPECT_NEAR(field.channel(channel).flux() / expected[channel], 1, 2e-3) << channel;
 }
 
@@ -281,7 +283,7 @@ TEST(AcquireColour, SlideInColours_IsTheGreySlideOfEachOfThem) {
         p.inverted = inverted;
         const EmitterModel coloured = projector_emitter(p, slide);
         ASSERT_TRUE(bool(coloured.xyz));
-        // Of grey slides the flux is given, so each says its radiance up to a factor.
+        // The flux of a grey slide is given, so each grey slide yields its radiance up to a factor.
         double factor[3] = {0, 0, 0};
         for (int i = 0; i < 200; ++i) {
             const V2f a = sampler.next2(), b = sampler.next2();
@@ -313,7 +315,7 @@ TEST(AcquireColour, RaysOfSeveralColours_AreTheirProjectionInEveryChannel) {
                                 square_to_cosine_hemisphere(sampler.next2()),
                                 0.5F + sampler.next()});
             set.flux += double{set.rays.back().flux};
-            const double t = i < 10'000 ? 0 : double{sampler.next()};  // the first are all blue
+            const double t = i < 10'000 ? 0 : double{sampler.next()};  // the first rays are all blue
             const V3d xyz = (1 - t) * blue + t * yellow;
             set.tristimulus.push_back(V3f(xyz / xyz.y));
             (i < 10'000 ? half : tints).add(set.tristimulus.back());
@@ -329,7 +331,7 @@ TEST(AcquireColour, RaysOfSeveralColours_AreTheirProjectionInEveryChannel) {
         ASSERT_TRUE(sums.coloured());
         const FilterImages images = images_of(sums, 1, {});
         for (int c = 0; c < 3; ++c) {
-            const LightField channel = direct.field.channel(c);  // to a half
+            const LightField channel = direct.field.channel(c);  // rounded to half precision
             const std::vector<float> truth(channel.coefficients().begin(), channel.coefficients().end());
             EXPECT_LT(off(coefficients_of(images, c), truth), 1e-3) << c;
             EXPECT_GT(off(coefficients_of(images, (c + 1) % 3), truth), 0.02) << c;

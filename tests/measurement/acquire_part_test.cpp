@@ -67,7 +67,7 @@ TEST_F(AcquirePartTest, EndCutOffOrDamaged_IsDoneAnew) {
         EXPECT_EQ(part.columns(), all - 1);
         EXPECT_EQ(acquired(rig, &part, silent_), whole);
     }
-    {  // a changed number in the middle: it and what follows are not believed
+    {  // A changed number in the middle: this record and all that follow are discarded.
         std::fstream damage(file_, std::ios::binary | std::ios::in | std::ios::out);
         damage.seekp(static_cast<std::streamoff>(size / 2));
         damage.put('\x55').put('\x2a').put('\x55');
@@ -89,7 +89,7 @@ TEST_F(AcquirePartTest, OtherWorkOrOtherFile_IsRefused) {
     EXPECT_THAT(error_of([&] { AcquirePart(folder_.path() / "none" / "x.part", 5); }), HasSubstr("x.part"));
 }
 
-// A record that claims more than the file holds must not be believed.
+// A record that claims more than the file holds must be discarded before memory is allocated for it.
 TEST_F(AcquirePartTest, LyingCount_TakesNoMemory) {
     { AcquirePart part(file_, 5); }
     const std::uint64_t record[3] = {0, std::uint64_t{1} << 60, 0};

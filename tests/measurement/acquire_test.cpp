@@ -20,7 +20,8 @@ namespace acquire_test {
 using ::testing::HasSubstr;
 using Outline = EmitterModel::Outline;
 
-// Rays of a disc or rectangle with a cosine-power lobe, equal in flux; drawn by formulas of their own.
+// Returns rays of equal flux of a disc or rectangle with a cosine-power lobe, drawn by formulas that share no
+// code with the emitters'.
 RaySet rays_of(Outline outline, const V2d& half_size, double flux, double exponent, int count,
                std::uint64_t seed) {
     RaySet set;
@@ -51,7 +52,7 @@ Rig bench() {
     return rig;
 }
 
-// ∫∫ Φ̃_m Φ̃_n L g, averaged over the pixel, by many midpoints: no code shared with acquire().
+// Evaluates ∫∫ Φ̃_m Φ̃_n L g, averaged over the pixel, by many midpoints, without code shared with acquire().
 double brute_coefficient(const EmitterModel& emitter, const Rig& rig, int m, int n, int k, int l) {
     constexpr int kSide = 200;
     constexpr int kPixel = 8;
@@ -67,7 +68,8 @@ double brute_coefficient(const EmitterModel& emitter, const Rig& rig, int m, int
                 sensor.x + (k - 0.5 * rig.pixels.x + (p % kPixel + 0.5) / kPixel) * rig.pixel.x,
                 sensor.y + (l - 0.5 * rig.pixels.y + (static_cast<double>(p / kPixel) + 0.5) / kPixel) *
                                rig.pixel.y);
-            // From the emitter's point, behind S, through S to M: areas on the emitter map to areas on S.
+            // A ray runs from the emitter's point behind S through S to M, so areas on the emitter map to
+            // areas on S.
             const double share = emitter.setback / (emitter.setback + rig.distance);
             const V2d on_s = x + (on_m - x) * share;
             const double dual = bell_dual((on_s.x - rig.filter(0, m)) / rig.spacing.x) / rig.spacing.x *
@@ -104,7 +106,7 @@ TEST(Acquire, Coefficients_DiscAndRectangle_AreTheIntegrals) {
             for (const V2i& pixel : {V2i(5, 6), V2i(3, 8)}) {
                 const double truth = brute_coefficient(c.emitter, c.rig, view.x, view.y, pixel.x, pixel.y);
                 const double got = double{field.coefficient(view.x, view.y, pixel.x, pixel.y)};
-                // The brute force has a ragged edge: that is what the tolerance is for.
+                // The brute force has a ragged edge, which the tolerance allows for.
                 EXPECT_NEAR(got, truth, 1e-3 * double{largest}) << view << pixel;
             }
         }
@@ -127,7 +129,7 @@ TEST(AcquireWithoutFilter, Coefficients_AreTheFluxDensityAtTheFiltersCentres) {
         EXPECT_EQ(field.rig().basis, rig.shift.x == 0 ? PixelBasis::hat : PixelBasis::box);
         for (const V2i& view : {V2i(4, 3), V2i(2, 3), V2i(6, 5)}) {
             for (const V2i& pixel : {V2i(5, 6), V2i(3, 8)}) {
-                // The pixel's mean by many midpoints.
+                // Averages over the pixel by many midpoints.
                 constexpr int kSide = 40;
                 const V2d at(rig.filter(0, view.x), rig.filter(1, view.y));
                 const V2d sensor = rig.shift.x > 0 ? at : V2d(0);
@@ -151,7 +153,7 @@ TEST(AcquireWithoutFilter, Coefficients_AreTheFluxDensityAtTheFiltersCentres) {
     }
 }
 
-// A grating of the filters' own period: the pinholes see its maxima alone, the filter its mean.
+// The grating has the filters' own period: the pinholes see only its maxima, the filter sees its mean.
 TEST(AcquireWithoutFilter, AGratingAsFineAsTheSpacing_IsAliased) {
     Rig rig = bench();
     rig.views = {9, 9};
@@ -164,7 +166,7 @@ TEST(AcquireWithoutFilter, AGratingAsFineAsTheSpacing_IsAliased) {
     const LightField canned = acquire_without_filter(emitter, rig, {}, silent);
     const double passing = filtered.flux();
     EXPECT_LT(passing, emitter.flux);
-    // Pinholes at the edge of the emitter count half of a spacing beyond it: 7/6 each way.
+    // Pinholes at the edge of the emitter represent half a spacing beyond it, hence 7/6 along each axis.
     EXPECT_NEAR(canned.flux() / passing, 2 * sqr(7.0 / 6), 0.05);
 }
 
@@ -183,7 +185,7 @@ TEST(Acquire, Nodes_Doubled_ChangeNothingAtTheStatedAccuracy) {
 }
 
 TEST(Acquire, WideScreen_CapturesTheFluxThatMeetsIt) {
-    // A Lambertian disc of many filters, and a screen that sees it all but for the far corners.
+    // A Lambertian disc of many filters, and a screen that receives all its light except at the far corners.
     Rig rig = bench();
     rig.views = {11, 11};
     rig.spacing = {0.002, 0.002};
@@ -192,8 +194,8 @@ TEST(Acquire, WideScreen_CapturesTheFluxThatMeetsIt) {
     Monitor silent;
     const LightField field =
         acquire(cosine_emitter(Outline::disc, {0.008, 0}, 5, 1), rig, {}, silent, {3, 2});
-    // Share of a small Lambertian source's flux through a square of half side a at distance D, a/D = 6:
-    // 4/π · a/√(a²+D²) · atan(a/√(a²+D²)) is the form factor of a square seen from its axis.
+    // The share of a small Lambertian source's flux through a square of half side a at distance D, for a/D =
+    // 6, is 4/π · a/√(a²+D²) · atan(a/√(a²+D²)): the form factor of a square seen from its axis.
     const double c = 6 / std::sqrt(37.0);
     const double share = 4 / std::acos(-1.0) * c * std::atan(c);
     EXPECT_NEAR(field.flux() / 5, share, 2e-3);
@@ -228,14 +230,14 @@ TEST(ProjectRays, OfAnEmittersRays_EstimateItsCoefficients) {
     Monitor silent;
     for (const Rig& rig : {bench(), travelling}) {
         const LightField truth = acquire(cosine_emitter(Outline::disc, {0.009, 0}, 2, 2), rig, {}, silent);
-        // Ten independent ray sets give each coefficient a mean and an error of its own.
+        // Ten independent ray sets give each coefficient its own mean and standard error.
         std::vector<RunningStats> stats(rig.coefficients());
         for (std::uint64_t run = 0; run < 10; ++run) {
             const Projection p =
                 project_rays(rays_of(Outline::disc, {0.009, 0}, 2, 2, 60000, 50 + run), rig, {}, silent);
             for (std::size_t i = 0; i < stats.size(); ++i) stats[i].add(double{p.field.coefficients()[i]});
         }
-        // Squared deviations over coefficients that many rays reach: the t² of ten samples has mean 9/7.
+        // Sums squared deviations over coefficients that many rays reach; the t² of ten samples has mean 9/7.
         float largest = 0;
         for (const float e : truth.coefficients()) largest = std::max(largest, std::fabs(e));
         RunningStats t2;
@@ -267,7 +269,7 @@ TEST(ProjectRays, Account_EveryKindOfMiss_AddsUpToTheTotal) {
     travelling.shift = {2, 2};
     Monitor silent;
     for (const Rig& rig : {bench(), travelling}) {
-        // A source larger than S, so that rays pass the border, the outside, and both sides of M's edges.
+        // The source is larger than S, so rays pass the border, the outside, and both sides of M's edges.
         RaySet set = rays_of(Outline::rectangle, {0.03, 0.03}, 100, 1, 20000, 3);
         set.rays.push_back({{0, 0, 0}, {0, 0, -1}, 7});
         set.rays.push_back({{0, 0, 0}, {1, 0, 0}, 3});
@@ -307,7 +309,7 @@ TEST(ChoosePlanes, WideAndNarrowLobes_CatchTheShareAskedFor) {
             const Projection p = fit_light_field(set, options, {}, silent);
             const FluxAccount& a = p.account;
             expect_balance(a, p.field);
-            // Coordinates that are finer in the middle of a plane may reach over all of it.
+            // Coordinates that are finer in the middle of a plane may extend over all of it.
             const double hits = (a.total - a.beside_s - a.beside_m) / a.total;
             EXPECT_GE(hits, capture - 1e-3) << exponent;
             EXPECT_NEAR(a.not_in_basis / a.total, 0, 0.02) << exponent;
@@ -373,9 +375,9 @@ TEST(FitLightField, OsramGreen_HoldsTheLampsFlux) {
     EXPECT_EQ(p.field.info().unit, FluxUnit::lumen);
 }
 
-// Share of the flux per bin, by angle to the axis and by place on a plane 5 mm before the lamp.
+// The share of the flux per bin, by angle to the axis and by position on a plane 5 mm in front of the lamp.
 struct Pattern {
-    std::array<double, 9> angle{};   // ten degrees each
+    std::array<double, 9> angle{};   // bins of ten degrees
     std::array<double, 16> place{};  // squares of 5 mm about the axis
     void add(const V3d& o, const V3d& d, double flux) {
         if (!(d.z > 0)) return;
@@ -407,8 +409,8 @@ TEST(FitLightField, OsramGreen_EmitsNearAndFarWhatItsRaysEmit) {
         ASSERT_TRUE(e);
         got.add(V3d(e->from.p), V3d(e->d), double{luminance(e->weight)} / kParticles / set.flux);
     }
-    // Two per cent of the lamp's flux per bin: pixels are several degrees wide, filters a quarter of a
-    // millimetre.
+    // The tolerance is two per cent of the lamp's flux per bin, because pixels are several degrees wide and
+    // filters a quarter of a millimetre.
     for (std::size_t i = 0; i < truth.angle.size(); ++i) EXPECT_NEAR(got.angle[i], truth.angle[i], 0.02) << i;
     for (std::size_t i = 0; i < truth.place.size(); ++i) EXPECT_NEAR(got.place[i], truth.place[i], 0.02) << i;
 }

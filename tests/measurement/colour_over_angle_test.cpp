@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 
 const Rgb kMiddle(1.0F), kGrazing = Rgb(1.6F, 0.95F, 0.1F) / luminance(Rgb(1.6F, 0.95F, 0.1F));
 
-// A Lambertian disc, white ahead and yellow to the sides: the mixture goes with 1 - cos θ.
+// Returns a Lambertian disc that is white ahead and yellow to the sides: the mixture varies as 1 - cos θ.
 EmitterModel yellowing_disc() {
     EmitterModel emitter = cosine_emitter(EmitterModel::Outline::disc, {0.004, 0}, 5, 1);
     set_colours(emitter, {kMiddle, std::nullopt, kGrazing});
@@ -58,7 +58,7 @@ TEST(ColourOverAngle, OfAField_IsTheFormulas) {
         EXPECT_NEAR(delta_uv(colours.over_planes(i), colours.on_axis()), delta_uv(expected, colour_at(0)),
                     1e-3);
     }
-    // The mean is that of the field's light, and hardly any colour is far from it but at the sides.
+    // The mean is that of the field's light, and only the sides deviate from it visibly.
     EXPECT_LT(delta_uv(colours.mean, field.xyz()), 1e-4);
     EXPECT_GT(colours.largest_delta(0.1), colours.largest_delta(0.9));
 }
@@ -77,7 +77,7 @@ TEST(ColourOverAngle, OfRays_IsTheFormulas) {
     set.flux = 400'000;
     set.xyz = sum / sum.y;
     const AngularColours colours = colours_over_angle(set, {10, 90});
-    // cos θ weighed by itself over the hemisphere is 2/3.
+    // The cosine-weighted mean of cos θ over the hemisphere is 2/3.
     const V3d mean = 2.0 / 3.0 * rgb_to_xyz(kMiddle) + 1.0 / 3.0 * rgb_to_xyz(kGrazing);
     EXPECT_LT(delta_uv(colours.mean, mean), 5e-4);
     for (std::size_t i = 1; i < 7; ++i)
@@ -97,7 +97,7 @@ TEST(ColourOverAngle, Table_HasARowForEachDirection) {
     const std::string csv = colours_csv(colours_over_angle(set, {15, 90}), "lamp", "cd");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3 + 7 * 4);
     EXPECT_THAT(csv, HasSubstr("\n0,0,"));
-    // D65 on and off the axis.
+    // The chromaticity on and off the axis is that of D65.
     EXPECT_THAT(csv, HasSubstr(",0.31273,0.32903,0.19784,0.46834,0.00000,0.00000,650"));
 }
 

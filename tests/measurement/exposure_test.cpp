@@ -22,7 +22,7 @@ std::vector<float> noise(const V2i& size, std::uint64_t seed) {
     return image;
 }
 
-// Sorted windows, written down once more.
+// Sorts each window, independently of the implementation.
 float brute_median(const std::vector<float>& image, const V2i& size, int x, int y) {
     std::vector<float> window;
     for (int j = -2; j <= 2; ++j) {
@@ -64,8 +64,8 @@ TEST(DarkFrame, HotPixelsOnASlope_AreFound_AndTheSlopeStays) {
         const double slope = 100.5 + 0.05 * static_cast<double>(i % 40);
         const bool hot = std::binary_search(dark.hot.begin(), dark.hot.end(), static_cast<std::uint32_t>(i));
         EXPECT_NEAR(dark.level[i], slope + (hot ? 20 : 0), 0.5) << i;
-        // Uniform noise of variance 1/12, of four frames: a median of 25 has about π/2 / 25 of it. A hot
-        // pixel's level has a quarter of its shot noise.
+        // Uniform noise has variance 1/12 and there are four frames; the median of 25 has about (π/2) / 25 of
+        // that variance. A hot pixel's level has a quarter of its shot noise.
         EXPECT_NEAR(dark.variance[i], hot ? (slope + 20 - 90) / 4 : 1.0 / 12 / 4 * 1.57 / 25,
                     hot ? 0.5 : 0.3e-3);
     }
@@ -80,7 +80,7 @@ TEST(DarkFrame, OfOneValue_HasNoHotPixels) {
 
 TEST(Mend, BlindPixels_BecomeTheMedianOfTheOthers) {
     std::vector<float> image(64);
-    for (std::size_t i = 0; i < 64; ++i) image[i] = static_cast<float>(i % 8);  // a slope across
+    for (std::size_t i = 0; i < 64; ++i) image[i] = static_cast<float>(i % 8);  // a slope along x
     image[27] = image[28] = 1000;
     const std::vector<std::uint32_t> blind{27, 28};
     mend(image, {8, 8}, blind);
@@ -88,7 +88,7 @@ TEST(Mend, BlindPixels_BecomeTheMedianOfTheOthers) {
     EXPECT_EQ(image[28], 4);
 }
 
-// A series of exposures of one pixel.
+// Merges a series of exposures of one pixel.
 MergedExposures merged(const std::vector<double>& seconds, const std::vector<float>& counts, float dark,
                        const CountNoise& noise) {
     static constexpr float kNone = 0;
@@ -101,7 +101,8 @@ MergedExposures merged(const std::vector<double>& seconds, const std::vector<flo
 TEST(Merge, ShotNoiseAlone_IsTheSumOfCountsOverTheSumOfTimes) {
     const MergedExposures m = merged({1, 2, 5}, {12, 18, 51}, 1, {1, 0, 0, 1000, 0});
     EXPECT_NEAR(m.rate[0], (11 + 17 + 50) / 8.0, 1e-5);
-    EXPECT_NEAR(m.variance[0], 10 / 8.0, 1e-5);  // of a rate of 10 from 8 s, by the longest
+    EXPECT_NEAR(m.variance[0], 10 / 8.0,
+                1e-5);  // of a rate of 10 over 8 s, estimated from the longest exposure
 }
 
 TEST(Merge, ReadNoiseAlone_WeighsByTheSquareOfTimes) {
@@ -113,7 +114,8 @@ TEST(Merge, ReadNoiseAlone_WeighsByTheSquareOfTimes) {
 TEST(Merge, FullAndBlackExposures_AreLeftOut) {
     const CountNoise noise{1, 0, 1, 255, 0};
     EXPECT_NEAR(merged({1, 10, 100}, {20, 200, 255}, 0, noise).rate[0], 20, 1e-5);
-    // A rate of 0.5: the first exposure is black for most of its draws, and says nothing of the mean.
+    // At a rate of 0.5 the first exposure is black in most draws, so it carries no information about the
+    // mean.
     EXPECT_NEAR(merged({1, 200}, {0, 100}, 0, noise).rate[0], 0.5, 1e-5);
     EXPECT_TRUE(merged({1, 10}, {20, 255}, 0, noise).saturated.empty());
 }
@@ -130,7 +132,7 @@ TEST(Merge, NoLightNoNoise_IsZeroAndFinite) {
     EXPECT_EQ(m.variance[0], 0);
 }
 
-// The mean is the light and the variance is the one predicted, over four decades of light.
+// Over four decades of light the mean is the light and the variance is the predicted one.
 TEST(Merge, SimulatedCamera_IsUnbiasedWithThePredictedVariance) {
     CameraModel camera;
     camera.bits = 12;

@@ -23,7 +23,7 @@ using testing::rig_a;
 using testing::rig_b;
 using testing::rig_c;
 
-// D²/cos³ ∫∫ h by midpoints.
+// Evaluates D²/cos³ ∫∫ h by midpoints.
 double brute_intensity(const LightField& field, const V2d& slope) {
     constexpr int kSteps = 600;
     const Rig& rig = field.rig();
@@ -59,8 +59,8 @@ Rig disc_rig() {
     return rig;
 }
 
-// A small disc on a wide plane S: the opening has the disc's area, not that of S. The field's basis blurs the
-// disc's edge by a step of S, of 1/9 of the radius.
+// A small disc lies on a wide plane S: the opening has the disc's area, not that of S. The field's basis
+// blurs the disc's edge by one spacing of S, which is 1/9 of the radius.
 TEST(FarField, Opening_IsThePartOfThePlaneThatShines) {
     Monitor silent;
     constexpr double kRadius = 0.009, kArea = M_PI * kRadius * kRadius;
@@ -78,7 +78,7 @@ TEST(FarField, Opening_IsThePartOfThePlaneThatShines) {
     EXPECT_EQ(again.size, opening.size) << "on any number of threads";
 }
 
-// Of radiance 1: I = A cos θ.
+// A Lambertian disc of radiance 1 has I = A cos θ.
 TEST(FarField, LambertianDisc_FallsWithTheCosine) {
     Monitor silent;
     constexpr double kRadius = 0.009, kArea = M_PI * kRadius * kRadius;
@@ -137,10 +137,10 @@ TEST(FarField, Threads_DoNotMatter) {
 
 TEST(FarField, FromAfar_LightsAsTheFieldDoes) {
     Monitor silent;
-    // Asymmetric on purpose: flips and turns would show.
+    // The field is asymmetric, so that flips and rotations are detected.
     const LightField field = random_field(disc_rig(), 0, 1, 3);
     const PhotometricWeb web = far_field(field, {0.5, 2}, Workers{2}, silent);
-    constexpr double kFar = 40;  // m, some 1500 sizes
+    constexpr double kFar = 40;  // m, some 1500 times the lamp's size
     for (const V2d& slope : {V2d(0.2, 0.1), V2d(-0.5, 0.4), V2d(0.1, -0.9)}) {
         const V3d way = V3d(slope.x, slope.y, 1) * kFar;
         const V3d w = way.normalized();
@@ -164,7 +164,7 @@ TEST(FarField, OfRays_HoldsTheirFluxWhereverTheyGo) {
     const PhotometricWeb web = far_field(set, {10, 30});
     EXPECT_NEAR(web.flux(), 50, 1e-4);
     EXPECT_EQ(web.grid().polar.back(), 180) << "half of them go back";
-    // 50 lm evenly: 3.98 cd; a hat of the pole holds some 380 rays.
+    // 50 lm spread evenly are 3.98 cd; the hat function at the pole holds some 380 rays.
     for (const double gamma : {0.0, 40.0, 90.0, 180.0})
         EXPECT_NEAR(web.intensity(web.direction(gamma, 60)), 50 / (4 * M_PI), 0.8);
 }
@@ -186,7 +186,7 @@ TEST(FarField, MeasuredLed_KeepsItsFluxAsAPhotometricFile) {
     EXPECT_NEAR(web.flux(), 337, 0.01);
     const PhotometricWeb again = parse_ies(ies_text(web, "LED"), "led.ies", silent);
     EXPECT_NEAR(again.flux() / web.flux(), 1, 1e-5);
-    // A bare LED chip: near enough Lambertian.
+    // A bare LED chip is approximately Lambertian.
     EXPECT_NEAR(web.intensity({0, 0, 1}) / (337 / M_PI), 1, 0.1);
 }
 

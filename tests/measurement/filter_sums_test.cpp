@@ -1,5 +1,5 @@
-// Rays behind the two opacities: the same field as their direct projection, and a noise that is what it is
-// said to be.
+// Rays projected through the two opacities give the same field as their direct projection, with the predicted
+// noise.
 #include "lights/measurement/ray_projection.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +18,7 @@ Rig bench(bool travels) {
     Rig rig;
     rig.views = {6, 5};
     rig.spacing = {0.004, 0.006};
-    rig.pixels =
-        travels ? V2i(9, 13) : V2i(9, 7);  // a travelling sensor sees all that its filter lets through
+    rig.pixels = travels ? V2i(9, 13) : V2i(9, 7);  // a travelling sensor sees all that its filter transmits
     rig.pixel = travels ? V2d(0.004 / 2, 0.006 / 3) : V2d(0.02, 0.03);
     rig.distance = travels ? 0.02 : 0.1;
     rig.shift = travels ? V2i(2, 3) : V2i(0, 0);
@@ -27,7 +26,7 @@ Rig bench(bool travels) {
     return rig;
 }
 
-// Rays from a square of 3 cm, a few of them backwards, of unequal flux.
+// Returns rays of unequal flux from a square of 3 cm, a few of them backward.
 std::vector<LampRay> some_rays(int count, std::uint64_t seed) {
     std::vector<LampRay> rays;
     for (int i = 0; i < count; ++i) {
@@ -78,7 +77,7 @@ TEST_P(FilterSumsOf, Rays_SubtractedAreTheirProjection) {
 
 TEST_P(FilterSumsOf, OneRay_LeavesItsFluxTimesTheFilmsOpacity) {
     const Rig rig = bench(GetParam());
-    // Straight through a place of S: every filter's pixel is the one under that place.
+    // A ray passes S at a right angle, so for every filter it meets the pixel under that point.
     const V2d on_s(0.0007, -0.0021);
     const LampRay ray{V3f(V3d(on_s.x, on_s.y, 0) + rig.centre), {0, 0, 1}, 2.5F};
     const FilterImages images = images_of(sums_of(rig, std::span(&ray, 1)), 1, {});
@@ -99,7 +98,7 @@ TEST_P(FilterSumsOf, OneRay_LeavesItsFluxTimesTheFilmsOpacity) {
             }
         }
     }
-    EXPECT_EQ(lit, 16);  // the filters whose support holds the place
+    EXPECT_EQ(lit, 16);  // the filters whose support contains the point
 }
 
 TEST(FilterSums, InBlocksAndOnAnyThreads_AreTheSame) {
@@ -120,7 +119,7 @@ TEST(FilterSums, InBlocksAndOnAnyThreads_AreTheSame) {
     for (std::size_t i = 0; i < once.positive.size(); ++i) {
         worst = std::max(worst, std::fabs(once.positive[i] - blocks.positive[i]));
     }
-    EXPECT_LT(worst, 1e-10);  // the order of a sum, no more
+    EXPECT_LT(worst, 1e-10);  // only the order of summation differs
 }
 
 TEST(FilterSums, NoiseOfTwoHalves_IsTheNoisePredicted) {
@@ -133,8 +132,8 @@ TEST(FilterSums, NoiseOfTwoHalves_IsTheNoisePredicted) {
     double power = 0;
     for (std::size_t i = 0; i < field_a.coefficients().size(); ++i) {
         difference2 += sqr(double{field_a.coefficients()[i]} - double{field_b.coefficients()[i]});
-        power +=
-            double{field_a.coefficients()[i]} * double{field_b.coefficients()[i]};  // noise is independent
+        power += double{field_a.coefficients()[i]} *
+                 double{field_b.coefficients()[i]};  // the two halves' noise is independent
     }
     const double count = static_cast<double>(rig.coefficients());
     const SamplingNoise noise = sampling_noise(a, 1, field_a);

@@ -1,5 +1,5 @@
-// What is stated of an imported lamp, against what independent ray files of the lamp say, each of which is
-// imported with the command's own choices: the uncertainty by replicates, and the error by held-out rays.
+// Compares the errors stated for an imported lamp with independent ray files of the lamp, each imported with
+// the command's own choices: the uncertainty by replicates, and the error by held-out rays.
 #include <gtest/gtest.h>
 
 #include <boost/math/distributions/fisher_f.hpp>
@@ -25,7 +25,8 @@ using testing::kFalseAlarm;
 
 constexpr double kRadius = 0.01, kFlux = 100, kExponent = 10;
 
-// Independent rays of a disc with the intensity cos^kExponent: measurement `number` of the same lamp.
+// Returns independent rays of a disc with the intensity cos^kExponent, as measurement `number` of the same
+// lamp.
 RaySet disc_rays(int count, std::uint32_t number) {
     RaySet set;
     set.unit = FluxUnit::lumen;
@@ -42,10 +43,10 @@ RaySet disc_rays(int count, std::uint32_t number) {
     return set;
 }
 
-// The irradiance at a point before a field, by what it emits: max(0, h), scaled to the measured flux. By the
-// midpoint rule over S, without Monte Carlo noise.
+// Returns the irradiance at a point in front of a field from the emitted light max(0, h), scaled to the
+// measured flux, by the midpoint rule over S and so without Monte Carlo noise.
 double emitted_irradiance(const LightField& field, double gain, const V3d& at) {
-    constexpr int kParts = 2;  // of an interval
+    constexpr int kParts = 2;  // subdivisions of an interval
     const Rig& rig = field.rig();
     const V3d p = at - rig.centre;
     std::vector<double> place[2], width[2];
@@ -69,7 +70,7 @@ double emitted_irradiance(const LightField& field, double gain, const V3d& at) {
     return gain * sum;
 }
 
-// The mean over a square of 1.2 m, one metre before the lamp, on 6 x 6 points.
+// Returns the mean over a square of 1.2 m, one metre in front of the lamp, on 6 x 6 points.
 double mean_illuminance(const Lumigraph& lamp) {
     constexpr int kPoints = 6;
     double sum = 0;
@@ -83,22 +84,22 @@ double mean_illuminance(const Lumigraph& lamp) {
     return sum / (kPoints * kPoints);
 }
 
-// As lucerna light import makes it.
+// Imports the rays as `lucerna light import` does.
 Lumigraph imported(const RaySet& set) {
     Monitor silent;
     return fit_lumigraph(set, {}, {}, silent).lamp;
 }
 
-// Two estimates of one variance, of so many degrees of freedom each: Fisher's F. As often as kFalseAlarm one
-// refuses it although it is so.
+// Tests by Fisher's F whether two variance estimates with the given degrees of freedom agree. It rejects a
+// true agreement with probability kFalseAlarm.
 bool one_variance(double a, double freedom_a, double b, double freedom_b) {
     const boost::math::fisher_f f(freedom_a, freedom_b);
     const double upper = cdf(complement(f, a / b));
     return std::min(upper, 1 - upper) > kFalseAlarm / 2;
 }
 
-// U is twice the standard deviation of replicates; they scatter as independent files do. Replicates that keep
-// the lamp's planes do not (F = 6.4 of 158 files), and must be refused.
+// U is twice the standard deviation of replicates, and replicates must scatter as independent files do.
+// Replicates that keep the lamp's planes fixed do not (F = 6.4 of 158 files) and must be rejected.
 TEST(ImportScatter, OfReplicates_IsThatOfIndependentRayFiles) {
     constexpr int kRays = 10'000, kFiles = 60, kSets = 8, kReplicates = 8;
     RunningStats files;
@@ -126,9 +127,9 @@ TEST(ImportScatter, OfReplicates_IsThatOfIndependentRayFiles) {
     EXPECT_FALSE(one_variance(files.variance(), kFiles - 1, on_planes_of_the_lamp, kFreedom));
 }
 
-// The errors that an import states are without bias, as fresh rays find. Those that the rays estimate by
-// which the resolution was chosen have one, and must be refused: the least of many estimates is too small,
-// and cells that are weighted by the very rays that are counted in them make it too large, which is more.
+// The errors that an import states are unbiased against fresh rays. Estimates by the rays that chose the
+// resolution are biased and must be rejected: the least of many estimates is too small, and cells weighted by
+// the very rays that are counted in them make it too large, which is the stronger effect.
 TEST(ImportScatter, ErrorsStated_AreNotTheLeastOfManyEstimates) {
     constexpr int kRays = 20'000, kFiles = 40, kFresh = 200'000;
     Monitor silent;
@@ -157,7 +158,7 @@ TEST(ImportScatter, ErrorsStated_AreNotTheLeastOfManyEstimates) {
               << chosen.standard_error() << "\n";
     EXPECT_GT(testing::t_test(stated, 0), kFalseAlarm);
     EXPECT_LT(testing::t_test(chosen, 0), kFalseAlarm);
-    // So few files are enough to tell it from an error of 0 and from twice the error.
+    // This number of files suffices to tell the error from 0 and from twice itself.
     EXPECT_LT(5 * stated.standard_error(), found.mean());
 }
 

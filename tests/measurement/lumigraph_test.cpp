@@ -1,4 +1,4 @@
-// A lamp that shines to all sides, by several light fields: what they hold, and what they are together.
+// A lamp that shines to all sides is represented by several light fields: tests each of them and their union.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -26,7 +26,8 @@ constexpr double kRadius = 0.01, kFlux = 100;
 constexpr int kRays = 1 << 15;
 const V3d kMiddle(0.02, -0.01, 0.005);
 
-// Rays that leave a Lambertian sphere; its intensity is the same in all directions. Well distributed.
+// Returns well-distributed rays that leave a Lambertian sphere, whose intensity is the same in all
+// directions.
 RaySet sphere_rays(int count, std::uint64_t seed = 5) {
     RaySet set;
     set.flux = kFlux;
@@ -40,7 +41,7 @@ RaySet sphere_rays(int count, std::uint64_t seed = 5) {
     return set;
 }
 
-// The same, cut in half: none leaves below the plane through its middle.
+// Returns the rays of the sphere's upper half: none leaves below the plane through its middle.
 RaySet dome_rays(int count) {
     RaySet set = sphere_rays(count);
     for (LampRay& ray : set.rays) {
@@ -57,9 +58,9 @@ const LumigraphFit& sphere() {
     return made;
 }
 
-// What the fit says of how far its slabs' light is off: on planes, and by direction.
+// The relative errors of the slabs' light that the fit states, on planes and by direction.
 struct Stated {
-    double on_planes = 0, by_direction = 0;  // relative, rms over slabs
+    double on_planes = 0, by_direction = 0;  // rms over slabs
 };
 Stated stated_errors(const LumigraphFit& made) {
     RunningStats on_planes, by_direction;
@@ -82,7 +83,8 @@ void expect_accounted(const FluxAccount& account, double total) {
     EXPECT_NEAR(account.explained(), account.missed(), 1e-3 * total);
 }
 
-// Towards (±1, 0, 0) …: the side of a cube, and where on it in [-1, 1]².
+// A point of the cube [-1, 1]³: its side, in the order of the directions (±1, 0, 0) …, and the position on
+// that side in [-1, 1]².
 struct CubePlace {
     int side;
     V2d at;
@@ -105,7 +107,7 @@ std::size_t cube_cell(const V3d& d) {
 }
 constexpr std::size_t kCubeCells = std::size_t{SlabAxes::kSides} * kCells * kCells;
 
-// The share of the whole sphere that a cell of the cube fills.
+// Returns the share of the whole sphere that a cell of the cube subtends.
 double share_of_cell(std::size_t cell) {
     const auto corner = [](double x, double y) { return std::atan2(x * y, std::sqrt(1 + x * x + y * y)); };
     const int i = static_cast<int>(cell / kCells) % kCells, j = static_cast<int>(cell) % kCells;
@@ -115,8 +117,8 @@ double share_of_cell(std::size_t cell) {
            (4 * M_PI);
 }
 
-// How far what a lamp emits is from `expected`, the shares of the cells, as chi-square; both are means over
-// rays, so many of the lamp's and as many particles.
+// Returns the chi-square of a lamp's emission against the `expected` shares of the cells. Both are means over
+// random rays: `lamp_rays` of the lamp, and the particles drawn here.
 double emission_chi_square(const Light& light, std::span<const double> expected, double lamp_rays) {
     constexpr int kParticles = 1 << 17;
     std::vector<double> seen(kCubeCells);
@@ -143,7 +145,7 @@ std::vector<double> even_shares() {
     return shares;
 }
 
-// --- how many slabs, and what they hold ---
+// --- the number of slabs and what they hold ---
 
 TEST(FitLumigraph, LampThatShinesToAllSides_IsHeldBySixSlabs) {
     const LumigraphFit& made = sphere();
@@ -152,8 +154,8 @@ TEST(FitLumigraph, LampThatShinesToAllSides_IsHeldBySixSlabs) {
     expect_accounted(made.account, kFlux);
     EXPECT_NEAR(made.lamp.flux(), made.account.captured, 1e-5 * kFlux);
     EXPECT_NEAR(made.lamp.captured() + made.lamp.missed(), kFlux, 1e-5 * kFlux);
-    // Its box leaves out 1.2e-3 of the lines' points nearest to the middle on each side: of a Lambertian
-    // sphere half of (1 - h)² of them pass more than h radii to a side.
+    // The box excludes, on each side, 1.2e-3 of the points on the lines nearest to the centre. For a
+    // Lambertian sphere, half of (1 - h)² of these points lie more than h radii to a side.
     const double reach = kRadius * (1 - std::sqrt(2 * 1.2e-3));
     for (int a = 0; a < 3; ++a) {
         EXPECT_NEAR(made.lamp.box().min[a], kMiddle[a] - reach, 0.02 * kRadius);
@@ -170,7 +172,8 @@ TEST(FitLumigraph, LampThatShinesUp_NeedsNoSlabBelow) {
     expect_accounted(made.account, kFlux);
 }
 
-// 1e-3 of the light leaves at random, from far outside the lamp too: it is in the books.
+// A share of 1e-3 of the light leaves at random, also from far outside the lamp; the flux account must
+// contain it.
 TEST(FitLumigraph, StrayRays_AreAccountedFor) {
     RaySet set = sphere_rays(1 << 13);
     for (std::size_t i = 0; i < set.rays.size(); i += 1024) set.rays[i].o += V3f(0.7F, -0.4F, 0.2F);
@@ -183,7 +186,7 @@ TEST(FitLumigraph, StrayRays_AreAccountedFor) {
     EXPECT_LT(made.lamp.box().size().length(), 6 * kRadius);
 }
 
-// A hundredth of the rays comes from metres around, more from one side than from the other.
+// One ray in a hundred starts metres away, more of them on one side than on the other.
 TEST(FitLumigraph, StrayRaysFromFarAround_DoNotMakeTheBox) {
     RaySet set = sphere_rays(1 << 13);
     for (std::size_t i = 0; i < set.rays.size(); i += 100) {
@@ -203,7 +206,7 @@ TEST(FitLumigraph, StrayRaysFromFarAround_DoNotMakeTheBox) {
     EXPECT_GT(made.account.captured, 0.985 * kFlux);
 }
 
-// --- lamps whose starts say little about how far their lines pass the planes ---
+// --- lamps whose starting points hardly tell where their lines cross the planes ---
 
 RaySet lamp_of(int count, const std::function<LampRay(Sampler&)>& draw) {
     RaySet set;
@@ -224,7 +227,7 @@ void expect_held(const RaySet& set) {
     expect_accounted(made.account, kFlux);
 }
 
-// Seen from above and below all its light starts on a line.
+// Seen from above or below, all light of this lamp starts on a line.
 TEST(FitLumigraph, DiscThatShinesSideways_IsHeld) {
     expect_held(lamp_of(1 << 13, [](Sampler& sampler) {
         const V2f u = sampler.next2();
@@ -253,7 +256,7 @@ TEST(FitLumigraph, ThinRing_IsHeld) {
     }));
 }
 
-// To hold nothing is less wrong by direction than to hold parallel light a little blurred.
+// By direction, holding nothing would be a smaller error than holding parallel light slightly blurred.
 TEST(FitLumigraph, ParallelLightAlongTheAxes_IsHeld) {
     expect_held(lamp_of(1 << 12, [](Sampler& sampler) {
         const V2f u = sampler.next2();
@@ -286,16 +289,16 @@ TEST(FitLumigraph, MeasuredCylinder_IsHeldAsAWhole) {
     Monitor silent;
     const RaySet set = read_rays(file, silent);
     const LumigraphFit made = fit_lumigraph(set, {}, {}, silent);
-    EXPECT_GT(made.account.captured, 0.99 * set.flux);  // one light field: 0.40
+    EXPECT_GT(made.account.captured, 0.99 * set.flux);  // one light field holds 0.40
     expect_accounted(made.account, set.flux);
-    // What it emits to each part of the sphere is what its rays carry there. Particles are drawn from the
-    // rays' own field: its shares scatter less about the rays' than other rays would.
+    // The lamp must emit to each part of the sphere what its rays carry there. Particles are drawn from the
+    // rays' own field, so their shares scatter less about the rays' shares than those of other rays would.
     std::vector<double> shares(kCubeCells);
     for (const LampRay& ray : set.rays) shares[cube_cell(V3d(ray.d))] += double{ray.flux} / set.flux;
     const auto rays = static_cast<double>(set.rays.size());
     const int degrees = static_cast<int>(kCubeCells) - 1;
     EXPECT_GT(chi_square_tail(emission_chi_square(*light_of(made.lamp), shares, rays), degrees), kFalseAlarm);
-    // With one slab turned the wrong way it is another lamp.
+    // The test must detect one slab that faces the wrong way.
     Lumigraph wrong = made.lamp;
     std::swap(wrong.slabs()[0].axes, wrong.slabs()[2].axes);
     EXPECT_LT(chi_square_tail(emission_chi_square(*light_of(wrong), shares, rays), degrees), 1e-12);
@@ -308,7 +311,7 @@ TEST(Lumigraph, ParticlesOfASphere_GoEvenlyToAllSides) {
     const std::vector<double> even = even_shares();
     EXPECT_GT(chi_square_tail(emission_chi_square(*light_of(sphere().lamp), even, kRays), degrees),
               kFalseAlarm);
-    // Without one of its slabs it would not.
+    // The test must detect a missing slab.
     std::vector<Slab> five(sphere().lamp.slabs().begin(), sphere().lamp.slabs().end() - 1);
     EXPECT_LT(chi_square_tail(emission_chi_square(*light_of(Lumigraph(std::move(five), sphere().lamp.box())),
                                                   even, kRays),
@@ -316,7 +319,7 @@ TEST(Lumigraph, ParticlesOfASphere_GoEvenlyToAllSides) {
               1e-12);
 }
 
-// Places around the lamp: towards faces, edges and corners of its box, near and far.
+// Returns points around the lamp towards faces, edges and corners of its box, near and far.
 std::vector<V3d> places_around() {
     std::vector<V3d> places;
     for (const double distance : {1.8 * kRadius, 6 * kRadius, 100 * kRadius}) {
@@ -330,7 +333,7 @@ std::vector<V3d> places_around() {
 }
 
 struct Irradiance {
-    RunningStats sampled, seen;  // by sample_Li, and by Le in directions that do not know the lamp
+    RunningStats sampled, seen;  // by sample_Li, and by Le in directions drawn without knowledge of the lamp
 };
 
 Irradiance irradiance_at(const Light& light, const V3d& x, int samples) {
@@ -344,7 +347,7 @@ Irradiance irradiance_at(const Light& light, const V3d& x, int samples) {
         const auto drawn = light.sample_Li(V3f(x), sampler.next2());
         e.sampled.add(drawn ? std::max(0.0, V3d(drawn->w).dot(to_lamp)) * double{luminance(drawn->weight)}
                             : 0.0);
-        // A disc across the lamp, far wider than it.
+        // Directions are drawn through a disc across the lamp that is far wider than it.
         const double radius = std::min(3 * kRadius, 1.5 * distance);
         const V2f u = sampler.next2();
         const double r = radius * std::sqrt(double{u.x}), turn = 2 * M_PI * double{u.y};
@@ -369,7 +372,7 @@ TEST(Lumigraph, IrradianceAroundASphere_IsThatOfTheFormula) {
         error.add(e.sampled.mean() / truth - 1);
     }
     EXPECT_LT(std::fabs(error.mean()), 0.02);
-    // No farther off than the fit says of its planes.
+    // The error must not exceed the one that the fit states on planes.
     EXPECT_LT(std::sqrt(error.variance()), stated_errors(sphere()).on_planes);
 }
 
@@ -383,7 +386,7 @@ TEST(Lumigraph, DrawnDirections_AreSeenAsTheyWereDrawn) {
             if (!drawn) continue;
             const auto seen = light->Le({V3f(x), drawn->w, INFINITY});
             ASSERT_TRUE(drawn->part);
-            // Where a cell's or a square's border lies between the two, they differ.
+            // The two differ where the boundary of a cell or of a square lies between them.
             if (!seen || std::fabs(seen->pdf_w - drawn->pdf_w) > 1e-2F * drawn->pdf_w) continue;
             ++compared;
             const double radiance = double{luminance(drawn->weight)} * double{drawn->pdf_w};
@@ -446,7 +449,7 @@ TEST(Lumigraph, Particles_MadeManyAtOnce_AreTheSingleOnes) {
         EXPECT_EQ(one->from.p, many[i]->from.p);
         EXPECT_EQ(one->d, many[i]->d);
         EXPECT_EQ(one->cell, many[i]->cell);
-        // It begins on the box.
+        // The particle starts on the box.
         const Box3d& box = sphere().lamp.box();
         const V3d p(one->from.p), half = 0.5 * box.size(), q = p - box.center();
         const double out =
@@ -466,7 +469,7 @@ TEST(Lumigraph, FarFieldOfASphere_HasNoSeams) {
         }
         return sum / (kFlux / (4 * M_PI));
     };
-    // Towards edges and corners of the box and within 8° of them, and elsewhere.
+    // Separates directions within 8° of the box's edges and corners from all others.
     RunningStats seams, elsewhere;
     for (int i = 0; i < 20000; ++i) {
         Sampler sampler = Sampler::stratified(3, Purpose::test, 0, static_cast<std::uint32_t>(i));
@@ -475,8 +478,8 @@ TEST(Lumigraph, FarFieldOfASphere_HasNoSeams) {
         std::sort(a.begin(), a.end());
         (std::atan2(a[2], a[1]) - M_PI / 4 < 8 * M_PI / 180 ? seams : elsewhere).add(intensity(d));
     }
-    // Slabs as coarse as so few rays allow are flatter than their light, a little too bright at their sides:
-    // by less than a third of what the fit says of its error.
+    // Slabs as coarse as these few rays allow are flatter than their light and slightly too bright at their
+    // sides, by less than a third of the stated error.
     const double stated = stated_errors(sphere()).by_direction;
     EXPECT_NEAR(seams.mean(), elsewhere.mean(), 0.3 * stated);
     EXPECT_NEAR(elsewhere.mean(), 1, 0.015);
@@ -484,7 +487,7 @@ TEST(Lumigraph, FarFieldOfASphere_HasNoSeams) {
     EXPECT_LT(std::sqrt(seams.variance()), 1.5 * std::sqrt(elsewhere.variance()));
 }
 
-// --- what it casts on walls around ---
+// --- irradiance on surrounding walls ---
 
 TEST(Lumigraph, WallsOfARoomAroundASphere_GetWhatTheFormulaSays) {
     Monitor silent;
@@ -507,7 +510,7 @@ TEST(Lumigraph, WallsOfARoomAroundASphere_GetWhatTheFormulaSays) {
                 const double solid = corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0);
                 const double truth = kFlux * solid / (4 * M_PI) / patch.pixel_area();
                 error.add(wall.at(x, y) / truth - 1);
-                // 384 such patches: 4.5 sigma is passed once in 400 runs.
+                // 384 patches are compared: 4.5 sigma is exceeded once in 400 runs.
                 EXPECT_NEAR(wall.at(x, y), truth, 4.5 * stated * truth)
                     << axes.name() << " " << x << " " << y;
             }
@@ -529,9 +532,9 @@ TEST(Lumigraph, FarFieldWeb_IsEvenOverTheWholeSphere) {
         EXPECT_NEAR(web.intensity(web.direction(polar, 40)), kFlux / (4 * M_PI), 0.12 * kFlux / (4 * M_PI));
 }
 
-// Seen from all directions together, the box that the web states is as large as the sphere, whose area is
-// that of a disc; the box of the lamp itself is larger. Noise of the rays makes parts of the sphere brighter
-// and the luminous part smaller.
+// The opening that the web states is a box which, seen from all directions together, is as large as the
+// sphere, whose area is that of a disc; the lamp's own box is larger. Noise of the rays makes parts of the
+// sphere brighter and the luminous part smaller.
 TEST(Lumigraph, OpeningOfASphere_IsABoxOfItsArea) {
     Monitor silent;
     const LuminousOpening opening = far_field(sphere().lamp, {15, 30}, Workers{2}, silent).info().opening;
@@ -551,7 +554,7 @@ TEST(Lumigraph, OpeningOfASphere_IsABoxOfItsArea) {
 
 // --- colour ---
 
-// The web of a lamp in colour is that of its luminance, whatever particles are drawn by.
+// The web of a coloured lamp is that of its luminance, whichever channel particles are sampled by.
 TEST(Lumigraph, FarFieldOfALampInColour_IsThatOfItsLuminance) {
     Monitor silent;
     RaySet set = sphere_rays(1 << 13);
@@ -568,7 +571,7 @@ TEST(Lumigraph, FarFieldOfALampInColour_IsThatOfItsLuminance) {
         const V3d d = web.direction(polar, 60);
         EXPECT_NEAR(web.intensity(d), luminance.intensity(d), 1e-6 * luminance.intensity(d)) << polar;
     }
-    // Blue goes up, as the sampled channel does for the most: nothing of it is in the web.
+    // Blue light goes up, mostly by the sampled channel; none of that bias is in the web.
     EXPECT_GT(bluish.intensity(web.direction(45, 60)), 3 * web.intensity(web.direction(45, 60)));
 }
 

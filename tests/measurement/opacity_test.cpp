@@ -28,14 +28,15 @@ TEST(Opacity, BothFilms_ScaledAndSubtracted_AreTheDual) {
             const double n = filter_opacity(rig, FilterSign::negative, x);
             ASSERT_GE(std::min(p, n), 0);
             ASSERT_LE(std::max(p, n), 1);
-            ASSERT_EQ(std::min(p, n), 0);  // a place is of one sign
+            ASSERT_EQ(std::min(p, n), 0);  // each point has one sign
             most[0] = std::max(most[0], p);
             most[1] = std::max(most[1], n);
             const double dual = bell_dual(i * 0.01) * bell_dual(j * 0.01) / rig.spacing.x / rig.spacing.y;
             ASSERT_NEAR(plus * p - minus * n, dual, 1e-9 * plus);
         }
     }
-    // The whole range of a film is used: the maximum lies at whole spacings, which the grid meets.
+    // A film's whole range is used: the maximum lies at integer multiples of the spacing, which the grid
+    // hits.
     EXPECT_NEAR(most[0], 1, 1e-12);
     EXPECT_NEAR(most[1], 1, 1e-12);
 }
@@ -54,7 +55,8 @@ TEST(Opacity, ImagesOfAnotherRigOrNotFinite_AreRefused) {
     EXPECT_THAT(error_of([&] { field_of(images); }), HasSubstr("finite"));
 }
 
-// ∫ Φ̃(x) Φ(x - m) dx = δ_m0 by the very nodes that measure: whole panels, parts of them, and both together.
+// ∫ Φ̃(x) Φ(x - m) dx = δ_m0 holds by the very nodes that measure: on whole panels, on parts of them, and on
+// both together.
 TEST(FilterAxis, DualAgainstBells_IsBiorthogonal) {
     const double spacing = 0.003;
     for (int rule = 3; rule <= 5; ++rule) {
@@ -62,7 +64,7 @@ TEST(FilterAxis, DualAgainstBells_IsBiorthogonal) {
         std::vector<FilterNode> whole, parts;
         axis.add_range(0.1 - 2 * spacing, 0.1 + 2 * spacing, whole);
         for (const double cut :
-             {-1.7, -1.66, -0.5, 0.1, 0.9, 2.0}) {  // the last part ends at the filter's edge
+             {-1.7, -1.66, -0.5, 0.1, 0.9, 2.0}) {  // the last interval ends at the filter's edge
             static double from = -2;
             if (cut == -1.7) from = -2;
             axis.add_range(0.1 + from * spacing, 0.1 + cut * spacing, parts);
@@ -88,7 +90,7 @@ TEST(FilterAxis, DualAgainstBells_IsBiorthogonal) {
 }
 
 TEST(FilterAxis, EachSign_IsIntegratedExactly) {
-    // ∫|Φ̃| = 1.518, by a sum that shares nothing with the nodes.
+    // ∫|Φ̃| = 1.518, by a sum that does not use the nodes.
     double sum[2] = {0, 0};
     constexpr int kSteps = 400000;
     for (int i = 0; i < kSteps; ++i) {
@@ -110,7 +112,7 @@ TEST(FilterAxis, EachSign_IsIntegratedExactly) {
     EXPECT_NEAR(got[1], sum[1], 1e-9);
 }
 
-// An emitter on S that shines as a field does: L = h/g before the clamp.
+// Returns an emitter on S that shines as a field does: L = h/g before the clamp.
 EmitterModel emitter_of(const LightField& field) {
     EmitterModel emitter;
     emitter.outline = EmitterModel::Outline::rectangle;
@@ -137,10 +139,10 @@ TEST(Acquire, FieldInTheBasis_ComesBack) {
     for (const Rig& rig : {testing::rig_a(), testing::rig_b()}) {
         const LightField field = testing::random_field(rig, -1, 1, 7);
         const EmitterModel emitter = emitter_of(field);
-        // One node per pixel: the basis is constant there.
+        // One node per pixel suffices: the basis is constant within it.
         const LightField back = acquire(emitter, rig, {}, silent, {3, 1});
         EXPECT_LT(largest_difference(field, back), 1e-5);
-        // Two nodes between knots cannot hold a quadratic: the test would see it.
+        // Two nodes between knots cannot integrate a quadratic, and the test must detect that.
         EXPECT_GT(largest_difference(field, acquire(emitter, rig, {}, silent, {2, 1})), 1e-4);
     }
 }

@@ -1,4 +1,4 @@
-// The way round: a field, its images behind the films, photographs of them, and the field assembled again.
+// The round trip: a field, its images behind the films, photographs of them, and the field assembled again.
 #include "lights/measurement/photographs.h"
 
 #include <gmock/gmock.h>
@@ -26,8 +26,8 @@ using testing::TemporaryFolder;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// A smooth lamp that lies to the upper right and is brighter to the left: every mirror image of it is another
-// one.
+// Returns images of a smooth lamp that lies to the upper right and is brighter to the left, so that no mirror
+// image equals it.
 FilterImages smooth_images(const Rig& rig) {
     FilterImages images;
     images.rig = rig;
@@ -59,7 +59,7 @@ Rig small_rig(bool travels) {
     return rig;
 }
 
-// As floats, without noise.
+// Returns a camera that stores floats without noise.
 CameraModel plain_camera() {
     CameraModel camera;
     camera.bits = 32;
@@ -68,7 +68,7 @@ CameraModel plain_camera() {
     return camera;
 }
 
-// A real one: 12 bits, noise of both kinds, dark current, hot pixels, three exposures.
+// Returns a realistic camera: 12 bits, read and shot noise, dark current, hot pixels, three exposures.
 CameraModel noisy_camera() {
     CameraModel camera;
     camera.exposures = {0.01, 0.08, 0.64};
@@ -132,13 +132,13 @@ TEST(Photographs, ObliqueCamera_OfSetupB_ComesBackTheBetterTheFinerItsPixels) {
         const TemporaryFolder folder;
         Monitor monitor;
         CameraModel camera = plain_camera();
-        camera.place = {0.08, -0.1, 0.4};  // behind the screen at 0.08, well off the axis
+        camera.place = {0.08, -0.1, 0.4};  // behind the screen at 0.08, far off the axis
         camera.oversampling = {fine, fine};
         camera.margin = {3, 2};
         write_photographs(images, camera, folder / "shots", {2}, monitor);
         const LightField back = field_of(assembled(folder / "shots", monitor).images);
         errors.push_back(largest_difference(there, back) / double{peak(there)});
-        // Means are conserved: what is wrong in one pixel is right in its neighbour.
+        // Resampling conserves means: an error in one pixel is compensated in its neighbour.
         EXPECT_NEAR(back.flux(), there.flux(), 1e-3 * there.flux());
     }
     RecordProperty("error_of_2_4_8", ::testing::PrintToString(errors));
@@ -162,8 +162,8 @@ TEST(Photographs, CameraBeforeTheScreen_SeesItMirrored_AndGivesTheSameField) {
     EXPECT_LT(largest_difference(there, back), 1e-5 * peak(there));
 }
 
-// Σ ((E - truth) / σ)²: chi-square with as many degrees as coefficients, if σ is right. Its two-sided
-// p-value.
+// Returns the two-sided p-value of Σ ((E - truth) / σ)², which is chi-square with as many degrees of freedom
+// as coefficients if σ is right.
 double p_value(const LightField& truth, const Assembly& assembly) {
     const LightField field = field_of(assembly.images);
     double sum = 0;

@@ -20,7 +20,7 @@ using testing::rig_a;
 using testing::rig_b;
 using testing::rig_c;
 
-// ∫ L cosθ cosθ' / r² over S by the midpoint rule, with no use of what cancels.
+// Evaluates ∫ L cosθ cosθ' / r² over S by the midpoint rule, without cancelling any factors.
 double brute_irradiance(const LightField& field, const V3d& point, int kSide,
                         const std::function<double(const V2d&, const V2d&)>& radiance) {
     const Rig& rig = field.rig();
@@ -38,7 +38,7 @@ double brute_irradiance(const LightField& field, const V3d& point, int kSide,
     return sum * size.x * size.y / (kSide * kSide);
 }
 
-// With L = h / g.
+// Evaluates the irradiance with L = h / g.
 double brute_irradiance(const LightField& field, const V3d& point) {
     return brute_irradiance(field, point, 900, [&](const V2d& on_s, const V2d& on_m) {
         return brute_h(field, on_s, on_m) / field.rig().geometric_term(on_s, on_m);
@@ -53,14 +53,15 @@ TEST(PlaneIrradiance, ApproximateReconstruction_IsTheIntegralOfItsRadiance) {
             const double expected = brute_irradiance(field, point, 300, radiance);
             const double found = irradiance(field, point, Reconstruction::approximate);
             EXPECT_NEAR(found, expected, 1e-2 * std::fabs(expected)) << "at z = " << point.z;
-            // Nothing that the exact one would pass for.
+            // The exact reconstruction differs visibly, so it cannot pass for the approximate one.
             EXPECT_GT(std::fabs(found / irradiance(field, point) - 1), 0.015) << "at z = " << point.z;
             ListeningMonitor monitor;
             const PlaneIrradiance plane = project(field, {point.z, {point.x, point.y}, {1e-3, 1e-3}, {3, 1}},
                                                   Workers{2}, monitor, Reconstruction::approximate);
             EXPECT_NEAR(plane.at(1, 0), found, 1e-12 * std::fabs(found));
         }
-        // On S itself: radiance over the solid angle of M, as close by as float64 allows.
+        // On S itself the irradiance is the radiance integrated over the solid angle of M; compares as close
+        // to S as double precision allows.
         const double on_s = irradiance(field, {0.002, 0.003, 0}, Reconstruction::approximate);
         const double near = irradiance(field, {0.002, 0.003, 1e-7}, Reconstruction::approximate);
         EXPECT_NEAR(on_s, near, 1e-2 * std::fabs(near));
@@ -86,11 +87,11 @@ TEST(PlaneIrradiance, Flux_AtAnyDistance_IsTheFields) {
     for (const Rig& rig : all_rigs()) {
         const LightField field = random_field(rig, -0.2F, 1.0F, 5);
         for (const double z : {0.0, 1e-6, 0.01, 0.08, 0.08 * (1 + 1e-14), 1.0}) {
-            // Wide enough for every ray: S and M lie within 0.2 m of the axis.
+            // The plane is wide enough for every ray: S and M lie within 0.2 m of the axis.
             const double side = 0.4 * (1 + z / rig.distance);
             const PlaneIrradiance plane =
                 project(field, {z, {0.001, -0.002}, {side, side}, {601, 403}}, Workers{2}, monitor);
-            // Only the midpoints of the pixels' samples err, at the kinks and steps.
+            // Only the midpoints of the pixels' samples err, at kinks and steps.
             EXPECT_NEAR(plane.flux(), field.flux(), 1e-2 * std::fabs(field.flux())) << "at z = " << z;
         }
     }
@@ -102,7 +103,7 @@ TEST(PlaneIrradiance, OneCoefficient_OnM_LightsItsPixelUpright) {
     e[rig.index(1, 0, 3, 4)] = 2;
     const LightField field(rig, std::move(e));
     const V2d lit(rig.column_edge(0, 1, 3) + 0.5 * rig.pixel.x, rig.column_edge(1, 1, 4) + 0.5 * rig.pixel.y);
-    // All of the filter's light, E Δ_u Δ_v, on this pixel and none on its neighbours.
+    // All of the filter's light, E Δ_u Δ_v, falls on this pixel and none on its neighbours.
     EXPECT_NEAR(irradiance(field, {lit.x, lit.y, rig.distance}), 2 * rig.spacing.x * rig.spacing.y, 1e-12);
     EXPECT_EQ(irradiance(field, {-lit.x, lit.y, rig.distance}), 0);
     EXPECT_EQ(irradiance(field, {lit.x, -lit.y, rig.distance}), 0);
@@ -117,7 +118,7 @@ TEST(PlaneIrradiance, LambertianDisc_OnTheAxis_IsTheClosedForm) {
     Rig rig;
     rig.views = {25, 25};
     rig.spacing = V2d(2 * kRadius / 22);
-    rig.pixels = {45, 45};  // ±45 mm: all through which the points below see the disc
+    rig.pixels = {45, 45};  // ±45 mm: everything through which the points below see the disc
     rig.distance = 0.05;
     rig.pixel = V2d(0.002);
     const LightField field = acquire(cosine_emitter(EmitterModel::Outline::disc, V2d(kRadius), kFlux), rig,

@@ -40,7 +40,7 @@ TEST(Projector, RaysThroughOnePointOfTheSharpPlane_ComeFromOneOfTheSlide) {
         projector_emitter(p, picture(36, 24, [](double x, double y) { return x * (0.2 + 0.8 * y); }));
     const V2d half = p.slide_size * (0.5 * p.magnification());
     double last = 0;
-    for (const double x : {-0.8, -0.1, 0.6}) {  // brighter to the right, and above
+    for (const double x : {-0.8, -0.1, 0.6}) {  // brighter to the right and to the top
         const V2d q(x * half.x, 0.3 * half.y);
         const double middle = radiance_at(emitter, {0, 0}, q, p.focus);
         EXPECT_GT(middle, last);
@@ -62,13 +62,13 @@ TEST(Projector, Inverted_IsTheRestOfTheSlide) {
     EXPECT_GT(radiance_at(emitter, {0, 0}, {-0.1, 0}, p.focus), 0);
 }
 
-// ∫ L cosθ over lens and directions, by a sum over the sharp plane and rings of the lens.
+// The flux is ∫ L cosθ over lens and directions, here summed over the sharp plane and rings of the lens.
 TEST(Projector, Flux_IsWhatWasAskedFor) {
     const Projector p = small_projector();
     for (const Image& image : {picture(60, 40, [](double, double) { return 1; }),
                                picture(60, 40, [](double x, double y) { return x * y; })}) {
         const EmitterModel emitter = projector_emitter(p, image);
-        const V2d half = p.slide_size * (0.5 * p.magnification()) * 1.2;  // with the dark beside it
+        const V2d half = p.slide_size * (0.5 * p.magnification()) * 1.2;  // includes the dark margin
         constexpr int kQ = 160, kRings = 8, kAngles = 8;
         double sum = 0;
         for (int i = 0; i < kQ * kQ; ++i) {
@@ -102,8 +102,8 @@ TEST(Projector, Impossible_IsRefused) {
     EXPECT_THAT(error_of([&] { projector_emitter(p, clear_slide()); }), HasSubstr("finite"));
 }
 
-// The paper's rig, coarser, with a lens that its views cover and a sensor that every view's filter fills: all
-// of the lamp's light is in the field, and the picture is where it should be.
+// Uses the paper's rig, coarser, with a lens that its views cover and a sensor that every view's filter
+// fills, so all of the lamp's light is in the field and the picture is where it should be.
 TEST(Projector, Measured_KeepsItsFluxAndItsPicture) {
     Projector p = small_projector();
     p.aperture = 0.015;
@@ -121,12 +121,12 @@ TEST(Projector, Measured_KeepsItsFluxAndItsPicture) {
     options.s_nodes = options.m_nodes = 2;
     const LightField field = acquire(emitter, rig, {}, silent, options);
     EXPECT_NEAR(field.flux(), 1000, 5);
-    // Distances count from S, which stands before the lens.
+    // Distances count from S, which stands in front of the lens.
     const double sharp = p.focus - p.setback;
     const V2d half = p.slide_size * (0.5 * p.magnification());
     const double lit = irradiance(field, {0.5 * half.x, 0.5 * half.y, sharp});
     const double r2 = half.length2() * 0.25 + p.focus * p.focus;
-    // A small lens: E = L π r² b² / R⁴, with the clear part's radiance.
+    // For a small lens E = L π r² b² / R⁴, with the radiance of the clear part.
     const double clear = radiance_at(emitter, {0, 0}, half * 0.5, p.focus);
     const double expected = clear * std::acos(-1.0) * p.aperture * p.aperture * p.focus * p.focus / (r2 * r2);
     EXPECT_NEAR(lit / expected, 1, 0.03);

@@ -1,5 +1,5 @@
-// Bootstrap replicates of a ray set: they scatter as repeated measurements of the lamp would, and keep what
-// they must.
+// Bootstrap replicates of a ray set must scatter as repeated measurements of the lamp would, and preserve the
+// set's stated totals.
 #include "lights/measurement/ray_bootstrap.h"
 
 #include <gmock/gmock.h>
@@ -26,8 +26,8 @@ using testing::lambertian;
 
 constexpr double kRadius = 0.01, kFlux = 100;
 
-// Independent rays of a Lambertian disc: measurement `number` of the same lamp. Every third ray carries twice
-// the flux of the others. Their sum is kFlux.
+// Returns independent rays of a Lambertian disc with a total flux of kFlux, as measurement `number` of the
+// same lamp. Every third ray carries twice the flux of the others.
 RaySet disc_rays(int count, std::uint32_t number) {
     RaySet set;
     set.unit = FluxUnit::lumen;
@@ -53,7 +53,7 @@ Rig planes() {
     return rig;
 }
 
-// Under the lamp, half a metre away.
+// Returns the irradiance half a metre below the lamp.
 double irradiance_under(const RaySet& set) {
     Monitor silent;
     return irradiance(project_rays(set, planes(), {}, silent, {0.5, 1}).field, {0.1, 0, 0.5});
@@ -65,14 +65,14 @@ bool same_rays(const RaySet& a, const RaySet& b) {
         [](const LampRay& x, const LampRay& y) { return x.o == y.o && x.d == y.d && x.flux == y.flux; });
 }
 
-// Two estimates of one variance, of so many degrees of freedom each: Fisher's F.
+// Tests by Fisher's F whether two variance estimates with the given degrees of freedom agree.
 bool one_variance(double a, double freedom_a, double b, double freedom_b) {
     const boost::math::fisher_f f(freedom_a, freedom_b);
     const double upper = cdf(complement(f, a / b));
     return std::min(upper, 1 - upper) > kFalseAlarm / 2;
 }
 
-// The variance between replicates, from `sets` measurements with `count` replicates each.
+// Returns the variance between replicates, from `sets` measurements with `count` replicates each.
 template <typename Resample>
 double bootstrap_variance(int sets, int count, int rays, Resample&& resample) {
     double sum = 0;
@@ -89,16 +89,16 @@ TEST(RayBootstrap, Scatter_IsThatOfRepeatedMeasurements) {
     constexpr int kRays = 300, kMeasurements = 300, kSets = 20, kReplicates = 20;
     RunningStats measured;
     for (std::uint32_t m = 0; m < kMeasurements; ++m) measured.add(irradiance_under(disc_rays(kRays, m)));
-    // Of a Lambertian disc at 0.5 m, 0.1 m beside its axis: I cos⁴γ / h².
+    // The irradiance of a Lambertian disc at 0.5 m, 0.1 m off its axis: I cos⁴γ / h².
     const double expected = kFlux / M_PI / sqr(0.5) / sqr(1 + sqr(0.1 / 0.5));
-    EXPECT_NEAR(measured.mean() / expected, 1, 0.05);  // the planes' smoothing
+    EXPECT_NEAR(measured.mean() / expected, 1, 0.05);  // the planes smooth the light
     const auto as_measured = [&](auto&& resample) {
         return one_variance(bootstrap_variance(kSets, kReplicates, kRays, resample),
                             kSets * (kReplicates - 1), measured.variance(), kMeasurements - 1);
     };
     const auto key = [](int set, int b) { return BootstrapKey{static_cast<std::uint64_t>(set), b, 0}; };
     EXPECT_TRUE(as_measured([&](const RaySet& set, int s, int b) { return resampled(set, key(s, b), {}); }));
-    // What must be rejected: half of the rays drawn, and each ray drawn once or twice by turns.
+    // The test must reject drawing half of the rays, and drawing each ray alternately once and twice.
     EXPECT_FALSE(as_measured([&](const RaySet& set, int s, int b) {
         RaySet half = resampled(set, key(s, b), {});
         half.rays.resize(half.rays.size() / 2);
@@ -118,8 +118,8 @@ TEST(RayBootstrap, Draws_AreTheSameByOneKeyAndOthersByAnother) {
     EXPECT_TRUE(same_rays(drawn, resampled(set, {1, 1, 0}, Workers{3})));
     for (const BootstrapKey& other : {BootstrapKey{2, 1, 0}, BootstrapKey{1, 2, 0}, BootstrapKey{1, 1, 1}})
         EXPECT_FALSE(same_rays(drawn, resampled(set, other, {})));
-    // With replacement: 1 - 1/e of the rays are drawn at all, with a variance of (1/e - 2/e²) / n. None
-    // stands there twice.
+    // Rays are drawn with replacement: a share 1 - 1/e of them is drawn at all, with a variance of (1/e -
+    // 2/e²) / n, and each is stored only once.
     std::set<float> places;
     for (const LampRay& ray : drawn.rays) places.insert(ray.o.x);
     const double share = static_cast<double>(drawn.rays.size()) / 60000;
@@ -143,11 +143,11 @@ TEST(RayBootstrap, Flux_IsWhatTheFileStatesOrWhatTheRaysHave) {
     EXPECT_NE(counted.flux, set.flux);
     EXPECT_NEAR(counted.flux, set.flux, 0.05 * set.flux);
     EXPECT_NEAR(sum(counted), counted.flux, 1e-5 * set.flux);
-    // Watts are not stated by lumens.
+    // A flux in watts is not scaled to the header's lumens.
     set.unit = FluxUnit::watt;
     set.header_lumens = 107;
     EXPECT_NE(resampled(set, {0, 1, 0}, {}).flux, set.flux);
-    // Of rays in colour Y is still beside the mean of all.
+    // In coloured rays the mean Y stays 1 relative to the mean of all.
     for (std::size_t i = 0; i < set.rays.size(); ++i)
         set.tristimulus.push_back(i % 2 == 0 ? V3f(0.5F, 1.5F, 0.1F) : V3f(1, 0.5F, 2));
     set.header_watts = set.flux;

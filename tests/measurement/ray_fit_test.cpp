@@ -1,4 +1,4 @@
-// Where the planes go for a ray set, how fine they are cut, and what noise is left.
+// The choice of planes for a ray set, their resolution, and the noise that remains.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,8 @@
 namespace lucerna {
 namespace ray_fit_test {
 
-// A square of light at height z = `waist`, cos^n rays through it that start at height `start`.
+// Returns rays with a cos^n lobe through a square of light at height z = `waist` that start at height
+// `start`.
 RaySet bundle(double half, double waist, double start, double exponent, int count, std::uint64_t seed) {
     RaySet set;
     set.flux = 100;
@@ -36,8 +37,8 @@ TEST(Waist, OfABundle_IsWhereItsLinesAreClosest) {
     for (const double waist : {-0.03, 0.0, 0.02}) {
         const RaySet set = bundle(0.001, waist, 0.005, 3, 20000, 11);
         const Waist found = waist_of(set);
-        // The mean slope of so many rays is off by 1/√N of its spread; so is the height, of the square's
-        // size.
+        // The mean slope of this many rays is off by 1/√N of its spread, and so is the height, in units of
+        // the square's size.
         EXPECT_NEAR(found.z, waist, 1e-4);
         EXPECT_NEAR(found.spread, 0.001 * std::sqrt(2.0 / 3), 5e-5);  // of a square of half size 1 mm
     }
@@ -52,11 +53,13 @@ TEST(Waist, ParallelRays_IsWhereTheyStart) {
 
 TEST(ChoosePlanes, S_StandsAtTheWaistButNotBehindWhatEmits) {
     Monitor silent;
-    // A waist before the lamp: there. One behind its front (a virtual focus): at the front.
+    // The plane goes to a waist in front of the lamp, and to the lamp's front if the waist lies behind it (a
+    // virtual focus).
     EXPECT_NEAR(choose_planes(bundle(0.001, 0.02, 0, 50, 20000, 12), {}, {}, silent).rig.centre.z, 0.02,
                 1e-3);
     EXPECT_NEAR(choose_planes(bundle(0.001, -0.001, 0, 2, 20000, 13), {}, {}, silent).rig.centre.z, 0, 1e-6);
-    // Rays that start on a far surface around the lamp do not tell where it ends: at the waist.
+    // Rays that start on a distant surface around the lamp do not tell where it ends, so the plane goes to
+    // the waist.
     EXPECT_NEAR(choose_planes(bundle(0.001, 0, 0.3, 5, 20000, 14), {}, {}, silent).rig.centre.z, 0, 1e-4);
 }
 
@@ -70,7 +73,7 @@ TEST(ChoosePlanes, MoreRays_MakeAFieldOfLessError) {
     }
 }
 
-// The error stated for a field, from its own rays, and the one that two million others find.
+// The error stated for a field from its own rays must be the error that two million other rays find.
 TEST(ChoosePlanes, ErrorStated_IsWhatFreshRaysFind) {
     Monitor silent;
     const RaySet fresh = bundle(0.002, 0, 0, 1, 2'000'000, 39);
@@ -84,7 +87,7 @@ TEST(ChoosePlanes, ErrorStated_IsWhatFreshRaysFind) {
         for (const PlaneError& e : judge.errors(p.field)) found.add(e.squared);
         std::cout << "stated " << std::sqrt(stated.mean()) << ", found " << std::sqrt(found.mean()) << "\n";
     }
-    // The least of many estimates flatters itself a little.
+    // The least of many estimates is biased slightly low.
     EXPECT_NEAR(std::sqrt(stated.mean() / found.mean()), 1, 0.25);
 }
 
@@ -105,8 +108,8 @@ TEST(ProjectRays, NoisePredicted_IsWhatRepetitionsDifferBy) {
         rig.distance = 0.02;
         rig.pixel = V2d(0.12 / resolution);
         const double predicted = project_rays(repetition(0), rig, {}, silent).noise;
-        // Independent repetitions: the difference of two has twice the variance of one, the mean square of
-        // the two once more than the signal.
+        // For independent repetitions the difference of two has twice the variance of one, and the mean
+        // square of the two adds the signal once more.
         double difference = 0, square = 0;
         constexpr int kPairs = 6;
         for (std::uint64_t pair = 0; pair < kPairs; ++pair) {
@@ -120,8 +123,8 @@ TEST(ProjectRays, NoisePredicted_IsWhatRepetitionsDifferBy) {
         }
         const double measured = std::sqrt(difference / (square - difference));
         std::cout << "noise predicted " << predicted << ", measured " << measured << "\n";
-        // Some hundred coefficients times six pairs: 7 % is three of the ratio's standard errors. A
-        // prediction without the duals' norm (a factor of 1.37) or one that is none is far off.
+        // With some hundred coefficients times six pairs, 7 % is three standard errors of the ratio. A
+        // prediction without the duals' norm (a factor of 1.37), or none at all, is far outside.
         EXPECT_NEAR(measured / predicted, 1, 0.07) << resolution;
     }
 }

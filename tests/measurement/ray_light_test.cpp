@@ -1,4 +1,5 @@
-// Rays out: as a light of a scene, as files for optics programs, and back into a light field.
+// Rays emitted as a light of a scene, exported as files for optics programs, and projected back into a light
+// field.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -60,7 +61,7 @@ TEST(RayLight, Rays_AreChosenByFlux) {
     EXPECT_FALSE(testing::chi_square(seen, wrong).accepted());
 }
 
-// five_rays() of three wavelengths and one of none, in watts; by hand.
+// Returns five_rays() in watts, with three wavelengths and one ray without, written by hand.
 RaySet coloured_rays() {
     RaySet set = five_rays();
     set.unit = FluxUnit::watt;
@@ -73,8 +74,8 @@ RaySet coloured_rays() {
     return set;
 }
 
-// What each ray of a light adds to its particles' mean, found by drawing with evenly spaced numbers: each
-// share is known to within 1 / kDraws. And the light itself.
+// The light of the rays, and what each ray adds to the mean of its particles, found by drawing with evenly
+// spaced numbers: each share is known to within 1 / kDraws.
 struct Drawn {
     std::array<Rgb, 5> weight;  // of a ray's particles; 0: never drawn
     std::array<double, 5> share{};
@@ -112,7 +113,7 @@ TEST(RayLight, ColouredRays_KeepTheLampsFluxAndColour) {
         EXPECT_NEAR((w.x + w.y + w.z) / (all.x + all.y + all.z), 1, 1e-5F);
     }
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], double{all[c]}, 0.01) << c;
-    // Grey for colours outside the gamut would make it another lamp.
+    // Replacing colours outside the gamut by grey would change the lamp's colour.
     V3d greyed(0, 0, 0);
     for (std::size_t i = 0; i < 5; ++i) {
         const V3d xyz(set.tristimulus[i]);
@@ -120,7 +121,7 @@ TEST(RayLight, ColouredRays_KeepTheLampsFluxAndColour) {
             greyed += double{set.rays[i].flux} * xyz.y * V3d(colour_of_luminance_one(xyz_to_rgb(xyz)));
     }
     EXPECT_GT(std::fabs(greyed.z - double{all.z}), 0.1);
-    // Blue rays are blue, red ones red.
+    // Blue rays are blue and red ones red.
     EXPECT_GT(drawn.weight[0].z, 10 * std::max(drawn.weight[0].x, drawn.weight[0].y));
     EXPECT_GT(drawn.weight[2].x, 2 * std::max(drawn.weight[2].y, drawn.weight[2].z));
     EXPECT_GT(drawn.weight[4].y, 2 * std::max(drawn.weight[4].x, drawn.weight[4].z));
@@ -140,7 +141,7 @@ TEST(RayLight, ColoursInsideTheGamut_AreEmittedAsTheyAre) {
         if (!(set.rays[i].flux > 0)) continue;
         const Rgb own = colours[i] / luminance(colours[i]);
         EXPECT_NEAR((drawn.weight[i] / luminance(drawn.weight[i]) - own).length(), 0, 1e-5F) << i;
-        // What the ray adds is its flux, in lumens.
+        // The ray adds its flux, in lumens.
         EXPECT_NEAR(drawn.share[i] * double{luminance(drawn.weight[i])}, double{set.rays[i].flux}, 1e-3) << i;
     }
 }
@@ -212,7 +213,7 @@ TEST(RayLight, NothingToEmit_IsRefused) {
     EXPECT_THROW(make_ray_light(five_rays(), RayLightSettings{"five", M44d(), NAN, 0}), InputError);
 }
 
-// --- files ------------------------------------------------------------------------------------------------
+// --- files ---
 
 TEST(WriteRays, EveryFormat_ReadsBackWhatWasWritten) {
     const testing::TemporaryFolder folder;
@@ -240,7 +241,7 @@ TEST(WriteRays, EveryFormat_ReadsBackWhatWasWritten) {
             EXPECT_EQ(keeps_colour(folder / name, info), coloured);
             EXPECT_NEAR((read.xyz - (coloured ? set.xyz : kWhiteXyz)).length(), 0, 1e-6) << name;
             EXPECT_FALSE(read.coloured()) << name;
-            // The same rays make the same bytes.
+            // Writing the same rays again gives the same bytes.
             const auto first = read_bytes(folder / name);
             write_rays(folder / name, set);
             EXPECT_EQ(read_bytes(folder / name), first) << name;
@@ -279,7 +280,7 @@ TEST(WriteRays, ColoursOfRays_AreTheSameAgainFromTm25) {
                         2e-6F * std::max(1.0F, set.tristimulus[i].length()))
                 << i;
         }
-        // The other formats keep the rays, and tell that they do not keep the colours.
+        // The other formats keep the rays and report that they drop the colours.
         RayFileInfo info;
         info.unit = set.unit;
         info.colour_per_ray = true;
@@ -290,7 +291,7 @@ TEST(WriteRays, ColoursOfRays_AreTheSameAgainFromTm25) {
         write_rays(folder / "rays.dat", set);
         EXPECT_FALSE(read_rays(folder / "rays.dat", monitor).coloured());
     }
-    // How bright a watt is, nobody has said: no luminous flux can be written.
+    // Without a luminous efficacy no luminous flux can be written.
     RaySet unknown = coloured_rays();
     unknown.lumens_per_watt = 0;
     RayFileInfo info;
@@ -314,7 +315,7 @@ TEST(WriteRays, WrongNames_AreRefused) {
     EXPECT_FALSE(std::filesystem::exists(folder / "rays.dat"));
 }
 
-// --- a field, its rays, and the field again ---------------------------------------------------------------
+// --- a field, its rays, and the field again ---
 
 LightField smooth_field(const Rig& rig) {
     LightFieldInfo info;
@@ -323,13 +324,14 @@ LightField smooth_field(const Rig& rig) {
     return testing::random_field(rig, 0.5e6F, 1.5e6F, 22, info);
 }
 
-// Σ (difference / its standard deviation)² over the coefficients that `rays` give against the truth. The
-// projection of rays has the variance Σ (contribution)²; so many rays fall on each that it is normal.
+// Returns Σ (difference / its standard deviation)² of the coefficients projected from `rays` against the
+// truth. The projection of rays has the variance Σ (contribution)²; enough rays fall on each coefficient for
+// it to be normal.
 testing::ChiSquare against(const LightField& truth, const RaySet& rays, double scale) {
     Monitor silent;
     const Rig& rig = truth.rig();
     const LightField got = project_rays(rays, rig, {}, silent).field;
-    // Equal rays: the variance of each from batches of the same rays.
+    // The rays are equal, so batches of them give each coefficient's variance.
     constexpr std::size_t kBatches = 40;
     std::vector<RunningStats> stats(rig.coefficients());
     for (std::size_t batch = 0; batch < kBatches; ++batch) {
@@ -345,11 +347,12 @@ testing::ChiSquare against(const LightField& truth, const RaySet& rays, double s
     testing::ChiSquare result;
     for (std::size_t i = 0; i < stats.size(); ++i) {
         const double difference = double{got.coefficients()[i]} - scale * double{truth.coefficients()[i]};
-        // t² of forty batches has the mean 39/37.
+        // The t² of forty batches has the mean 39/37.
         result.statistic += sqr(difference / stats[i].standard_error()) * 37 / 39;
         ++result.degrees;
     }
-    // A sum of many t², of variance a little over 2 each: by its normal limit, against too much only.
+    // A sum of many t², each of variance slightly over 2, is tested by its normal limit, one-sided against
+    // excess.
     const double sigmas = (result.statistic - result.degrees) / std::sqrt(2.4 * result.degrees);
     result.p_value = 0.5 * std::erfc(sigmas / std::sqrt(2.0));
     return result;
@@ -367,7 +370,8 @@ TEST(LampEmission, RaysOfAField_AreTheFieldAgain) {
             const RayFileInfo info = lamp.write(folder / name, 100'000, monitor);
             EXPECT_EQ(info.unit, FluxUnit::lumen);
             EXPECT_NEAR(info.flux / field.flux(), 1, 1e-6);
-            EXPECT_EQ(monitor.warnings.size(), std::string_view(name) == "out.tm25ray" ? 0U : 1U);  // colour
+            EXPECT_EQ(monitor.warnings.size(),
+                      std::string_view(name) == "out.tm25ray" ? 0U : 1U);  // for the dropped colours
             Monitor silent;
             const RaySet rays = read_rays(folder / name, silent);
             EXPECT_EQ(rays.rays.size(), 100'000U);
@@ -400,7 +404,7 @@ TEST(LampEmission, ThreadsAndSeeds_SameRaysOrOthers) {
 TEST(LampEmission, EqualEnergyModes_GiveEqualRays) {
     const testing::TemporaryFolder folder;
     Monitor silent;
-    // Some coefficients are negative: what is clamped is scaled back.
+    // Some coefficients are negative; clamping them is compensated by rescaling.
     const LightField field = testing::random_field(testing::rig_b(), -0.3e6F, 1e6F, 24);
     for (const EmissionMode mode : {EmissionMode::exact, EmissionMode::constant}) {
         LampEmission(field, "field.exr", mode, 0, {}, silent).write(folder / "rays.tm25ray", 1000, silent);

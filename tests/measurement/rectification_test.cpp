@@ -32,7 +32,7 @@ TEST(Homography, Corners_AreMapped_AndBack) {
         EXPECT_TRUE(back(kOblique[i]).equalWithAbsError(from[i], 1e-12));
         EXPECT_TRUE(map.reaches(from[i]) && back.reaches(kOblique[i]));
     }
-    // Straight lines stay straight: the diagonals' crossing is the middle's image.
+    // Straight lines stay straight: the diagonals' crossing is the image of the middle.
     const V2d a = kOblique[0], b = kOblique[2] - a, c = kOblique[1], d = kOblique[3] - c;
     const double t = ((c - a).x * d.y - (c - a).y * d.x) / (b.x * d.y - b.y * d.x);
     EXPECT_TRUE(map(V2d(4, 3)).equalWithAbsError(a + t * b, 1e-12));
@@ -57,7 +57,7 @@ TEST(Rectification, ConstantPhotograph_GivesThatConstant) {
     }
 }
 
-// Against many points per pixel of M, each looked up in the photograph.
+// Compares with many points per pixel of M, each looked up in the photograph.
 TEST(Rectification, RandomPhotograph_EqualsDenseSampling) {
     const V2i size(60, 50), plane(7, 5);
     const std::vector<float> photograph = random_image(3000, 4);
@@ -80,12 +80,12 @@ TEST(Rectification, RandomPhotograph_EqualsDenseSampling) {
 }
 
 TEST(Rectification, CropOfWholePixels_IsTheirMean_WithTUpwards) {
-    // 2 x 3 pixels of the photograph to one of M.
+    // Each pixel of M covers 2 x 3 pixels of the photograph.
     const AreaMap map = photograph_to_plane({6, 8}, {2, 2}, corners_of_crop({1, 1}, {4, 6}));
     std::vector<float> photograph(48), out(4), variance(4);
     for (std::size_t i = 0; i < 48; ++i) photograph[i] = static_cast<float>(i);
     map.means(photograph, out);
-    // Lower left pixel of M: columns 1 and 2, rows 4 to 6.
+    // The lower left pixel of M covers columns 1 and 2, rows 4 to 6.
     EXPECT_NEAR(out[0], 5 * 6 + 1.5, 1e-5);
     EXPECT_NEAR(out[1], 2 * 6 + 1.5, 1e-5);  // above it
     EXPECT_NEAR(out[2], 5 * 6 + 3.5, 1e-5);  // to the right

@@ -50,7 +50,7 @@ TEST(RigFile, ThePapersProjector_IsReadAsStated) {
     EXPECT_EQ(double{d.rig.centre.z}, 0.02);
     EXPECT_TRUE(d.emitter.inverted);
     EXPECT_TRUE(std::filesystem::exists(d.emitter.slide));
-    // What the paper's format needs for as many coefficients: four bytes each, 96 MiB.
+    // The paper's format needs four bytes for each coefficient, 96 MiB for this number of them.
     EXPECT_NEAR(static_cast<double>(d.rig.coefficients()) * 4 / (1 << 20), 96, 1);
 }
 

@@ -11,13 +11,13 @@
 namespace lucerna::testing {
 namespace {
 
-using Random = std::mt19937_64;  // its numbers, unlike those of std's distributions, are the standard's
+using Random = std::mt19937_64;  // its numbers are standardised, unlike those of std's distributions
 
 std::size_t below(Random& random, std::size_t count) {
     return count == 0 ? 0 : static_cast<std::size_t>(random() % count);
 }
 
-// A stretch of the text, [begin, begin + length), of at most `most` characters.
+// Returns a random range [begin, begin + length) of the text, of at most `most` characters.
 std::pair<std::size_t, std::size_t> stretch(Random& random, const std::string& text, std::size_t most) {
     const std::size_t begin = below(random, text.size() + 1);
     return {begin, below(random, std::min(most, text.size() - begin) + 1)};
@@ -59,7 +59,7 @@ void duplicate_bytes(Random& random, std::string& text) {
     text.insert(below(random, text.size() + 1), text.substr(begin, length));
 }
 
-// A count, an offset or a number in binary, that lies.
+// Overwrites a binary count, offset or number with an extreme value.
 void overwrite_word(Random& random, std::string& text) {
     static const std::array<std::uint64_t, 12> kWords{0,
                                                       1,
@@ -70,7 +70,7 @@ void overwrite_word(Random& random, std::string& text) {
                                                       0xFFFFFFFF,
                                                       0x7FFFFFFFFFFFFFFF,
                                                       0xFFFFFFFFFFFFFFFF,
-                                                      0x7FC00000,           // a float32 that is no number
+                                                      0x7FC00000,           // a float32 NaN
                                                       0x7F800000,           // infinity
                                                       0x7FF0000000000000};  // of double
     const std::size_t bytes = std::size_t{2} << below(random, 3);
@@ -78,7 +78,7 @@ void overwrite_word(Random& random, std::string& text) {
     std::array<char, 8> raw{};
     std::memcpy(raw.data(), &kWords[below(random, kWords.size())], 8);
     if (below(random, 2) == 0) std::reverse(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(bytes));
-    // Most words stand at multiples of their size.
+    // Most words are aligned to their size.
     std::size_t at = below(random, text.size() - bytes + 1);
     if (below(random, 2) == 0) at -= at % bytes;
     std::copy_n(raw.begin(), bytes, text.begin() + static_cast<std::ptrdiff_t>(at));
@@ -91,7 +91,7 @@ bool in_number(char c) {
     return std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '-' || c == '+';
 }
 
-// A number written in digits becomes another one, or none.
+// Replaces a decimal number by another one or by an invalid one.
 void substitute_number(Random& random, std::string& text) {
     static constexpr std::array<std::string_view, 24> kNumbers{"0",
                                                                "-0",
@@ -125,28 +125,28 @@ void substitute_number(Random& random, std::string& text) {
     if (end > at) text.replace(at, end - at, kNumbers[below(random, kNumbers.size())]);
 }
 
-// One line again and again: what nests, or may stand once only.
+// Repeats one line many times, which tests nesting and uniqueness.
 void repeat_line(Random& random, std::string& text) {
     const std::size_t at = below(random, text.size() + 1);
     const std::size_t before = at == 0 ? std::string::npos : text.rfind('\n', at - 1);
     const std::size_t begin = before == std::string::npos ? 0 : before + 1;
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     std::string line = text.substr(begin, std::min<std::size_t>(end - begin, 512)) + "\n";
-    // Some so often that whoever recurses once a line runs out of its stack.
+    // Some repeat so often that recursion once per line overflows the stack.
     const std::size_t most = below(random, 8) == 0 ? kDeepest : 200;
     std::string more;
     for (std::size_t i = 0, times = 1 + below(random, most); i < times; ++i) more += line;
     text.insert(begin, more);
 }
 
-// What opens something, again and again, and sometimes what closes it, too: deeper than any stack.
+// Repeats an opening bracket, and sometimes its closing one, deeper than any stack.
 void nest(Random& random, std::string& text) {
     constexpr std::string_view kOpening = "[{(.\"'";
     std::size_t at = below(random, text.size() + 1);
     at = text.find_first_of(kOpening, at);
     if (at == std::string::npos) at = text.find_first_of(kOpening);
     if (at == std::string::npos) return;
-    // From a letter or two before it to a few behind: "a.", "[", "{\"a\":".
+    // The repeated piece runs from a few letters before the bracket to a few behind it: "a.", "[", "{\"a\":".
     const std::size_t begin = at - std::min(at, below(random, 3));
     const std::string piece = text.substr(begin, at - begin + 1 + below(random, 6));
     std::string more;
@@ -175,7 +175,7 @@ constexpr std::array<Kind, 11> kKinds{{{"bits flipped", flip_bits},
                                        {"a line repeated", repeat_line},
                                        {"stretches swapped", swap_stretches},
                                        {"nested deep", nest}}};
-constexpr std::size_t kSplice = kKinds.size();       // the head of one file, the tail of another
+constexpr std::size_t kSplice = kKinds.size();       // the head of one file and the tail of another
 constexpr std::size_t kSeveral = kKinds.size() + 1;  // of the above
 constexpr std::size_t kAll = kKinds.size() + 2;
 
@@ -192,12 +192,12 @@ std::string Mutation::name(std::uint64_t number) {
 std::string Mutation::input(std::uint64_t number) const {
     Random random(seed_ * 0x9E3779B97F4A7C15U + number);
     const std::size_t kind = number % kAll;
-    // Every file meets every kind.
+    // Every kind is applied to every file.
     std::string text = whole_[number / kAll % whole_.size()];
     if (kind == kSplice) {
         const std::string& other = whole_[below(random, whole_.size())];
         const std::size_t at = below(random, std::min(text.size(), other.size()) + 1);
-        // Half of the tails stand where they stood; the others anywhere.
+        // Half of the tails keep their offset; the others start anywhere.
         const std::size_t from = below(random, 2) == 0 ? at : below(random, other.size() + 1);
         return text.substr(0, at) + other.substr(from);
     }

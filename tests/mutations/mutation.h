@@ -1,4 +1,4 @@
-// Files gone wrong on purpose: from whole ones, by a number that names what happened to them.
+// Derives corrupt files from valid ones; a number identifies each mutation.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,15 @@
 
 namespace lucerna::testing {
 
-// Makes of whole files as many bad ones as one likes. Input number i is the same on every machine and in
-// every run.
+// Makes any number of corrupt files from valid ones. Input number i is the same on every machine and in every
+// run.
 class Mutation {
   public:
-    // At least one file; `seed` for another set of bad ones.
+    // Requires at least one file; another `seed` gives another set of corrupt files.
     explicit Mutation(std::vector<std::string> whole, std::uint64_t seed = 1);
 
     std::string input(std::uint64_t number) const;
-    // What was done to make it, for people.
+    // Describes the mutation for people.
     static std::string name(std::uint64_t number);
 
   private:

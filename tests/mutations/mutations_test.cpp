@@ -1,6 +1,6 @@
-// A thousand files gone wrong for every reader, beyond what its fuzzer found: each is read or refused in one
-// line; none crashes, hangs or swallows memory [docs/development/extremes.md]. The entries are the fuzzers'
-// own (tests/fuzz/NAME_fuzz.cpp), the whole files their corpus.
+// A thousand corrupt files for every reader, beyond its fuzzer's findings: each is read or refused in one
+// line, and none crashes, hangs or exhausts memory [docs/development/extremes.md]. The entries are the
+// fuzzers' own (tests/fuzz/NAME_fuzz.cpp), the valid files their corpus.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ std::filesystem::path corpus_of(const std::string& reader) {
     return std::filesystem::path(LUCERNA_SOURCE_DIR) / "tests/fuzz/corpus" / reader;
 }
 
-// In an order that is the same on every machine.
+// Returns the files in an order that is the same on every machine.
 std::vector<std::string> whole_files(const std::string& reader) {
     std::vector<std::filesystem::path> files;
     for (const auto& entry : std::filesystem::directory_iterator(corpus_of(reader)))
@@ -65,7 +65,7 @@ TEST_P(Mutated, AThousandInputs_AreReadOrRefused) {
     }
 }
 
-// Files that nobody touched: those of the corpus are not all whole, but none of them may do harm either.
+// Unmodified corpus files, some of which are invalid, must also be harmless.
 TEST_P(Mutated, UntouchedInputs_AreReadOrRefused) {
     const TemporaryFolder folder;
     const std::vector<std::string> whole = whole_files(GetParam().name);
@@ -83,7 +83,7 @@ TEST_P(Mutated, UntouchedInputs_AreReadOrRefused) {
 INSTANTIATE_TEST_SUITE_P(Readers, Mutated, ::testing::ValuesIn(every_reader()),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// Nobody adds a fuzzer and forgets it here.
+// Every fuzzer must have a reader here.
 TEST(Mutations, EveryFuzzer_IsAReaderOnTrial) {
     std::vector<std::string> fuzzers, readers;
     for (const auto& entry :
@@ -112,7 +112,7 @@ TEST(Mutations, SameNumber_SameInput_AndNextToNoneIsWhole) {
 
 // --- the trial itself: readers with faults that it must find ---
 
-// What such readers do wrong.
+// The faults of such readers.
 enum class Fault : std::uint8_t {
     none,
     believes_the_count,
@@ -123,7 +123,7 @@ enum class Fault : std::uint8_t {
     recurses
 };
 
-// Reads "a count, then so many bytes".
+// Reads a count, then that number of bytes.
 class FaultyReader {
   public:
     explicit FaultyReader(Fault fault) : fault_(fault) {}
@@ -149,7 +149,7 @@ class FaultyReader {
     }
 
   private:
-    // How many brackets are open, by a call for each.
+    // Counts the open brackets by one recursive call for each.
     static std::size_t depth_of(const std::string& input, std::size_t at) {
         volatile char frame[256] = {};
         at = input.find('[', at);

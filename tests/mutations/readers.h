@@ -1,5 +1,5 @@
-// Every reader of files, by the entry that its fuzzer has (tests/fuzz/NAME_fuzz.cpp). A program can have one
-// LLVMFuzzerTestOneInput; here they are many, so the build gives each another name, fuzz_NAME.
+// Declares every file reader by its fuzzer's entry (tests/fuzz/NAME_fuzz.cpp). A program can have only one
+// LLVMFuzzerTestOneInput, so the build renames each to fuzz_NAME.
 #pragma once
 
 #include <cstddef>

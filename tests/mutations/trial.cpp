@@ -24,10 +24,10 @@
 namespace lucerna::testing {
 namespace {
 
-// Bytes that may be asked for at once; 0: any number. Set in the child alone.
+// The largest allocation in bytes; 0: unlimited. It is set in the child only.
 std::size_t most_at_once = 0;
 
-// What parent and child both see.
+// Memory shared by parent and child.
 struct Shared {
     std::atomic<std::uint64_t> done{0};
 };
@@ -67,7 +67,7 @@ std::size_t address_space() {
     dup2(log, STDERR_FILENO);
     setenv("TMPDIR", folder.c_str(), 1);
     limit(RLIMIT_CORE, 0);
-    // An endless file is an endless allocation on a disk.
+    // The limit on file size also stops an endless file.
     limit(RLIMIT_FSIZE, std::size_t{1} << 28);
     if (!kSanitized) limit(RLIMIT_AS, address_space() + limits.memory);
     for (std::uint64_t i = 0; i < limits.inputs; ++i) {
@@ -76,7 +76,7 @@ std::size_t address_space() {
         try {
             read(text);
         } catch (const std::exception& error) {
-            // By hand: what() of an exception that nobody catches is not always told.
+            // Prints what() explicitly, because an uncaught exception does not always print it.
             const std::string what = std::string("threw: ") + error.what() + "\n";
             [[maybe_unused]] const ssize_t told = write(STDERR_FILENO, what.data(), what.size());
             _exit(3);
@@ -95,7 +95,8 @@ std::string last_words(const std::filesystem::path& folder) {
 
 void* allocate(std::size_t size) {
     if (most_at_once > 0 && size > most_at_once) {
-        // Readers catch std::bad_alloc of what they call: a lying header would look like a damaged file.
+        // Aborts instead of throwing: readers catch std::bad_alloc, so a wrong size in a header would look
+        // like a damaged file.
         constexpr std::string_view kText = "asked for too much memory at once\n";
         [[maybe_unused]] const ssize_t told = write(STDERR_FILENO, kText.data(), kText.size());
         std::abort();
@@ -107,7 +108,7 @@ void* allocate(std::size_t size) {
 }  // namespace
 }  // namespace lucerna::testing
 
-// Every `new` of the program and of its libraries. Sanitizers have their own.
+// Replaces every `new` of the program and its libraries. Sanitizers have their own.
 #ifndef LUCERNA_SANITIZED
 void* operator new(std::size_t size) {
     return lucerna::testing::allocate(size);

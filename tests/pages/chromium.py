@@ -17,7 +17,7 @@ import subprocess
 import tempfile
 import time
 
-# What a test ends with where there is no browser: skipped, but where CI is set nothing may be missing.
+# The exit code where there is no browser: 77 skips the test, but where CI is set nothing may be missing.
 SKIPPED = 1 if os.environ.get("CI") else 77
 
 

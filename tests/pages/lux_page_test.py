@@ -61,7 +61,7 @@ class LuxPage(unittest.TestCase):
             self.assertAlmostEqual(float(text.split()[0]), value, delta=0.01 * value)
 
     def test_the_plan_has_a_cell_for_each_point_and_its_number_in_it(self):
-        # The brightest number stands in the plan's right upper part, where the lamp is.
+        # The brightest number stands in the upper right of the plan, where the lamp is.
         numbers = self.page.evaluate(
             "(() => { const svg = document.querySelector('figure svg').getBoundingClientRect();"
             "return [...document.querySelectorAll('figure svg text')].map(t => { const b = t.getBoundingClientRect();"

@@ -22,14 +22,14 @@ import time
 
 from commands_test import commands_of, pages_of
 
-# The values that work is cut to; of a number, at most that.
+# Work is limited to these values; a number is at most that.
 SHORT = {"--time": "1s", "--error": "60%", "--spp": "2", "--passes": "2", "--resolution": "32x24", "--rays": "2000",
          "--samples": "4", "--precision": "50%", "--replicates": "5"}
 REFERENCE = "docs/reference/commands.md"
 SETTINGS = {"photons": 2000, "indirectphotons": 2000, "causticphotons": 2000, "guidepaths": 2000, "prepass": 256, "nsets": 4,
             "nlights": 16}
 ENDS = ("--time", "--error", "--spp", "--passes", "--samples", "--precision")
-# What ends a command that says no end itself.
+# These options end a command that states no end itself.
 ENDED_BY = {"render": ["--spp", "2"], "lux": ["--samples", "4"], "glare": ["--precision", "50%"]}
 OUTPUTS = ("-o", "--output", "--html", "--json", "--plan", "--signed", "--save-maps", "--checkpoint", "--resume",
            "--photographs", "--csv")
@@ -52,7 +52,8 @@ LAMP = """AttributeBegin
     LightSource "lightfield" "string filename" "FILE" "float power" 2000 GROUP
 AttributeEnd
 """
-# EULUMDAT of a luminaire whose intensity is the same all around: 100 cd per 1000 lm down to nothing at the side.
+# An EULUMDAT file of a rotationally symmetric luminaire: 100 cd per 1000 lm at nadir, falling to nothing at
+# the side.
 LDT = "\n".join(["maker", "1", "1", "1", "0", "3", "45", "report", "street", "1", "street.ldt", "today", "500", "0", "100", "400", "0",
                  "0", "0", "0", "0", "100", "100", "1", "0", "1", "1", "LED", "1000", "3000", "80", "20", *10 * ["0.5"], "0",
                  "0", "45", "90", "100", "70", "0"]) + "\n"
@@ -110,7 +111,7 @@ class Stage:
             subprocess.run([lucerna, *map(str, words), "--quiet"], check=True, cwd=folder, stdout=subprocess.DEVNULL)
 
         run("light", "acquire", "rig.toml", "-o", "lamp.exr", "--photographs", "shots")
-        # Of one colour each, with the lamp's flux: as ray files are.
+        # Each set of rays has one colour and the lamp's flux, as ray files have.
         for name in ("rays.tm25ray", "rays.dat"):
             run("light", "emit", "lamp.exr", "--rays", 20000, "-o", name)
         # The lamp as a ray file gives it, with what lux --replicates reads.
@@ -314,7 +315,7 @@ def main():
         (folder / "stage").mkdir()
         stage = Stage(lucerna, folder / "stage")
         scenes = Scenes(root, folder / "repository" / "scenes", stage)
-        # What would pass though it must not: a command that the program refuses.
+        # The test must detect a command that the program refuses.
         (folder / "wrong").mkdir()
         wrong = run_page(lucerna, root, stage, scenes, "wrong", [(1, ["render", "room.pbrt", "--spp", "2", "--tone", "no-such-curve"])],
                          folder / "wrong")

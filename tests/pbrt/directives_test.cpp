@@ -1,4 +1,4 @@
-// Directives: order, nesting, inclusion, parameters; and that every refusal is one line with a place.
+// Directives: order, nesting, inclusion and parameters. Every refusal is one line with a place.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -185,7 +185,7 @@ TEST(Directives, Include_IsReadInPlaceAndFromTheMainFilesFolder) {
     std::filesystem::create_directory(folder / "sub");
     write(folder / "main.pbrt",
           std::string(kHead) + "Translate 1 0 0 Include \"sub/a.pbrt\" Shape \"sphere\"");
-    write(folder / "sub/a.pbrt", "Translate 0 1 0 Include \"b.pbrt\"");  // beside main.pbrt, as pbrt has it
+    write(folder / "sub/a.pbrt", "Translate 0 1 0 Include \"b.pbrt\"");  // relative to main.pbrt, as in pbrt
     write(folder / "b.pbrt", "Translate 0 0 1");
     RecordingMonitor monitor;
     const auto text = std::string(kHead) + "Translate 1 0 0 Include \"sub/a.pbrt\" Shape \"sphere\"";
@@ -222,7 +222,7 @@ TEST(Directives, BadIncludes_AreRefusedAtTheDirective) {
     EXPECT_THAT(refused("Include \"/dev/zero\""), HasSubstr("expected a regular file"));
     write(folder / "bad.pbrt", "\n  Shap");
     EXPECT_THAT(refused("Include \"bad.pbrt\""), HasSubstr("bad.pbrt:2:3: unknown directive"));
-    // The same file under ever longer names is stopped by depth.
+    // The depth limit stops a file that includes itself under ever longer names.
     write(folder / "deep.pbrt", "Include \"./sub/../deep.pbrt\"");
     for (int i = 0; i < 70; ++i)
         write(folder / fmt::format("d{}.pbrt", i), fmt::format("Include \"d{}.pbrt\"", i + 1));

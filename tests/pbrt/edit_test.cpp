@@ -1,4 +1,4 @@
-// What a program changes between the text and the scene.
+// Changes that a program makes between the text and the scene.
 #include <gtest/gtest.h>
 
 #include <string>

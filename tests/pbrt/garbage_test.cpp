@@ -1,4 +1,5 @@
-// Whatever bytes come: a scene, or one line that says what is wrong. Never a crash, a hang or a silent half.
+// Arbitrary bytes give a scene or one line that says what is wrong, never a crash, a hang or a silently
+// truncated scene.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -25,7 +26,7 @@ constexpr std::string_view kSample =
     "\"t\"\n"
     "Translate 1 2 3 Rotate 30 0 1 0 Shape \"sphere\" \"float radius\" 0.5\nWorldEnd\n";
 
-// True if read; a refusal must be one line that starts with the file.
+// Returns true if the text is read; a refusal must be one line that starts with the file's name.
 bool read_or_refuse(const std::string& text) {
     const std::string message = refusal_of_file(text);
     EXPECT_TRUE(message.empty() || message.starts_with("scene.pbrt") || message.starts_with("--")) << message;
@@ -95,7 +96,7 @@ TEST(Garbage, FuzzersCorpus_IsReadOrRefused) {
     EXPECT_GE(files, 10);
 }
 
-// Large meshes are most of what people's scene files hold.
+// Large meshes make up most of real scene files.
 TEST(Garbage, LargeMesh_IsReadFast) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> uniform(-100, 100);

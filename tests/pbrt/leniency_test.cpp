@@ -1,8 +1,6 @@
-// What pbrt renders is rendered: the scenes of lenient/, each with what it warns of and what its middle
-// shows.
-//
-// Their heads say it: "# warns:" a part of one warning each, in order; "# centre:" between which two numbers
-// the luminance of the four pixels in the middle lies; "# frames:" how many there are.
+// Whatever pbrt renders must be rendered: reads the scenes of lenient/, each with its expected warnings and
+// image centre. Their heads state the expectations: each "# warns:" is a substring of one warning, in order;
+// "# centre:" gives bounds of the luminance of the four central pixels; "# frames:" is the number of frames.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +33,7 @@ struct Expected {
     int frames = 1;
 };
 
-Expected head_of(const std::filesystem::path& file) {
+Expected sensor_of(const std::filesystem::path& file) {
     Expected expected;
     std::istringstream text(read_text(file));
     for (std::string line; std::getline(text, line) && line.starts_with("#");) {
@@ -76,7 +74,7 @@ std::string name_of(const ::testing::TestParamInfo<std::filesystem::path>& info)
 class LenientScene : public ::testing::TestWithParam<std::filesystem::path> {};
 
 TEST_P(LenientScene, IsRenderedWithOneWarningForEachDeparture) {
-    const Expected expected = head_of(GetParam());
+    const Expected expected = sensor_of(GetParam());
     ASSERT_GT(expected.least, 0) << "every one of them says what it shows";
     RecordingMonitor monitor;
     SceneOverrides overrides;
@@ -95,13 +93,13 @@ TEST_P(LenientScene, IsRenderedWithOneWarningForEachDeparture) {
         << ::testing::PrintToString(monitor.warnings);
     for (std::size_t i = 0; i < expected.warnings.size(); ++i) {
         EXPECT_THAT(monitor.warnings[i], HasSubstr(expected.warnings[i]));
-        // With its place.
+        // Each warning states its place.
         EXPECT_THAT(monitor.warnings[i], ::testing::ContainsRegex("\\.pbrt:[0-9]+:[0-9]+: "));
     }
 }
 
 TEST_P(LenientScene, IsRefusedByAStrictReaderForTheSameReason) {
-    const Expected expected = head_of(GetParam());
+    const Expected expected = sensor_of(GetParam());
     RecordingMonitor monitor;
     SceneOverrides overrides;
     overrides.strict = true;
@@ -115,7 +113,7 @@ TEST_P(LenientScene, IsRefusedByAStrictReaderForTheSameReason) {
         EXPECT_EQ(error, "no error") << "nothing departs from the text";
         return;
     }
-    // The warning goes on with what is done instead.
+    // The warning also names what is done instead.
     const std::string& warning = expected.warnings.front();
     EXPECT_THAT(error, HasSubstr(warning.substr(0, warning.find(';')).substr(0, 40)));
 }
@@ -170,7 +168,7 @@ TEST(Frames, TextAfterTheLastWithoutAWorld_MakesNone) {
     EXPECT_THAT(monitor.warnings, ::testing::ElementsAre(HasSubstr("has no WorldBegin and is ignored")));
 }
 
-// ---- what no leniency mends
+// ---- errors that leniency does not cover
 
 TEST(Leniency, ErrorsThatLeaveNoPicture_StayErrors) {
     const auto error = [](const std::string& text) { return error_of([&] { read_file_text(text); }); };
@@ -261,7 +259,8 @@ TEST(Nurbs, OfLinearOrderAndEvenKnots_InterpolatesItsPoints) {
 
 TEST(RealisticCamera, IsAThinLensByItsTable) {
     TemporaryFolder folder;
-    // A stop of 8 mm behind the front lens looks larger from there, by what the ray has come in.
+    // A stop of 8 mm behind the front lens appears larger through it, by the ratio in which the ray's height
+    // shrinks.
     std::ofstream(folder / "lens.dat") << "# comment\n50 0 1.5 30\n-50 10 1 30\n0 5 0 8\n";
     const auto draft_of = [&](const std::string& rest) {
         RecordingMonitor monitor;
@@ -292,7 +291,7 @@ void append(std::string& to, const std::vector<Value>& values) {
     to.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value));
 }
 
-// A Lambertian surface of that reflectance (and transmittance) as a Fourier table.
+// Returns a Lambertian surface of the given reflectance and transmittance as a Fourier table.
 std::string lambertian_table(double reflectance, double transmittance) {
     constexpr int kCosines = 64;
     std::vector<float> mu, coefficients, cumulative(kCosines * kCosines, 0.0F);
@@ -339,7 +338,7 @@ TEST(BsdfTable, WhatIsCutOffOrNone_IsNothing) {
             << (length == 0 ? "none" : whole.substr(0, length));
         EXPECT_FALSE(fit_bsdf_table(folder / "a.bsdf")) << length;
     }
-    // Offsets beyond the coefficients.
+    // The offsets point beyond the coefficients.
     std::string wild = whole;
     const std::size_t offsets = 8 + 9 * 4 + 4 + 16 + 64 * 4 + 64 * 64 * 4;
     const std::int32_t far = 1 << 30;

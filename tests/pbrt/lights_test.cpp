@@ -44,7 +44,7 @@ TEST(Lights, Point_StandsWhereItsTransformationPutsIt) {
         << "version 3";
 }
 
-// Its distance, or the square of it, would be more than a float holds: all would be black without a word.
+// The light's distance or its square overflows a float, so the image would be black without a warning.
 TEST(Lights, FartherThanAFloatReaches_IsRefused) {
     const std::string sphere = "Shape \"sphere\" ";
     for (const char* light : {"LightSource \"point\" ", "LightSource \"spot\" \"point3 to\" [ 0 1 0 ] "}) {
@@ -132,7 +132,7 @@ TEST(Lights, Area_IsTakenUpByTheShapesOfItsBlock) {
     EXPECT_TRUE(read.warnings.empty());
 }
 
-// As in pbrt-v4: "power" says how strong the light is, "scale" multiplies that.
+// As in pbrt-v4, "power" sets the strength of the light and "scale" multiplies it.
 TEST(Lights, PowerAndScale_BothCount) {
     const TemporaryFolder folder;
     Image slide = Image::rgb(4, 4);
@@ -183,7 +183,7 @@ TEST(Lights, AreaFlux_IsPiTimesAreaTimesRadiance) {
                 2 * 3 * pi * pi, 1e-3);
 }
 
-// The emitting side of area lights is that of the geometry, whatever turned it.
+// Area lights emit on the geometry's outside, whatever transformation or orientation flips it.
 TEST(Lights, AreaEmission_LeavesOnTheSideOfTheGeometry) {
     const std::string normals = " \"normal3 N\" [0 0 -1 0 0 -1 0 0 -1 0 0 -1] ";
     for (const std::string turn : {"", "ReverseOrientation ", "Scale 1 1 -1 ",
@@ -195,7 +195,7 @@ TEST(Lights, AreaEmission_LeavesOnTheSideOfTheGeometry) {
             const Scene scene(std::move(parts), {1});
             const auto photon = scene.lights()[0]->sample_Le({{0.3F, 0.6F}, {0.4F, 0.7F}});
             ASSERT_TRUE(photon.has_value());
-            // A ray that comes back along the photon's way meets the surface where it left, from its outside.
+            // A ray back along the photon's path hits the surface where the photon leaves, from the outside.
             const float back = 1e-3F;
             const auto hit = scene.intersect({photon->from.p + back * photon->d, -photon->d});
             ASSERT_TRUE(hit.has_value()) << turn << shape;
@@ -211,7 +211,7 @@ TEST(Lights, AreaEmission_LeavesOnTheSideOfTheGeometry) {
 
 TEST(Lights, UnfitEmitters_AreRefused) {
     const std::string area = "AreaLightSource \"diffuse\" ";
-    // Any surface may emit; one without a formula does so as triangles.
+    // Any surface may emit; one without a closed form does so as triangles.
     EXPECT_EQ(refusal_of_world(area + "Scale 1 2 1 Shape \"sphere\""), "");
     EXPECT_EQ(refusal_of_world(area + "Shape \"disk\" \"float phimax\" 90"), "");
     EXPECT_THAT(refusal_of_world("AreaLightSource \"diffuse\" \"string filename\" \"x.png\""),
@@ -285,7 +285,7 @@ TEST(Lights, LightFieldOnAShape_TakesThatShapeAndItsOwnFrame) {
     for (const char* shape :
          {"Shape \"sphere\" \"float radius\" 0.5 ",
           "Shape \"cylinder\" \"float radius\" 0.5 \"float zmin\" -1 \"float zmax\" 1 "}) {
-        // The shape's own transformation does not turn the lamp.
+        // The shape's own transformation does not rotate the lamp.
         const SceneParts parts =
             parts_of_world("AttributeBegin Translate 0 0 3 " + with + "AttributeBegin Rotate 90 1 0 0 " +
                            shape + "AttributeEnd AttributeEnd");
@@ -336,7 +336,8 @@ TEST(Lights, Colours_OfEverySpelling_AreTaken) {
     EXPECT_NEAR(luminance(color_of("spectrum I\" \"stdillum-D65\"")), 1, 1e-5);
     const Rgb white = color_of("spectrum I\" \"stdillum-D65\"");
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(white[c], 1, 0.01) << c;
-    // Version 4: luminance 1. Version 3: the largest spectral value is the scale; at 2900 K it lies at 1 µm.
+    // Version 4 normalises luminance to 1. In version 3 the largest spectral value is the scale; at 2900 K it
+    // lies at 1 µm.
     const Rgb warm = color_of("blackbody I\" 2900");
     EXPECT_NEAR(luminance(warm), 1, 1e-5);
     EXPECT_GT(warm.x, 2.0F * warm.z);
@@ -362,7 +363,7 @@ TEST(Lights, ColourSpace_IsThatOfTheNumbersUntilTheBlockEnds) {
                "ColorSpace \"acescg\" LightSource \"point\" \"rgb I\" [ 2 2 2 ]\nAttributeEnd\n" +
                light);
     ASSERT_EQ(colours.size(), 5U);
-    // The matrix of ITU-R BT.2087, by hand; white stays white.
+    // The matrix of ITU-R BT.2087 is applied by hand; white stays white.
     const Rgb wide(1.6605F * 0.4F - 0.5876F * 0.5F - 0.0728F * 0.2F,
                    -0.1246F * 0.4F + 1.1329F * 0.5F - 0.0083F * 0.2F,
                    -0.0182F * 0.4F - 0.1006F * 0.5F + 1.1187F * 0.2F);
@@ -379,7 +380,7 @@ TEST(Lights, ColourSpace_IsThatOfTheNumbersUntilTheBlockEnds) {
 
 struct ImageFolder {
     TemporaryFolder folder;
-    // An image that is red in the upper left corner pixel and black elsewhere.
+    // Writes an image with a red upper left pixel that is black elsewhere.
     void write(const std::string& name, int width, int height) const {
         Image image = Image::rgb(width, height);
         image.set_rgb(0, 0, Rgb(2, 0, 0));
@@ -415,7 +416,7 @@ TEST(ImageLights, InfiniteMapname_IsByLatitudeAndLongitude) {
     EXPECT_EQ(sky(*light, {0.1F, 0.05F, 1}), Rgb(12, 0, 0)) << "upper left: near +z, a little beyond +x";
     EXPECT_EQ(sky(*light, {0.1F, -0.05F, 1}), Rgb(0.0F));
     EXPECT_EQ(sky(*light, {0.1F, 0.05F, -1}), Rgb(0.0F));
-    // Turned with the scene, and mirrored.
+    // The sky is rotated and mirrored with the scene.
     const auto turned =
         images.light("Rotate -90 1 0 0 LightSource \"infinite\" \"string mapname\" \"sky.exr\"");
     EXPECT_EQ(sky(*turned, {0.1F, 1, -0.05F}), Rgb(2, 0, 0)) << "z became y, y became -z";
@@ -479,8 +480,8 @@ TEST(ImageLights, Projection_IsUprightInVersion4Only) {
     const auto lit = [](const Light& light, const V3f& x) { return light.sample_Li(x, {}).has_value(); };
     const auto v4 = images.light(
         "Translate 0 0 1 LightSource \"projection\" \"string filename\" \"slide.exr\" \"float power\" 7");
-    // 90 degrees across the shorter side: at distance 1, x in (-2, 2), y in (-1, 1).
-    const V3f origin(0, 0, 0);  // the scene's, which is where the only light stands
+    // The field of view is 90 degrees across the shorter side: at distance 1, x in (-2, 2), y in (-1, 1).
+    const V3f origin(0, 0, 0);  // the scene's origin, which lies at its only light
     EXPECT_TRUE(lit(*v4, origin + V3f(-1.5F, 0.5F, 1)));
     EXPECT_FALSE(lit(*v4, origin + V3f(-1.5F, -0.5F, 1)));
     EXPECT_FALSE(lit(*v4, origin + V3f(-0.5F, 0.5F, 1)));

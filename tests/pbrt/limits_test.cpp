@@ -1,5 +1,5 @@
-// Where scene text that nests or multiplies comes to its limits: what lies within them is read and means what
-// it says, what lies beyond is refused at its place. The command on far worse: tests/bombs.
+// The limits for scene text that nests or multiplies: text within them is read correctly, and text beyond
+// them is refused at its place. tests/bombs runs the command on far worse text.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@ using namespace testing;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// Objects each of which shows the one before `times` times; the first has a shape, and the world shows the
-// last.
+// Returns objects each of which instances the previous one `times` times; the first contains `first`, and the
+// world instances the last.
 std::string nested_objects(int depth, int times, std::string_view first = "Shape \"sphere\"") {
     std::string text = fmt::format("ObjectBegin \"o\" {} ObjectEnd\n", first);
     for (int i = 0; i < depth; ++i) {
@@ -52,7 +52,7 @@ TEST(Limits, Instances_AreCountedBeforeAnyIsMade) {
     EXPECT_THAT(refusal_of_world(several), HasSubstr("134217728 instances"));
 }
 
-// Textures each of which asks the one before `times` times.
+// Returns textures each of which uses the previous one `times` times.
 std::string nested_textures(std::string_view type, int depth, int times) {
     std::string text = fmt::format("Texture \"t\" \"{}\" \"checkerboard\"\n", type);
     for (int i = 0; i < depth; ++i) {
@@ -139,7 +139,7 @@ TEST_F(IncludeLimits, TextReadAgainPastItsBound_IsRefused) {
                 HasSubstr("scene.pbrt:8:1: Include \"long.pbrt\": repeatedly included files exceed"));
 }
 
-// Blocks share what they inherit; a block's own change is gone with it, and what is given wins.
+// Blocks share inherited defaults; a block's own change ends with it, and explicit parameters win.
 TEST(Limits, Defaults_HoldInTheirBlockAndYieldToWhatIsGiven) {
     const Read read = read_world(
         "Attribute \"shape\" \"float radius\" 2\n"

@@ -70,8 +70,8 @@ TEST(Materials, Glass_SpeaksItsOwnDialect) {
 }
 
 TEST(Materials, Roughness_IsMappedAsEachVersionDoes) {
-    // Version 4: the root. Version 3 at 0.1, x = ln 0.1: 1.62142 + 0.819955x + 0.1734x² + 0.0171201x³ +
-    // 0.000640711x⁴.
+    // Version 4 takes the root. Version 3 at 0.1, with x = ln 0.1: 1.62142 + 0.819955x + 0.1734x² +
+    // 0.0171201x³ + 0.000640711x⁴.
     EXPECT_FLOAT_EQ(alpha(only<DielectricMaterial>("Material \"dielectric\" \"float roughness\" 0.25")).x,
                     0.5F);
     EXPECT_NEAR(alpha(only<DielectricMaterial>("Material \"glass\" \"float roughness\" 0.1")).x, 0.46176,
@@ -97,7 +97,7 @@ TEST(Materials, Roughness_IsMappedAsEachVersionDoes) {
 }
 
 TEST(Materials, Roughness_OfVersionTwo_IsABlinnExponent) {
-    // Exponent 1/r: alpha² = 2/(1/r + 2).
+    // With the exponent 1/r, alpha² = 2/(1/r + 2).
     EXPECT_NEAR(alpha_of(RoughnessMap::v2, 0.1F), std::sqrt(2.0 / 12), 1e-6);
     EXPECT_NEAR(alpha_of(RoughnessMap::v2, 0), std::sqrt(2.0 / 10002), 1e-6) << "pbrt's largest exponent";
 }

@@ -1,4 +1,4 @@
-// Participating media in scene files: what is made of them, and what is refused.
+// Participating media in scene files: how they are built and what is refused.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ TEST(NamedMedium, Homogeneous_ScalesBothCoefficientsAndEmitsWhatItAbsorbs) {
     EXPECT_EQ(fog.g, -0.25F);
     EXPECT_EQ(fog.emission, Rgb(1.5F, 0, 9));
     EXPECT_FALSE(fog.box);
-    EXPECT_FALSE(read.draft.uses_media);  // nobody is in it
+    EXPECT_FALSE(read.draft.uses_media);  // no shape contains it
 }
 
 TEST(NamedMedium, Unsaid_IsWholeMilkAndGridsOfVersion4AreOnes) {
@@ -55,7 +55,7 @@ TEST(NamedMedium, Preset_IsTheMeasuredOneAndAnotherIsRefusedWithItsNeighbour) {
         AllOf(HasSubstr("scene.pbrt:2:"), HasSubstr("did you mean \"Skin1\""), HasSubstr("Wholemilk")));
 }
 
-// Measured by dilution; names of several words, as pbrt writes them.
+// The presets that are measured by dilution have names of several words, in pbrt's spelling.
 TEST(NamedMedium, PresetsOfBothPapers_AreFoundByPbrtsNames) {
     const Read read = read_world(
         "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Lowfat Milk\" "
@@ -67,7 +67,7 @@ TEST(NamedMedium, PresetsOfBothPapers_AreFoundByPbrtsNames) {
     EXPECT_EQ(medium_of(read.draft, 1).sigma_s, Rgb(0.023805F, 0.028804F, 0.034306F));
     EXPECT_EQ(medium_of(read.draft, 1).sigma_a, Rgb(0.084621F, 0.15688F, 0.20365F));
     EXPECT_EQ(medium_of(read.draft, 2).sigma_s, Rgb(2.1129e-05F, 0, 0));
-    // All of them are offered where a name is none.
+    // A misspelt name is answered with the list of all presets.
     const std::string refusal = refusal_of_world(
         "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Regular Soymilk\"");
     EXPECT_THAT(refusal, AllOf(HasSubstr("did you mean \"Regular Soy Milk\""), HasSubstr("Apple, Chicken1"),
@@ -84,7 +84,7 @@ TEST(NamedMedium, Grid_StandsInItsBoxUnderTheTransformation) {
     EXPECT_EQ(read.draft.media[0].world_from_medium[3][1], 2);
     EXPECT_DOUBLE_EQ(density_at(medium.density, {0.5, 0.5, 0.5}), 1);
     EXPECT_DOUBLE_EQ(density_at(medium.density, {1.5, 0.5, 1.5}), 4);
-    EXPECT_DOUBLE_EQ(density_at(medium.density, {1.5, 1, 1.5}), 2);  // falls to nothing over the border
+    EXPECT_DOUBLE_EQ(density_at(medium.density, {1.5, 1, 1.5}), 2);  // falls to 0 across the boundary
 }
 
 TEST(NamedMedium, WhatIsNone_IsRefusedInOneLine) {
@@ -121,11 +121,11 @@ TEST(MediumInterface, OnAShape_IsABorderOnlyWhereTheSidesDiffer) {
         "Shape \"sphere\" MediumInterface \"in\" Shape \"sphere\" AttributeBegin MediumInterface \"\" \"in\" "
         "Shape \"sphere\" AttributeEnd");
     const auto& q = read.draft.quadrics;
-    EXPECT_TRUE(q[0].traits.media.border);
+    EXPECT_TRUE(q[0].traits.media.is_interface);
     EXPECT_EQ(q[0].traits.media.inside, 0);
     EXPECT_EQ(q[0].traits.media.outside, kNoMedium);
-    EXPECT_FALSE(q[1].traits.media.border);
-    EXPECT_TRUE(q[2].traits.media.border);
+    EXPECT_FALSE(q[1].traits.media.is_interface);
+    EXPECT_TRUE(q[2].traits.media.is_interface);
     EXPECT_EQ(q[2].traits.media.outside, 0);
     EXPECT_TRUE(read.draft.uses_media);
     EXPECT_EQ(read.draft.camera_medium, kNoMedium);
@@ -154,11 +154,11 @@ TEST(MediumInterface, InTheScene_ChangesTheMediumAtAnInterface) {
                         "scene.pbrt", {}, {1}, monitor);
     const Ray ray{V3f(V3d(0, 0, 0) - job.scene.origin()), {0, 0, 1}};
     EXPECT_FALSE(job.scene.intersect(ray));
-    ASSERT_TRUE(job.scene.intersect_border(ray));
-    const auto border = job.scene.intersect_with_borders(ray);
+    ASSERT_TRUE(job.scene.intersect_medium_interface(ray));
+    const auto border = job.scene.intersect_with_medium_interfaces(ray);
     ASSERT_TRUE(border);
     EXPECT_NEAR(border->t, 4, 1e-5);
-    EXPECT_TRUE(job.scene.is_border(*border));
+    EXPECT_TRUE(job.scene.is_medium_interface(*border));
     EXPECT_EQ(medium_towards(border->media, border->at.n, ray.d, kNoMedium), 0);
     EXPECT_TRUE(job.scene.unoccluded({ray.o}, ray.d, 100));
 }
@@ -179,10 +179,10 @@ TEST(Volume, EveryKind_IsARegionUnderTheTransformation) {
     const Medium& box = medium_of(draft, 0);
     EXPECT_EQ(box.sigma_a, Rgb(1, 2, 3));
     EXPECT_EQ(box.sigma_s, Rgb(0));
-    EXPECT_EQ(box.emission, Rgb(2));  // as it stands
+    EXPECT_EQ(box.emission, Rgb(2));  // emission as given
     EXPECT_EQ(box.box->min, V3d(-1));
     EXPECT_EQ(draft.media[0].world_from_medium[3][0], 5);
-    EXPECT_DOUBLE_EQ(density_at(medium_of(draft, 1).density, {1, 0.5, 0.5}), 3);  // held at the face
+    EXPECT_DOUBLE_EQ(density_at(medium_of(draft, 1).density, {1, 0.5, 0.5}), 3);  // clamped at the face
     EXPECT_DOUBLE_EQ(density_at(medium_of(draft, 2).density, {0, 0, 0.5}), 2 * std::exp(-1.5));
 }
 

@@ -1,5 +1,5 @@
-// Lights on surfaces under transformations that mirror: what they light is the mirror image of what they
-// light without it, for every shape and way of mirroring, whichever strategy finds the light.
+// Lights on surfaces under mirroring transformations must light the mirror image of what they light without
+// it, for every shape, every way of mirroring and every sampling strategy.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +58,8 @@ Scene scene_of(const Mirror& mirror, const char* turn, const char* shape) {
     return Scene(parts_of_world(text + shape), {1});
 }
 
-// What arrives at a point that sees the shape from one side: by asking the light, and by rays that meet it.
+// The irradiance at a point that sees the shape from one side, by next-event estimation and by rays that hit
+// the light.
 struct Irradiance {
     RunningStats asked, met;
 };
@@ -76,7 +77,7 @@ Irradiance irradiance(const Scene& scene, const Mirror& mirror, const V3d& at, c
         result.asked.add(
             seen ? static_cast<double>(luminance(from_light->weight) * std::max(0.0F, n.dot(from_light->w)))
                  : 0.0);
-        // The same ray in each world, mirrored with it.
+        // Traces the same ray in each world, mirrored with it.
         const V3f w(moved(V3d(Frame(V3f(facing)).to_world(square_to_cosine_hemisphere(sampler.next2())))));
         const Ray ray{x, w.normalized()};
         double radiance = 0;
@@ -105,7 +106,7 @@ TEST(MirroredLights, EveryShape_LightsTheMirrorImage) {
                 EXPECT_NEAR(both.asked.mean(), both.met.mean(),
                             5 * std::hypot(both.asked.standard_error(), both.met.standard_error()));
             }
-            if (*turn == '\0') {  // what is closed, and turned, shines within
+            if (*turn == '\0') {  // a closed shape with reversed orientation emits inward
                 EXPECT_GT(lit, 0.02);
             }
             for (const Mirror& mirror : kMirrors) {
@@ -127,7 +128,7 @@ TEST(MirroredLights, EveryShape_LightsTheMirrorImage) {
     }
 }
 
-// What holds for lights holds for glass and media, too: out is out.
+// Mirroring also preserves the outside of glass and media.
 TEST(MirroredShapes, Outside_StaysOutside) {
     for (const Mirror& mirror : kMirrors) {
         for (const char* shape :
@@ -141,7 +142,7 @@ TEST(MirroredShapes, Outside_StaysOutside) {
             EXPECT_GT(hit->at.n.x * static_cast<float>(mirror.axes.x), 0.1F) << mirror.text << shape;
         }
     }
-    // The same of an instance, which mirrors an object.
+    // An instance mirrors its object.
     const Scene scene(
         parts_of_world("ObjectBegin \"ball\" Shape \"sphere\" ObjectEnd Scale -1 1 1 Translate 3 0 0 "
                        "ObjectInstance \"ball\""),

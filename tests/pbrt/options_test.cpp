@@ -1,4 +1,4 @@
-// Camera, film, filter, sampler, integrator, and what the command line puts over them.
+// Camera, film, filter, sampler, integrator, and command-line overrides.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -190,7 +190,7 @@ TEST(Options, EveryRemovedParameter_IsNoneOfTheKnown) {
     }
 }
 
-// The numbers of parameters that a user has to look through.
+// Fixes the number of parameters that a user has to look through.
 TEST(Options, NumberOfParameters) {
     const auto count = [](std::string_view name) {
         IntegratorSettings settings = make_settings(name, {});
@@ -228,7 +228,7 @@ TEST(Options, IntegratorsThatAreNotHere_AreReplacedAndItIsSaid) {
                   .estimate.radius,
               2);
     EXPECT_THAT(refused("Integrator \"sppm\" \"integer numiterations\" 0"), HasSubstr("1 to"));
-    // Version 2 puts Metropolis above the surface integrator.
+    // In version 2 Metropolis takes precedence over the surface integrator.
     const Draft mlt = options(
         "Renderer \"metropolis\" \"integer samplesperpixel\" 33 SurfaceIntegrator \"directlighting\"");
     EXPECT_EQ(integrator_name(mlt.integrator), "path");

@@ -21,7 +21,7 @@ using ::testing::IsEmpty;
 class PhotometricLights : public ::testing::Test {
   protected:
     void SetUp() override {
-        // 100 cd at nadir; at the horizon 10 cd at C0, 20 at C90, 30 at C180 and 40 at C270.
+        // The file has 100 cd at nadir, and at the horizon 10 cd at C0, 20 at C90, 30 at C180 and 40 at C270.
         write("odd.ies",
               "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 5 1 2 0 0 0\n1 1 9\n0 90 180\n0 90 180 270 360\n"
               "100 10 0\n100 20 0\n100 30 0\n100 40 0\n100 10 0\n");
@@ -54,7 +54,7 @@ TEST_F(PhotometricLights, StraightFromTheFile_NadirIsZ_C0IsX_C90IsMinusY) {
 }
 
 TEST_F(PhotometricLights, HungUnderACeiling_NadirIsDown) {
-    // As the documentation hangs a lamp where y is up: z is turned to -y, C90 to -z.
+    // The lamp hangs as in the documentation for y up: z is rotated to -y, C90 to -z.
     const SceneParts parts = parts_of_world("Translate 1 3 0 Rotate 90 1 0 0 " + lamp("odd.ies"));
     const Light& light = *parts.lights.at(0);
     const V3f at = V3f(V3d(1, 3, 0) - parts.origin);

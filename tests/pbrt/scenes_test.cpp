@@ -1,5 +1,4 @@
-// The scenes that come with the project, read and built; those with a closed form have theirs tested in
-// closed_form/.
+// Reads and builds the project's own scenes; closed_form/ tests those with a closed form.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +24,7 @@ std::string text_of(const std::filesystem::path& file) {
     return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-// Whether another file of its folder includes it, as a world that scenes share.
+// Returns whether another file of its folder includes it, as a world that several scenes share.
 bool is_included(const std::filesystem::path& file) {
     const std::string directive = "Include \"" + file.filename().string() + "\"";
     for (const auto& entry : std::filesystem::directory_iterator(file.parent_path())) {
@@ -45,7 +44,7 @@ std::vector<std::filesystem::path> main_files() {
     return files;
 }
 
-// Meshes and pictures that git does not keep: a scene's generator makes them where they are missing.
+// Makes meshes and pictures that git does not track by running the scenes' generators where they are missing.
 void make_what_is_missing() {
     for (const auto& folder : {kScenes, kScenes / "lamps"}) {
         for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -60,8 +59,8 @@ void make_what_is_missing() {
     }
 }
 
-// Lights of which each kind may count in a unit of its own: those of pbrt's kinds in W, unless the scene says
-// otherwise, a measured lamp in that of its file.
+// The numbers of lights whose kinds may have units of their own: pbrt's kinds are in W unless the scene
+// states a unit, a measured lamp in that of its file.
 struct OwnUnits {
     std::size_t measured = 0, others = 0;
 };
@@ -77,7 +76,8 @@ OwnUnits own_units(const Draft& draft) {
     return own;
 }
 
-// Without a look at the lamps' files: a scene with a measured lamp and another light states its unit.
+// Requires a scene with a measured lamp and another light to state its unit, without reading the lamps'
+// files.
 void is_of_one_unit(const Draft& draft, const std::filesystem::path& file) {
     if (draft.unit) return;
     const OwnUnits own = own_units(draft);
@@ -95,7 +95,7 @@ void read_without_a_warning(const std::filesystem::path& file) {
     EXPECT_TRUE(std::filesystem::exists(file.parent_path() / "README.md")) << file;
 }
 
-// A run of CI: the generators take half a minute.
+// Runs in CI only, because the generators take half a minute.
 TEST(ScenesWithTheirMeshes, All_AreReadWithoutAWarning) {
     make_what_is_missing();
     const auto files = main_files();
@@ -154,7 +154,7 @@ TEST(Scenes, OfOtherPeople_AreReadAsTheyStand) {
             continue;
         RecordingMonitor monitor;
         SceneOverrides overrides;
-        overrides.skip_missing = true;  // one of them has lost its mesh
+        overrides.skip_missing = true;  // the mesh of one of them is missing
         EXPECT_NO_THROW(
             assemble(read_draft(text_of(entry.path()), entry.path(), overrides, monitor), {2}, monitor))
             << entry.path();
@@ -170,7 +170,7 @@ TEST(Scenes, ReferencesScene_IsOurCornell) {
     const Draft a = read_draft(text_of(path), path, {}, monitor),
                 b = read_draft(text_of(ours), ours, {}, monitor);
     ASSERT_EQ(a.meshes.size(), b.meshes.size());
-    for (const DraftMesh& mesh : a.meshes) {  // in whatever order
+    for (const DraftMesh& mesh : a.meshes) {  // in any order
         EXPECT_TRUE(std::ranges::any_of(b.meshes, [&](const DraftMesh& other) { return other.p == mesh.p; }));
     }
     EXPECT_EQ(a.camera.world_from_camera, b.camera.world_from_camera);

@@ -1,4 +1,4 @@
-// Shapes: what is read, which side is out, and what is refused.
+// Shapes: how they are read, which side is outside, and what is refused.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,14 +16,14 @@ using ::testing::HasSubstr;
 
 constexpr std::string_view kTriangle = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0]";
 
-// The geometric normal by mesh.h's own convention.
+// Returns the geometric normal by mesh.h's convention.
 V3d normal_of(const DraftMesh& mesh) {
     const V3i& t = mesh.triangles.at(0);
     const V3d cross = (mesh.p[t.y] - mesh.p[t.x]).cross(mesh.p[t.z] - mesh.p[t.x]).normalized();
     return mesh.traits.reverse_orientation ? -cross : cross;
 }
 
-// The same for mesh.h's quadrics, at the object-space point whose outward normal is n.
+// Returns the normal of mesh.h's quadrics at the object-space point whose outward normal is n.
 V3d normal_of(const Quadric& quadric, const V3d& n) {
     const V3d moved = transform_normal(inverse(quadric.world_from_object).value(), n).normalized();
     return quadric.traits.reverse_orientation ? -moved : moved;
@@ -45,7 +45,8 @@ TEST(Shapes, TriangleNormal_IsPbrtsInEveryTurn) {
     for (const Turn& turn : kTurns) {
         const Read read = read_world(turn.directives + std::string(kTriangle));
         const DraftMesh& mesh = read.draft.meshes.at(0);
-        // pbrt: the cross product of the world-space edges, flipped where one of the two is true.
+        // pbrt takes the cross product of the world-space edges and flips it if exactly one of the two flags
+        // is true.
         const V3d cross = (mesh.p[1] - mesh.p[0]).cross(mesh.p[2] - mesh.p[0]).normalized();
         const V3d expected = turn.reverse != turn.mirror ? -cross : cross;
         EXPECT_EQ(normal_of(mesh), expected) << turn.directives;
@@ -53,15 +54,16 @@ TEST(Shapes, TriangleNormal_IsPbrtsInEveryTurn) {
 }
 
 TEST(Shapes, TriangleUnderMirror_KeepsItsOwnSide) {
-    // (0,0,1) in object space is (0,0,-1) after Scale 1 1 -1: the surface is mirrored with its outside.
+    // (0,0,1) in object space is (0,0,-1) after Scale 1 1 -1: the surface is mirrored together with its
+    // outside.
     EXPECT_EQ(normal_of(read_world("Scale 1 1 -1 " + std::string(kTriangle)).draft.meshes.at(0)),
               V3d(0, 0, -1));
     EXPECT_EQ(normal_of(read_world("Scale -1 1 1 " + std::string(kTriangle)).draft.meshes.at(0)),
               V3d(0, 0, 1));
 }
 
-// As pbrt samples them as lights: the transformation carries the outside along, and ReverseOrientation flips
-// it.
+// As pbrt samples quadrics as lights, the transformation carries the outside along, and ReverseOrientation
+// flips it.
 TEST(Shapes, QuadricNormal_IsCarriedAlongInEveryTurn) {
     for (const Turn& turn : kTurns) {
         const std::string text(turn.directives);
@@ -265,7 +267,7 @@ TEST(Shapes, OtherNames_AreToldFromUnknownOnes) {
 }
 
 TEST(Shapes, FarScene_KeepsItsShapeToFloatAccuracy) {
-    // 0.1 at a distance of 1e7: in plain floats the step would be 1.
+    // The offset is 0.1 at a distance of 1e7, where floats have a spacing of 1.
     const auto scene = [](const std::string& move) {
         return parts_of_world(
             move + "LightSource \"point\" \"point3 from\" [0.3 0.4 0.5]" +

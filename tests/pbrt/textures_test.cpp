@@ -62,7 +62,7 @@ TEST(Textures, Imagemap_IsReadFromTheScenesFolder) {
                 HasSubstr("scene.pbrt:2:35: no.png: "));
 }
 
-// A texture of numbers, seen as the amount of a mix of black and white.
+// Returns a float texture as the amount of a mix of black and white.
 RgbTexture number(const std::string& kind_and_parameters, const std::string& before = "") {
     return color("\"mix\" \"texture amount\" \"f\"",
                  before + " Texture \"f\" \"float\" " + kind_and_parameters);

@@ -13,7 +13,7 @@ namespace transforms_test {
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
 
-// Where a point of object space comes to lie under the directives.
+// Returns the world-space position of an object-space point under the directives.
 V3d placed(const std::string& directives, const V3d& p) {
     const std::string text = directives + fmt::format(
                                               " Shape \"trianglemesh\" \"point3 P\" [{:.17g} {:.17g} {:.17g} "
@@ -52,7 +52,8 @@ TEST(Transforms, SixteenNumbers_AreColumns) {
 }
 
 TEST(Transforms, LookAt_TakesTheWorldToTheCamera) {
-    // Left-handed: x right, y up, z forward. From (1,2,3) along +x with z up, right is up × forward = +y.
+    // The camera is left-handed: x right, y up, z forward. From (1,2,3) along +x with z up, right is up ×
+    // forward = +y.
     const std::string view = "LookAt 1 2 3  5 2 3  0 0 1";
     expect_near(placed(view, {1, 2, 3}), {0, 0, 0});
     expect_near(placed(view, {5, 2, 3}), {0, 0, 4});
@@ -118,7 +119,7 @@ RC_GTEST_PROP(Transforms, Normal_StaysPerpendicularUnderAnyMap, (const std::arra
     const V3d a = transform_vector(m, tangent), b = transform_vector(m, other);
     RC_ASSERT(std::fabs(moved.dot(a)) <= 1e-9 * moved.length() * a.length());
     RC_ASSERT(std::fabs(moved.dot(b)) <= 1e-9 * moved.length() * b.length());
-    // The cross product of moved tangents turns round exactly where the map mirrors.
+    // The cross product of transformed tangents reverses exactly where the map mirrors.
     RC_ASSERT((a.cross(b).dot(moved) < 0) == swaps_handedness(m));
 }
 

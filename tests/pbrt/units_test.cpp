@@ -1,5 +1,5 @@
-// The unit that a scene states for all of its light: what its numbers then mean, in lx, cd/m² and lm; what
-// is converted, and what is refused.
+// The unit that a scene states for all of its light: the meaning of its numbers in lx, cd/m² and lm, the
+// conversions, and what is refused.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ constexpr double kV[] = {0.000039, 0.00012, 0.000396, 0.00121, 0.004,   0.0116, 
                          0.000249, 0.00012, 0.00006,  0.00003, 0.000015};
 constexpr double kStep = 10, kFrom = 380;
 
-// 683 lm/W ∫ s V dλ by the trapezoidal rule, as the abridged table is meant to be used.
+// Returns 683 lm/W ∫ s V dλ by the trapezoidal rule, which the abridged table is intended for.
 template <typename Spectrum>
 double luminance_of(const Spectrum& per_nanometre) {
     double sum = 0, nm = kFrom;
@@ -51,7 +51,7 @@ double luminance_of(const Spectrum& per_nanometre) {
     return 683 * sum;
 }
 
-// Planck's law, W/(m² sr nm), from h, c and k.
+// Returns Planck's law in W/(m² sr nm), from h, c and k.
 double planck(double kelvin, double nm) {
     constexpr double h = 6.62607015e-34, c = 299792458, k = 1.380649e-23;
     const double m = nm * 1e-9;
@@ -64,7 +64,7 @@ std::string samples_of_planck(double kelvin) {
     return text;
 }
 
-// ---- a meter in the origin, facing +z
+// ---- a meter at the origin, facing +z
 
 struct Method {
     const char* integrator;
@@ -93,7 +93,7 @@ Job meter_job(const std::string& lights, const Method& method, std::string_view 
     return read_scene_text(text, "scene.pbrt", overrides, {1}, monitor);
 }
 
-// E, and that the image says lx.
+// Returns the illuminance E and checks that the image states lx.
 double lux(const std::string& lights, const Method& method = kMethods[0]) {
     Monitor silent;
     const RenderResult result = render(meter_job(lights, method, kPhotometric), {3, Workers{1}}, silent);
@@ -112,17 +112,17 @@ TEST(PhotometricScene, DiscOfLuminanceL_LightsThePlaneByPiLSin2) {
         const double e = lux(fmt::format(fmt::runtime(disc), "\"rgb L\" [5000 5000 5000]"), method);
         EXPECT_NEAR(e / (M_PI * kLuminance * sin2), 1, 0.01) << method.integrator;
     }
-    // Lumens of a Lambertian disc: Φ = π L A, so E = Φ sin²/A.
+    // A Lambertian disc has Φ = π L A, so E = Φ sin²/A.
     const double of_power = lux(fmt::format(fmt::runtime(disc), "\"blackbody L\" 3000 \"float power\" 800"));
     EXPECT_NEAR(of_power / (800 * sin2 / (M_PI * kRadius * kRadius)), 1, 0.01);
-    // The luminance of a colour is Y, whatever the colour.
+    // The luminance of a colour is its Y.
     const double of_colour = lux(fmt::format(fmt::runtime(disc), "\"rgb L\" [9000 2000 700]"));
     const double y = 0.212671 * 9000 + 0.715160 * 2000 + 0.072169 * 700;
     EXPECT_NEAR(of_colour / (M_PI * y * sin2), 1, 0.01);
 }
 
 TEST(PhotometricScene, PointOfCandela_LightsByICosOverD2) {
-    // At (0.6, 0, 0.8): a metre away, cos 0.8.
+    // The light at (0.6, 0, 0.8) is a metre away, at cos 0.8.
     const std::string from = " \"point3 from\" [0.6 0 0.8] ";
     for (const Method& method : kMethods) {
         EXPECT_NEAR(lux("LightSource \"point\" \"rgb I\" [250 250 250]" + from, method) / (250 * 0.8), 1,
@@ -144,7 +144,7 @@ TEST(PhotometricScene, Sky_LightsByPiL_AndIlluminanceIsInLux) {
             << method.integrator;
     }
     EXPECT_NEAR(lux("LightSource \"infinite\" \"float illuminance\" 12000") / 12000, 1, 0.01);
-    // A sun that faces the meter's plane at cos 0.8.
+    // The sun's direction is at cos 0.8 to the meter's normal.
     const std::string sun = "LightSource \"distant\" \"point3 from\" [0.6 0 0.8] \"point3 to\" [0 0 0] ";
     EXPECT_NEAR(lux(sun + "\"blackbody L\" 5800 \"float illuminance\" 100000") / 80000, 1, 1e-3);
     EXPECT_NEAR(lux(sun + "\"rgb L\" [100000 100000 100000]") / 80000, 1, 1e-3) << "L is lx, facing it";
@@ -160,16 +160,16 @@ double candela(const std::string& colour, std::string_view unit = kPhotometric) 
     return power_of("LightSource \"point\" \"" + colour, unit) / (4 * M_PI);
 }
 
-// The engine's table is of 1 nm; the abridged one is good to some 1e-4 of smooth spectra.
+// The engine's table has steps of 1 nm; the abridged one is accurate to some 1e-4 for smooth spectra.
 TEST(PhotometricSpectra, OfSamples_AreWattsAsTheEyeSeesThem) {
     for (const double kelvin : {2041.4, 2856.0, 6500.0}) {
         const double expected = luminance_of([&](double nm) { return planck(kelvin, nm); });
         EXPECT_NEAR(candela("spectrum I\" [" + samples_of_planck(kelvin) + "]") / expected, 1, 5e-4)
             << kelvin;
     }
-    // The candela was once defined by this: a black body at platinum's freezing point has 60 cd/cm².
+    // The former definition of the candela: a black body at platinum's freezing point has 60 cd/cm².
     EXPECT_NEAR(luminance_of([](double nm) { return planck(2041.4, nm); }) / 600'000, 1, 0.01);
-    // A line of 1 W/sr at 555 nm, and an even spectrum of 1 W/(sr nm).
+    // Tests a line of 1 W/sr at 555 nm and an equal-energy spectrum of 1 W/(sr nm).
     EXPECT_NEAR(candela("spectrum I\" [554 0 555 1 556 0]"), 683, 0.5);
     EXPECT_NEAR(candela("spectrum I\" [360 1 830 1]") / luminance_of([](double) { return 1.0; }), 1, 2e-4);
     const TemporaryFolder folder;
@@ -177,7 +177,7 @@ TEST(PhotometricSpectra, OfSamples_AreWattsAsTheEyeSeesThem) {
     EXPECT_NEAR(candela("spectrum I\" \"" + (folder / "lamp.spd").string() + "\"") /
                     luminance_of([&](double nm) { return planck(2856, nm); }),
                 1, 5e-4);
-    // Their strength set by something else: the spectrum is a colour.
+    // If another parameter sets the strength, the spectrum is only a colour.
     EXPECT_NEAR(power_of("LightSource \"point\" \"spectrum I\" [400 5 700 5] \"float power\" 60"), 60, 1e-3);
 }
 
@@ -188,8 +188,8 @@ TEST(PhotometricSpectra, WithoutAScaleOfTheirOwn_HaveLuminanceScale) {
           "spectrum I\" \"stdillum-F11\" \"float scale\" 40", "rgb I\" [40 40 40]"}) {
         EXPECT_NEAR(candela(colour) / 40, 1, 1e-4) << colour;
     }
-    // The colour is that of the same integral: red over green of a blackbody by x̄, ȳ and z̄ is colour_of()'s
-    // matter; here that a photometric scene leaves it alone.
+    // The colour is that of the same integral. The test of colour_of() covers its ratios; here a photometric
+    // scene must not change it.
     const auto colour_of = [](std::string_view unit) {
         const Read read = read_file_text(std::string(unit) + std::string(kHead) +
                                          "LightSource \"point\" \"spectrum I\" [ 400 1 600 3 700 4 ]");
@@ -208,7 +208,7 @@ TEST(RadiometricScene, CountsAsAScenesWithoutAUnit) {
     EXPECT_EQ(candela("spectrum I\" [360 5 830 5]", kRadiometric), candela("rgb I\" [5 5 5]", kRadiometric));
 }
 
-// The image of a scene whose light is given in rgb has the same bits whatever it counts in.
+// The image of a scene whose light is given in rgb has the same bits in every unit.
 TEST(StatedUnit, ChangesNoBitOfWhatNeedsNoConversion) {
     const std::string lights =
         "LightSource \"infinite\" \"rgb L\" [1 2 3] LightSource \"point\" \"rgb I\" [3 2 1] \"point3 from\" "
@@ -240,7 +240,7 @@ TEST(StatedUnit, IsThatOfTheImage_AndTheCommandLineWins) {
     EXPECT_EQ(unit_with("", FluxUnit::lumen), "cd/m^2");
     EXPECT_EQ(unit_with(kRadiometric, FluxUnit::lumen), "cd/m^2");
     EXPECT_EQ(unit_with(kPhotometric, FluxUnit::watt), "W/(m^2 sr)");
-    // What glows alone has no lights to ask.
+    // A scene lit only by a glowing medium has no lights that could state a unit.
     const std::string glow =
         "MakeNamedMedium \"gas\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [1 1 1] \"rgb Le\" [1 1 1]\n"
         "MediumInterface \"gas\" \"\" Material \"interface\" Shape \"sphere\"";
@@ -263,7 +263,7 @@ TEST(StatedUnit, OfAnotherName_OrTooLate_IsRefused) {
                                 std::string(kPhotometric) + head),
                 HasSubstr("put it before MakeNamedMedium"));
     EXPECT_THAT(read_file_text(std::string(kPhotometric) + head).warnings, IsEmpty());
-    // It holds for all frames of a file.
+    // The unit holds for all frames of a file.
     RecordingMonitor monitor;
     const SceneOverrides none;
     const Workers workers{1};
@@ -351,7 +351,7 @@ TEST_F(LampsOfAUnit, ThatKnowTheirEfficacy_NeedNone_AndTheScenesWins) {
     const double w = power_of(lamp("lightfield", "known.exr"), "");
     EXPECT_NEAR(power_of(lamp("lightfield", "known.exr")) / (310 * w), 1, 1e-6);
     EXPECT_NEAR(power_of(lamp("lightfield", "known.exr", "\"float efficacy\" 200")) / (200 * w), 1, 1e-6);
-    // On a shape, too.
+    // The unit is checked for a lamp on a shape too.
     const std::string on =
         fmt::format("AreaLightSource \"lightfield\" \"string filename\" \"{}\" Shape \"sphere\"",
                     (folder / "known.exr").string());

@@ -1,5 +1,5 @@
-// An area light on a shape that lets all rays pass (alpha 0): every method shows its light, and none shows
-// it.
+// An area light on a shape that all rays pass (alpha 0): its light arrives by every method, and the light
+// itself is invisible.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +35,8 @@ std::vector<Method> methods() {
             {"progressive", "progressive", {{"photons", "5000"}}}};
 }
 
-// A panel over a floor of some gloss, two wide, one above it, that shines down; `look`: what the camera sees.
+// Returns a panel that shines down on a somewhat glossy floor, two wide, one above it; `look` is the camera's
+// LookAt.
 std::string panel(const std::string& look, const std::string& material, const std::string& more) {
     return look +
            "Camera \"perspective\" \"float fov\" 40\n"
@@ -51,7 +52,7 @@ std::string panel(const std::string& look, const std::string& material, const st
 constexpr const char* kAtTheFloor = "LookAt 0 0.9 -3  0 0 -1  0 1 0\n";
 constexpr const char* kAtThePanel = "LookAt 0 0.1 0  0 1 0  0 0 1\n";
 constexpr const char* kMatt = "Material \"diffuse\" \"rgb reflectance\" [ 0.5 0.5 0.5 ]";
-// Directions that its own lobe draws would meet the panel: their share of the light must not be missing.
+// Directions sampled from the glossy lobe would hit the panel; that share of the light must not be lost.
 constexpr const char* kGloss =
     "Material \"conductor\" \"rgb reflectance\" [ 0.8 0.8 0.8 ] \"float roughness\" 0.3";
 
@@ -78,7 +79,7 @@ class UnseenLight : public ::testing::TestWithParam<Method> {
 
 TEST_P(UnseenLight, LightsAsTheSeenOneDoes) {
     for (const char* material : {kMatt, kGloss}) {
-        // Photons are not gathered on gloss.
+        // Photons are not gathered on glossy surfaces.
         if (GetParam().name == "map" && material == kGloss) continue;
         const double seen = mean(panel(kAtTheFloor, material, ""));
         ASSERT_GT(seen, 0.01);

@@ -1,5 +1,4 @@
-// Renders in wider spaces than sRGB: light keeps its luminance, and colours that sRGB does not hold stay what
-// they are.
+// Renders in wider spaces than sRGB: light keeps its luminance, and colours outside sRGB stay unchanged.
 #include "engine/colour/working_space.h"
 
 #include <gmock/gmock.h>
@@ -70,7 +69,7 @@ Image rendered(const std::string& text, const Method& method, const WorkingSpace
     return render(job_of(text, method, colours, folder), options, monitor).image;
 }
 
-// CIE XYZ of an image's mean.
+// Returns the CIE XYZ of an image's mean.
 V3d mean_xyz(const Image& image) {
     V3d sum(0);
     for (int y = 0; y < image.height; ++y) {
@@ -80,7 +79,7 @@ V3d mean_xyz(const Image& image) {
     return of.to_xyz(sum / (image.width * image.height));
 }
 
-// In the diagram of u' and v'.
+// Returns the distance in the diagram of u' and v'.
 double off_in_colour(const V3d& a, const V3d& b) {
     const Chromaticity p = chromaticity(a), q = chromaticity(b);
     return std::hypot(p.u - q.u, p.v - q.v);
@@ -108,8 +107,8 @@ Translate 0.3 -0.6 0.2
 Shape "sphere" "float radius" 0.35
 )";
 
-// Grey surfaces and white light are alike in every space, pixel by pixel, whatever the method: up to
-// float32's rounding of the light's factors per channel, which many sums carry on.
+// Grey surfaces and white light give the same image in every space, pixel by pixel and by every method, up to
+// float32's rounding of the light's factors per channel, which accumulates over many sums.
 TEST(WorkingSpaces, GreyRoom_IsTheSameImageByEveryMethod) {
     const TemporaryFolder folder;
     for (const Method& method : kMethods) {
@@ -133,7 +132,7 @@ TEST(WorkingSpaces, GreyRoom_IsTheSameImageByEveryMethod) {
     }
 }
 
-// A white patch that fills the view, lit by what `light` says.
+// Returns a white patch that fills the view, lit by `light`.
 std::string patch_under(const std::string& light) {
     return R"(LookAt 0 0 -2  0 0 0  0 1 0
 Camera "perspective" "float fov" 20
@@ -144,9 +143,9 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point3 P" [-4 -4 0  4 -4 0
 )" + light;
 }
 
-// Photometric quantities that a scene asks for are had in every space: a patch of reflectance 0.8 under
-// E lux has the luminance 0.8 E / π, one under a point of Φ lm has 0.8 Φ / (4 π² r²). With Rec. 709's weights
-// for the numbers of the wide spaces the green light below is off by 5 % and more.
+// The photometric quantities that a scene asks for hold in every space: a patch of reflectance 0.8 under E
+// lux has the luminance 0.8 E / π, one under a point of Φ lm has 0.8 Φ / (4 π² r²). Rec. 709's weights
+// applied to the wide spaces' numbers would make the green light below wrong by 5 % or more.
 TEST(WorkingSpaces, IlluminanceAndPower_AreThoseAskedFor) {
     const TemporaryFolder folder;
     const std::string colour = "ColorSpace \"acescg\" ";
@@ -163,10 +162,10 @@ TEST(WorkingSpaces, IlluminanceAndPower_AreThoseAskedFor) {
             EXPECT_NEAR(luminance_of(distant), 0.8 * 100 / M_PI, 1e-3) << name << rgb;
             const std::string sky =
                 fmt::format("LightSource \"infinite\" \"rgb L\" {} \"float illuminance\" 100", rgb);
-            // A sample under the sky is off by 13 % (as its variance channels say), their mean over 12 x 9 x
-            // 256 pixels and samples by 0.08 %: four of that.
+            // A sample under the sky has a deviation of 13 % (by the variance channels), the mean over 12 x 9
+            // x 256 pixels and samples 0.08 %; the tolerance is four of these.
             EXPECT_NEAR(luminance_of(sky, 256), 0.8 * 100 / M_PI, 4 * 8e-4 * 0.8 * 100 / M_PI) << name << rgb;
-            // So far away that the patch is lit evenly.
+            // The light is so distant that it lights the patch evenly.
             const std::string point = fmt::format(
                 "LightSource \"point\" \"rgb I\" {} \"float power\" 1e8 \"point3 from\" [0 0 -1000]", rgb);
             EXPECT_NEAR(luminance_of(point), 0.8 * 1e8 / (4 * M_PI * M_PI * 1e6), 1e-3) << name << rgb;
@@ -174,7 +173,7 @@ TEST(WorkingSpaces, IlluminanceAndPower_AreThoseAskedFor) {
     }
 }
 
-// Light of all spellings has the luminance and the colour that were asked for, where the space holds it.
+// Light in every spelling has the requested luminance and colour, if the space contains it.
 TEST(WorkingSpaces, Spellings_KeepTheirColour) {
     const TemporaryFolder folder;
     for (const std::string_view name : {"srgb", "rec2020", "acescg"}) {
@@ -194,7 +193,7 @@ TEST(WorkingSpaces, Spellings_KeepTheirColour) {
     }
 }
 
-// A lamp of rays of one colour, all of them towards the patch.
+// Returns a lamp of rays of one colour, all of them towards the patch.
 RaySet green_rays(const V3d& xyz) {
     RaySet set;
     set.unit = FluxUnit::lumen;
@@ -210,15 +209,15 @@ RaySet green_rays(const V3d& xyz) {
     return set;
 }
 
-// XYZ of a light around 535 nm, 25 nm wide, as of a green LED's chip.
+// Returns the XYZ of a light around 535 nm, 25 nm wide, like that of a green LED chip.
 V3d chip_xyz() {
     Spectrum spectrum;
     for (double nm = 430; nm <= 640; nm += 1) spectrum.push_back({nm, std::exp(-sqr((nm - 535) / 15))});
     return spectrum_to_xyz(spectrum);
 }
 
-// What the rays carry arrives: light of a chip that sRGB does not hold has its own chromaticity on a white
-// patch in the wide spaces. In sRGB it is mixed with grey.
+// The rays' colour is preserved: in the wide spaces a white patch shows the chromaticity of a chip that is
+// outside sRGB. In sRGB it is mixed with grey.
 TEST(WorkingSpaces, GreenChipOnAWhitePatch_HasTheColourOfItsRays) {
     const V3d chip = chip_xyz();
     ASSERT_FALSE(space("srgb").holds(chip));
@@ -245,7 +244,7 @@ TEST(WorkingSpaces, GreenChipOnAWhitePatch_HasTheColourOfItsRays) {
     }
 }
 
-// Of a luminaire that is traced: flux in lm, and colour of its rays.
+// A traced luminaire has the flux in lm and the colour of its rays.
 TEST(WorkingSpaces, TracedLuminaire_HasTheFluxOfSrgb) {
     const TemporaryFolder folder;
     const std::string text = R"(Camera "perspective" Film "rgb" WorldBegin
@@ -287,7 +286,7 @@ TEST(WorkingSpaces, ColorSpaceBeforeFilm_ChoosesThatOfTheRender) {
         HasSubstr("put it before MakeNamedMedium"));
 }
 
-// A surface's numbers in the render's own space are taken as they stand.
+// A surface's numbers in the render's own space are used unchanged.
 TEST(WorkingSpaces, NumbersOfTheRendersSpace_AreNotChanged) {
     const TemporaryFolder folder;
     const std::string text = patch_under(
@@ -321,7 +320,7 @@ TEST(WorkingSpaces, ImageFile_StatesItsChromaticitiesAndIsBroughtToSrgb) {
     EXPECT_EQ(read_exr(folder / "plain.exr").data, wide.data);
 }
 
-// A picture is of sRGB: colours outside are mixed with grey of their luminance, none is clipped.
+// A picture is in sRGB: colours outside are mixed with grey of their luminance, and none is clipped.
 TEST(WorkingSpaces, BroughtToSrgbAndHeld_KeepTheirLuminance) {
     Image wide = Image::rgb(1, 1);
     wide.set_rgb(0, 0, Rgb(0, 0.5F, 0));
@@ -332,7 +331,7 @@ TEST(WorkingSpaces, BroughtToSrgbAndHeld_KeepTheirLuminance) {
     EXPECT_GT(shown.y, 2 * shown.x);
 }
 
-// Textures of OpenEXR are in the chromaticities that they state, in any space of the render; normals are no
+// OpenEXR textures are in the chromaticities that they state, in any space of the render; normals are not
 // colours.
 TEST(WorkingSpaces, Textures_AreBroughtFromTheirChromaticities) {
     const TemporaryFolder folder;
@@ -359,14 +358,14 @@ TEST(WorkingSpaces, Textures_AreBroughtFromTheirChromaticities) {
 
 TEST(WorkingSpaces, UnnamedChromaticities_AreConvertedAndSenselessOnesRefused) {
     Chromaticities own = find_colour_space("dci-p3")->chromaticities;
-    own[6] = 0.314F, own[7] = 0.351F;  // the cinema's white
+    own[6] = 0.314F, own[7] = 0.351F;  // the white point of digital cinema
     const auto space_of_its_own = colour_space_of(own);
     ASSERT_TRUE(space_of_its_own.has_value());
     EXPECT_TRUE(space_of_its_own->name.empty());
     EXPECT_NEAR((space_of_its_own->to_xyz(V3d(1)) - kWhiteXyz).length(), 0, 1e-6);
     EXPECT_EQ(colour_space_of(find_colour_space("srgb")->chromaticities)->name, "srgb");
     Chromaticities line = own;
-    line[4] = line[0], line[5] = line[1];  // blue is red
+    line[4] = line[0], line[5] = line[1];  // blue has the primary of red
     EXPECT_FALSE(colour_space_of(line).has_value());
     own[1] = 0;
     EXPECT_FALSE(colour_space_of(own).has_value());

@@ -1,6 +1,6 @@
-// Whether the interval of an illuminance holds it as often as it says, in rooms as people have them: mean
-// illuminance of a square metre of floor, beside light paths from the lamps that are counted where they
-// arrive.
+// Tests whether the interval of an illuminance covers the truth as often as stated, in realistic rooms. The
+// measured quantity is the mean illuminance of a square metre of floor; the truth comes from light paths of
+// the lamps that are counted where they arrive.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,8 +22,8 @@ namespace coverage_test {
 
 using namespace lucerna::testing;
 
-// Rooms are 4 m x 4 m x 2.6 m from the origin, z up. The square of the floor that is measured begins at
-// (kFrom, kFrom).
+// Rooms are 4 m x 4 m x 2.6 m from the origin, z up. The measured square of the floor begins at (kFrom,
+// kFrom).
 constexpr double kFrom = 1.5;
 constexpr int kPoints = 5;
 
@@ -33,7 +33,7 @@ std::string quad(const std::string& corners) {
 std::string white(double reflectance) {
     return fmt::format("Material \"diffuse\" \"rgb reflectance\" [{0} {0} {0}]\n", reflectance);
 }
-// All but the wall x = 4.
+// Returns all walls but x = 4.
 std::string walls() {
     return white(0.3) + quad("0 0 0  4 0 0  0 4 0  4 4 0") + white(0.7) +
            quad("0 0 2.6  0 4 2.6  4 0 2.6  4 4 2.6") + white(0.5) + quad("0 0 0  0 4 0  0 0 2.6  0 4 2.6") +
@@ -91,7 +91,7 @@ Job job_of(const Room& room) {
         "scene.pbrt", {}, Workers{2}, silent);
 }
 
-// What light paths bring to the square.
+// Counts the flux that light paths bring to the square.
 struct Count : LightPathVisitor {
     V3d origin{0, 0, 0};
     double flux = 0;
@@ -120,16 +120,16 @@ RunningStats counted(const Room& room, std::int64_t paths_of_run) {
     return stats;
 }
 
-// Readings of many seeds. Light paths that are counted know the truth less well than one reading does. So two
-// questions are asked: whether each interval holds the mean of all readings, and whether that is the truth as
-// well as it is known. Both hold only where intervals hold the truth.
+// Readings of many seeds. The counted light paths know the truth less precisely than one reading does, so two
+// questions are asked: whether each interval covers the mean of all readings, and whether that mean agrees
+// with the truth as well as it is known. Both hold only if the intervals cover the truth.
 struct Coverage {
     std::vector<Reading95> readings;
     RunningStats means;
     int warned = 0;
 
     int seeds() const { return static_cast<int>(readings.size()); }
-    // Intervals `share` as wide as stated that hold the mean of all.
+    // Counts the intervals, scaled by `share`, that cover the mean of all readings.
     int held(double share = 1) const {
         return static_cast<int>(std::count_if(readings.begin(), readings.end(), [&](const Reading95& r) {
             return std::fabs(r.value - means.mean()) <= share * r.half_width;
@@ -170,7 +170,7 @@ Coverage coverage_of(const Room& room, int seeds) {
     return coverage;
 }
 
-// So few are held by intervals of 95 % less than once in 1/kFalseAlarm tries.
+// Returns whether 95 % intervals would cover this few readings with a probability below kFalseAlarm.
 bool too_few(int held, int of) {
     return cdf(boost::math::binomial(of, 0.95), held) < kFalseAlarm;
 }
@@ -184,7 +184,8 @@ std::string told(const Room& room, const Coverage& coverage, const RunningStats&
         kStandardErrors95 * truth.standard_error(), coverage.warned);
 }
 
-// Where a table, a partition or a lens shows small lamps to the floor, paths from it meet them seldom.
+// Where a table, a partition or a lens hides small lamps from most of the floor, paths from the floor rarely
+// meet them.
 TEST(LuxCoverage, WhereLampsAreMetSeldom_IsAsStated) {
     constexpr int kSeeds = 12;
     for (const Room& room : rooms()) {

@@ -1,4 +1,4 @@
-// DGP against its formula, for a sky seen through a hole and for a sun, whose luminance, solid angle and
+// Compares DGP with its formula for a sky seen through a hole and for a sun, whose luminance, solid angle and
 // illuminance have closed forms.
 #include "engine/photometry/daylight_glare.h"
 
@@ -35,8 +35,8 @@ GlareReport rate(const std::string& world, double threshold = 5) {
     return glare_at(std::vector{kObserver}, job_of(world), options, silent)[0];
 }
 
-// A black screen before the eye with a round hole towards a sky of luminance `l`, so many degrees above the
-// line of sight; the hole subtends `radius` degrees around its middle.
+// Returns a black screen in front of the eye with a round hole towards a sky of luminance `l`, `above`
+// degrees above the line of sight; the hole subtends `radius` degrees around its centre.
 std::string hole(double l, double above, double radius, const std::string& screen = "0 0 0") {
     return fmt::format(
         "LightSource \"infinite\" \"rgb L\" [{0} {0} {0}]\n"
@@ -53,7 +53,7 @@ TEST(DaylightGlare, OfTheSkyThroughAHole_IsTheFormula) {
         ASSERT_TRUE(report.daylight);
         const DaylightGlare& glare = *report.daylight;
         const double solid_angle = 2 * kPiD * (1 - std::cos(kRadius * kDegree));
-        // Along the edge of the hemisphere, and beyond the turned screen's, sky is seen, too.
+        // The sky is also visible along the edge of the hemisphere and beyond the edge of the turned screen.
         std::vector<DaylightSource> ahead;
         for (const DaylightSource& source : glare.sources) {
             if (std::acos(double{source.towards.z}) < 55 * kDegree) ahead.push_back(source);
@@ -64,7 +64,7 @@ TEST(DaylightGlare, OfTheSkyThroughAHole_IsTheFormula) {
             flux += source.solid_angle * source.luminance.value;
             EXPECT_NEAR(source.position, position_index(0, above), 0.15 * position_index(0, above));
         }
-        // Pixels on the edge count whole.
+        // Pixels on the edge count completely, so the solid angle is too large.
         EXPECT_NEAR(seen, solid_angle, 0.08 * solid_angle);
         EXPECT_NEAR(flux, kL * solid_angle, 0.01 * kL * solid_angle);
         if (above > 0) {
@@ -82,7 +82,7 @@ TEST(DaylightGlare, OfTheSkyThroughAHole_IsTheFormula) {
     }
 }
 
-// A sun of 60 000 lx seen 20 degrees above the line of sight by an eye that sees nothing else.
+// A sun of 60 000 lx is seen 20 degrees above the line of sight by an eye that sees nothing else.
 TEST(DaylightGlare, OfTheSun_IsOfItsDisc) {
     constexpr double kE = 60000, kAbove = 20;
     const std::string sun = fmt::format(
@@ -101,7 +101,7 @@ TEST(DaylightGlare, OfTheSun_IsOfItsDisc) {
     const double dgp =
         5.87e-5 * e + 9.18e-2 * std::log10(1 + kE * kE / 6.80e-5 / (std::pow(e, 1.87) * p * p)) + 0.16;
     EXPECT_NEAR(report.daylight->dgp.value, dgp, 1e-3);
-    // Hidden by a disc before the eye.
+    // A disc in front of the eye hides the sun.
     EXPECT_TRUE(rate(sun + "1" + disc).daylight->sources.empty());
 }
 
@@ -129,7 +129,7 @@ TEST(DaylightGlare, WithLampsAlone_IsNotRated) {
     EXPECT_FALSE(rate(lamp).daylight);
 }
 
-// A view of one even luminance with much noise, as a picture of few samples has.
+// Returns a view of uniform luminance with strong noise, as in a picture of few samples.
 LuminanceView noisy_view(double luminance, double relative_noise, int pixels, std::uint64_t seed) {
     LuminanceView view;
     view.pixels = pixels;
@@ -138,7 +138,7 @@ LuminanceView noisy_view(double luminance, double relative_noise, int pixels, st
     Sampler sampler(seed, Purpose::test, 0, 0);
     for (auto& half : view.halves) {
         for (std::size_t i = 0; i < count; ++i) {
-            // Exponentially distributed, as bright paths are.
+            // The noise is exponentially distributed, as bright paths are.
             const double noise = -std::log1p(-double{sampler.next()}) - 1;
             half.push_back(static_cast<float>(luminance * (1 + relative_noise * noise)));
         }
@@ -146,8 +146,8 @@ LuminanceView noisy_view(double luminance, double relative_noise, int pixels, st
     return view;
 }
 
-// Noise of the picture does not make it glare more: over many pictures the sum is that of the true
-// luminances, and its interval holds that as often as stated; of many pixels and of few.
+// Noise of the picture must not increase the stated glare: over many pictures the mean sum is that of the
+// true luminances, and its interval covers it as often as stated, for many and for few pixels.
 TEST(DaylightGlare, OfNoisyPictures_IsThatOfTheTrueLuminances) {
     const Job job = job_of("Shape \"sphere\" \"float radius\" 0.1\n");
     for (const int pixels : {4, 40}) {
@@ -182,7 +182,7 @@ TEST(DaylightGlare, OfNoisyPictures_IsThatOfTheTrueLuminances) {
     }
 }
 
-// The sun through a clear pane, and in fog.
+// The sun shines through a clear pane, and in fog.
 TEST(DaylightGlare, OfTheSunThroughAPaneAndFog_IsWeakened) {
     const std::string sun =
         "LightSource \"distant\" \"point3 from\" [0 0 1] \"point3 to\" [0 0 0] \"float illuminance\" 60000\n";
@@ -205,7 +205,7 @@ TEST(DaylightGlare, OfTheSunThroughAPaneAndFog_IsWeakened) {
     EXPECT_NEAR(seen(pane + fog), 60000 * 0.96 / 1.04 * std::exp(-0.4), 60);
 }
 
-// The view of an eye in fog, with the camera outside.
+// The eye looks from within the fog, with the camera outside.
 TEST(DaylightGlare, OfASkyThroughFog_IsWeakenedOnTheWay) {
     const std::string world =
         "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.5 0.5 0.5] \"rgb "
@@ -224,7 +224,8 @@ TEST(DaylightGlare, OfASkyThroughFog_IsWeakenedOnTheWay) {
     EXPECT_NEAR(view.luminance(16 * 32 + 16), 8000 * std::exp(-0.4), 20);
 }
 
-// The intervals of DGP in a white room lit through a hole: noise of the picture and of the illuminance.
+// The intervals of DGP in a white room lit through a hole contain the noise of the picture and of the
+// illuminance.
 TEST(DaylightGlare, Intervals_HoldTheTruthAsOftenAsStated) {
     Job job = job_of(
         "LightSource \"infinite\" \"rgb L\" [8000 8000 8000]\nMaterial \"diffuse\" \"rgb reflectance\" "
@@ -237,7 +238,7 @@ TEST(DaylightGlare, Intervals_HoldTheTruthAsOftenAsStated) {
         options.precision = precision;
         Monitor silent;
         const LuminanceView view = luminance_view(kObserver, job, options, silent);
-        // All that is seen glares: every pixel's noise counts.
+        // Everything in view is a glare source, so every pixel's noise counts.
         return daylight_rating(daylight_glare(view, kObserver, job.scene, 0), {3000, 0});
     };
     const double truth = sum_of(1000, 1e-5).value;
@@ -248,7 +249,7 @@ TEST(DaylightGlare, Intervals_HoldTheTruthAsOftenAsStated) {
         outside += std::fabs(dgp.value - truth) > dgp.half_width;
         outside_of_a_third += std::fabs(dgp.value - truth) > dgp.half_width / 3;
     }
-    // Of 40 with 5 %: more than 7 with a probability of 0.1 %.
+    // With 40 trials of 5 %, more than 7 misses have a probability of 0.1 %.
     EXPECT_LE(outside, 7);
     EXPECT_GT(outside_of_a_third, 7);
 }

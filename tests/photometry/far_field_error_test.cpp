@@ -1,4 +1,4 @@
-// The error of the far field where it is known: next to nothing far from a small lamp.
+// The error of the far field where it is known: nearly zero far from a small lamp.
 #include "engine/photometry/far_field_error.h"
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@
 namespace lucerna {
 namespace far_field_error_test {
 
-// A disc of 3 mm in a field that holds negative coefficients along its edge, and points around its axis.
+// A disc of 3 mm in a field with negative coefficients along its edge, and points around its axis.
 class OfASmallLamp : public ::testing::Test {
   protected:
     testing::TemporaryFolder folder;
@@ -83,12 +83,12 @@ TEST_F(OfASmallLamp, FarAway_IsNoMoreThanTheFloor) {
     EXPECT_LT(far.floor, 0.01);
     EXPECT_LT(std::fabs(far.error.mean.value), far.floor + 2 * far.error.mean.half_width);
     EXPECT_LT(far.error.mean.half_width, 1e-3);
-    // Coefficients as measured are of another radiance than what is rendered.
+    // Unclamped measured coefficients describe another radiance than the rendered one.
     const Found measured = error_at(2, false);
     EXPECT_GT(std::fabs(measured.error.mean.value), far.floor + 4 * measured.error.mean.half_width);
 }
 
-// A disc of radius r on the axis: E = Φ/π / (r² + z²), and so the error is (r/z)².
+// On the axis of a disc of radius r, E = Φ/π / (r² + z²), so the error is (r/z)².
 TEST_F(OfASmallLamp, NearBy_IsItsClosedForm) {
     const double z = 0.02;
     const Found near = error_at(z, true);

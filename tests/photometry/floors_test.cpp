@@ -8,7 +8,7 @@
 namespace lucerna {
 namespace floors_test {
 
-// A box, all faces.
+// Returns all faces of a box.
 std::string box(const V3d& a, const V3d& b) {
     return fmt::format(
         "Shape \"trianglemesh\" \"point3 P\" [{0} {1} {2} {3} {1} {2} {3} {4} {2} {0} {4} {2} {0} {1} {5} "
@@ -27,8 +27,8 @@ std::vector<Floor> floors(const std::string& world, int up = 2) {
 }
 
 TEST(Floors, OfAHouse_AreItsStoreysWithoutFurnitureAndRoof) {
-    // Slabs of 0.3 m at 0, 3 and 6 m, the upper storey half as large; walls; a large table on each floor, and
-    // a cupboard of 2.2 m.
+    // The house has slabs of 0.3 m at 0, 3 and 6 m with an upper storey half as large, walls, a large table
+    // on each floor, and a cupboard of 2.2 m.
     const std::string house = box({100, 50, -0.3}, {110, 58, 0}) + box({100, 50, 2.7}, {110, 58, 3}) +
                               box({100, 50, 5.7}, {105, 58, 6}) + box({100, 50, 0}, {100.2, 58, 2.7}) +
                               box({102, 52, 0.7}, {108, 57, 0.75}) + box({101, 51, 3.7}, {104, 57, 3.75}) +
@@ -37,7 +37,7 @@ TEST(Floors, OfAHouse_AreItsStoreysWithoutFurnitureAndRoof) {
     ASSERT_EQ(found.size(), 2U);
     EXPECT_NEAR(found[0].height, 0, 1e-4);
     EXPECT_NEAR(found[1].height, 3, 1e-4);
-    // It goes on under the wall and the cupboard.
+    // The floor continues under the wall and the cupboard.
     EXPECT_NEAR(found[0].least.x, 100, 1e-3);
     EXPECT_NEAR(found[0].most.x, 110, 1e-3);
     EXPECT_NEAR(found[1].least.x, 100, 1e-3);
@@ -52,7 +52,7 @@ TEST(Floors, OfOneRoomOfSingleFaces_IsItsFloor) {
     };
     ASSERT_EQ(floors(level(0) + level(2.8)).size(), 1U);
     EXPECT_NEAR(floors(level(0) + level(2.8))[0].height, 0, 1e-6);
-    // No room to stand in: what is under the sky.
+    // The lower level leaves no room to stand, so only the one under the sky is a floor.
     ASSERT_EQ(floors(level(0) + level(1.8)).size(), 1U);
     EXPECT_NEAR(floors(level(0) + level(1.8))[0].height, 1.8, 1e-6);
 }

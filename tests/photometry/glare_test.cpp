@@ -1,4 +1,4 @@
-// UGR against its formula, for luminaires whose luminance, solid angle and background have closed forms.
+// Compares UGR with its formula for luminaires whose luminance, solid angle and background have closed forms.
 #include "engine/photometry/glare.h"
 
 #include <fmt/format.h>
@@ -27,8 +27,8 @@ Job job_of(const std::string& world) {
         "scene.pbrt", {}, Workers{2}, silent);
 }
 
-// In an integrating sphere, discs of radius `r` and luminance `l` that face its middle from the distance d,
-// so many degrees above the axis y and turned about it; black behind.
+// A disc of radius `r` and luminance `l` in an integrating sphere. It faces the sphere's centre from the
+// distance d, `above` degrees above the axis y and turned about it, and its back is black.
 struct Disc {
     double r, l, d, above, turned = 0;
 };
@@ -46,8 +46,8 @@ std::string sphere_with(const std::vector<Disc>& discs, double rho = kRho) {
     }
     return text;
 }
-// Everywhere in the sphere, of what is reflected: discs are small. The first of twenty reflections is not
-// even.
+// Returns the background of the reflected light, which is uniform in the sphere because the discs are small.
+// Only the first of twenty reflections is not uniform.
 double background_of(const std::vector<Disc>& discs) {
     double flux = 0;
     for (const Disc& disc : discs) flux += kPiD * kPiD * disc.r * disc.r * disc.l;
@@ -67,13 +67,14 @@ GlareReport rate(const std::vector<Disc>& discs, double blur = 0) {
 TEST(PositionIndex, IsGuthsFit) {
     EXPECT_DOUBLE_EQ(position_index(0, 0), 1);
     EXPECT_DOUBLE_EQ(position_index(180, 0), 1);
-    // CIE 117's table, by T/R, H/R: straight above the line of sight, H/R = tan(s), and to the side.
+    // Values of CIE 117's table by T/R and H/R: straight above the line of sight, where H/R = tan(s), and to
+    // the side.
     EXPECT_NEAR(position_index(0, std::atan(0.5) / kDegree), 2.86, 0.15);
     EXPECT_NEAR(position_index(0, std::atan(1.0) / kDegree), 6.9, 0.5);
     EXPECT_NEAR(position_index(90, std::atan(1.0) / kDegree), 2.2, 0.2);
 }
 
-// Small ones, over which the position index hardly changes.
+// The discs are small, so the position index hardly varies over them.
 TEST(Glare, OfEvenDiscs_IsTheFormulaOfCie117) {
     const std::vector<Disc> discs{{0.05, 20000, 3, 20}, {0.04, 15000, 2.5, 35, 30}};
     const GlareReport report = rate(discs);
@@ -99,7 +100,7 @@ TEST(Glare, OfEvenDiscs_IsTheFormulaOfCie117) {
     EXPECT_NEAR(report.ugr_even.value, ugr, 0.05);
 }
 
-// The luminaire's direct light at the eye is nearly without noise, and more than all that a dark sphere
+// The luminaire's direct light at the eye is nearly free of noise and exceeds all that a dark sphere
 // reflects.
 TEST(Glare, Precision_HoldsForTheBackgroundAndTheEye) {
     const Observer observer{"middle", {0, 0, 0}, {0, 0, 1}, {0, 1, 0}};
@@ -116,8 +117,7 @@ TEST(Glare, Precision_HoldsForTheBackgroundAndTheEye) {
     EXPECT_LT(report.vertical.half_width, options.precision / 3 * report.vertical.value);
 }
 
-// A chip much smaller than the filter is seen as a Gaussian: the integral of its square is (L a)² / (4 pi
-// s²).
+// A chip much smaller than the filter appears as a Gaussian, whose squared integral is (L a)² / (4 pi s²).
 TEST(Glare, OfAChip_IsThatOfTheFilteredLuminance) {
     const Disc chip{0.0005, 1e8, 1, 10};
     const GlareReport sharp = rate({chip}), blurred = rate({chip}, 0.012);
@@ -143,15 +143,15 @@ TEST(Glare, OfWhatIsHiddenOrBehind_IsNone) {
     EXPECT_TRUE(glare_at(std::vector{observer}, job_of(hidden), options, silent)[0].sources.empty());
 }
 
-// A far field of I = 400 cd in all directions, 3 m away, with an opening of 0.6 m x 0.3 m, 0.1 m high, seen
-// from below at 30 degrees from its nadir: L = I / A, ω = A / d².
+// A far field of I = 400 cd in all directions, 3 m away, has an opening of 0.6 m x 0.3 m x 0.1 m seen from
+// below at 30 degrees from its nadir: L = I / A, ω = A / d².
 TEST(Glare, OfAPhotometricFile_IsByItsLuminousOpening) {
     const testing::TemporaryFolder folder;
     const auto rating = [&](const std::string& opening) {
         std::ofstream(folder / "lamp.ies")
             << "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 " << opening << "\n1 1 9\n0 180\n0\n400 400\n";
-        // From the middle along z: the lamp is 60 degrees above the line of sight, its nadir straight down
-        // (-y).
+        // The eye looks from the centre along z: the lamp is 60 degrees above the line of sight, with its
+        // nadir straight down (-y).
         const std::string lamp = fmt::format(
             "AttributeBegin Translate 0 {} {} Rotate 90 1 0 0\nLightSource \"ies\" \"string filename\" "
             "\"{}\"\nAttributeEnd\n",
@@ -171,7 +171,7 @@ TEST(Glare, OfAPhotometricFile_IsByItsLuminousOpening) {
     const double background = 4 * kPiD * 400 * kRho / (1 - kRho) / (4 * kPiD * kRadius * kRadius) / kPiD;
     EXPECT_NEAR(report.sources[0].solid_angle, area / 9, 1e-5 * area);
     EXPECT_NEAR(report.sources[0].luminance, 400 / area, 1e-3 * 400 / area);
-    // The lamp is off the middle: the first of twenty reflections is not even.
+    // The lamp is off the centre, so the first of twenty reflections is not uniform.
     EXPECT_NEAR(report.background.value, background, 0.03 * background);
     const double expected =
         8 * std::log10(0.25 / report.background.value * (400 / area) * (400.0 / 9) / (p * p));
@@ -180,7 +180,7 @@ TEST(Glare, OfAPhotometricFile_IsByItsLuminousOpening) {
     EXPECT_TRUE(rating("0 0 0").sources.empty());
 }
 
-// A room of two planes of reflectance 0.5 and a lamp, seen from (0, 1.2, 0) along `view`.
+// Rates a lamp in a room of two planes of reflectance 0.5, seen from (0, 1.2, 0) along `view`.
 GlareReport rate_in_room(const std::string& lamp, double height, const V3f& view) {
     const testing::TemporaryFolder folder;
     const std::string text = fmt::format(
@@ -200,8 +200,8 @@ GlareReport rate_in_room(const std::string& lamp, double height, const V3f& view
     return glare_at(std::vector{observer}, job_of(text), options, silent)[0];
 }
 
-// The openings of LM-63's editions: the solid angle is that of the body, and the rating that of the scene's
-// closed form or of an emissive body.
+// For the openings of LM-63's editions the solid angle is that of the body, and the rating is that of the
+// scene's closed form or of an emissive body.
 TEST(Glare, OfRoundOpenings_IsByTheirShape) {
     const auto file = [](const char* name) {
         return fmt::format("LightSource \"ies\" \"string filename\" \"{}/tests/lights/photometric/{}\"",
@@ -245,8 +245,8 @@ GlareOptions with_blur(double blur, double precision = 0.03) {
     return options;
 }
 
-// The eye in a ball of absorbing fog, the camera outside of it, the luminaires beyond: L is weakened by the
-// way through the fog, and nothing else of the sum changes.
+// The eye is in a ball of absorbing fog, with the camera and the luminaires outside. L is attenuated along
+// the way through the fog, and nothing else in the sum changes.
 TEST(Glare, ThroughFog_IsWeakenedOnTheWay) {
     constexpr double kSigma = 0.4, kBall = 1.5;
     const std::string fog = fmt::format(
@@ -269,7 +269,7 @@ TEST(Glare, ThroughFog_IsWeakenedOnTheWay) {
     }
 }
 
-// A photometric file's opening in fog.
+// The opening of a photometric file is attenuated by fog too.
 TEST(Glare, OfAPhotometricFileInFog_IsWeakenedOnTheWay) {
     const testing::TemporaryFolder folder;
     std::ofstream(folder / "lamp.ies")
@@ -286,7 +286,7 @@ TEST(Glare, OfAPhotometricFileInFog_IsWeakenedOnTheWay) {
                 0.01);
 }
 
-// Of all reflections within a clear pane of index 1.5, the share that it throws back.
+// Returns the reflectance of a clear pane of index 1.5, with all internal reflections.
 double thrown_back(double cosine) {
     const double c = std::min(std::fabs(cosine), 1.0), inside = std::sqrt(1 - (1 - sqr(c)) / sqr(1.5));
     const double s = (c - 1.5 * inside) / (c + 1.5 * inside), p = (1.5 * c - inside) / (1.5 * c + inside);
@@ -294,8 +294,8 @@ double thrown_back(double cosine) {
     return 2 * r / (1 + r);
 }
 
-// The background of the room below by brute force: light paths from the disc, which the pane throws back or
-// not, and from where they meet the wall what the eye sees of it, through the pane and mirrored in it.
+// Returns the background of the room below by brute force. Light paths start at the disc, the pane reflects
+// or transmits them, and each wall hit adds what the eye sees of it, through the pane and mirrored in it.
 double background_by_light_paths(bool pane) {
     constexpr int kPaths = 400'000;
     const auto in_pane = [](const V3d& at) { return sqr(at.x) + sqr(at.y) < sqr(1.5); };
@@ -313,7 +313,7 @@ double background_by_light_paths(bool pane) {
         V3d p(r * std::cos(phi), 0.8 + r * std::sin(phi), 2), d = cosine_about({0, 0, -1});
         double power = kPiD * kPiD * 0.01 * 10000 / kPaths;
         for (int bounce = 0; bounce < 16; ++bounce) {
-            const double to_pane = (1 - p.z) / d.z;  // infinite or not a number: not met
+            const double to_pane = (1 - p.z) / d.z;  // infinite or NaN: no hit
             const V3d met = p + to_pane * d;
             if (pane && to_pane > 1e-6 && met.length() < 5 && in_pane(met) && draw() < thrown_back(d.z)) {
                 p = met;
@@ -321,7 +321,7 @@ double background_by_light_paths(bool pane) {
             }
             const V3d behind = p + (2 - p.z) / d.z * d;
             if ((2 - p.z) / d.z > 1e-6 && sqr(behind.x) + sqr(behind.y - 0.8) < 0.01)
-                break;  // the disc's back
+                break;  // back of the disc
             const double b = p.dot(d);
             p += (-b + std::sqrt(sqr(b) - p.dot(p) + 25)) * d;
             power *= 0.5;
@@ -341,8 +341,8 @@ double background_by_light_paths(bool pane) {
     return sum / kPiD;
 }
 
-// A luminaire and the same behind a clear pane: its light is weakened by the pane's transmittance and still
-// its own, not the background's.
+// The light of a luminaire behind a clear pane is attenuated by the pane's transmittance, and still counts as
+// the luminaire's, not as background.
 TEST(Glare, BehindAPane_IsTheLuminairesStill) {
     const auto world = [](bool pane) {
         return std::string(
@@ -360,15 +360,15 @@ TEST(Glare, BehindAPane_IsTheLuminairesStill) {
                           behind = rate_scene(world(true), with_blur(blur));
         ASSERT_EQ(behind.sources.size(), 1U);
         const double through = 1 - thrown_back(1 / std::hypot(1, 0.4));  // 21.8 degrees
-        EXPECT_NEAR(open.ugr.value, 37.9, blur > 0 ? 0.25 : 0.05);       // 12 mm take 0.2 away
+        EXPECT_NEAR(open.ugr.value, 37.9, blur > 0 ? 0.25 : 0.05);       // a blur of 12 mm removes 0.2
         EXPECT_NEAR(behind.sources[0].luminance / open.sources[0].luminance, through, 2e-3);
         const double right =
             open.ugr.value + 16 * std::log10(through) -
             8 * std::log10(background_by_light_paths(true) / background_by_light_paths(false));
         EXPECT_NEAR(behind.ugr.value, right, 0.05 + 1.5 * behind.ugr.half_width);
     }
-    // What the pane throws back onto the wall before the eye is of the background. All of the luminaire's
-    // light would be 17.5.
+    // Light that the pane reflects onto the wall in front of the eye belongs to the background. With all of
+    // the luminaire's light the value would be 17.5.
     const GlareReport exact = rate_scene(world(true), with_blur(0, 0.003));
     EXPECT_NEAR(background_by_light_paths(false), 0.541, 0.003);
     EXPECT_NEAR(exact.background.value, background_by_light_paths(true),
@@ -388,8 +388,8 @@ TEST(Glare, InABlackRoom_IsUndefinedAndNone) {
     EXPECT_TRUE(std::isnan(report.ugr_even.value));
 }
 
-// A chip before a sky that is brighter than what the filter leaves of the chip: pairs of the two are not the
-// chip's.
+// The sky behind the chip is brighter than the filtered chip; pairs of sky and chip samples must not be
+// attributed to the chip.
 TEST(Glare, BeforeABrightSky_IsOfTheLuminaireAlone) {
     const std::string chip =
         "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb "
@@ -408,13 +408,13 @@ TEST(Glare, BeforeABrightSky_IsOfTheLuminaireAlone) {
         EXPECT_NEAR(seen.value, alone.value, 2 * std::hypot(seen.half_width, alone.half_width));
         EXPECT_LT(seen.half_width, 0.1 * seen.value);
     }
-    // Chips side by side are seen together.
+    // Adjacent chips merge into one source.
     const std::string beside = "Translate 0.003 0 0\n" + chip;
     const Reading95 together = rate_scene(chip + beside, options).sources.at(0).seen;
     EXPECT_GT(together.value, 1.5 * alone.value);
 }
 
-// A measured disc: its field smears faint light around it, which is none of its luminous area.
+// The field of a measured disc smears faint light around it, which does not belong to its luminous area.
 class OfAMeasuredDisc : public ::testing::Test {
   protected:
     static constexpr double kR = 0.02, kFlux = 1000, kD = 2, kAbove = 20;
@@ -451,7 +451,7 @@ TEST_F(OfAMeasuredDisc, SolidAngleAndRating_AreTheDiscs) {
     EXPECT_NEAR(report.ugr_even.value, ugr, 0.3);
 }
 
-// The intervals of both terms, of the background and of both ratings, over 40 seeds.
+// Tests the intervals of both terms, of the background and of both ratings, over 40 seeds.
 TEST_F(OfAMeasuredDisc, Intervals_HoldTheTruthAsOftenAsStated) {
     constexpr std::size_t kReadings = 5;
     const auto readings = [&](std::uint64_t seed, int samples, double precision) {
@@ -474,7 +474,7 @@ TEST_F(OfAMeasuredDisc, Intervals_HoldTheTruthAsOftenAsStated) {
         }
     }
     for (std::size_t i = 0; i < kReadings; ++i) {
-        // Of 40 with 5 %: more than 7 with a probability of 0.1 %.
+        // With 40 trials of 5 %, more than 7 misses have a probability of 0.1 %.
         EXPECT_LE(outside[i], 7) << i;
         EXPECT_GT(outside_of_a_third[i], 7) << i;
     }

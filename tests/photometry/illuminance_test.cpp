@@ -1,5 +1,5 @@
-// Illuminance on calculation surfaces against closed forms, each within its stated interval as often as that
-// says.
+// Compares illuminance on calculation surfaces with closed forms, each of which the stated interval must
+// cover as often as it claims.
 #include "engine/photometry/illuminance.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,8 @@ using namespace lucerna::testing;
 double under_disc(double d, double h, double r) {
     return testing::under_disc(kL, d, h, r);
 }
-// Under the corner of a parallel rectangle a x b; signed by its sides.
+// Returns the illuminance at depth h below the corner of a parallel rectangle a x b of radiance kL, with the
+// sign of a b.
 double under_corner(double a, double b, double h) {
     const double x = a / h, y = b / h;
     const double p = std::sqrt(1 + x * x), q = std::sqrt(1 + y * y);
@@ -55,7 +56,7 @@ TEST(Illuminance, UnderAPointADiscAndARectangle_IsTheClosedFormWithinItsInterval
                                         : -under_corner(x - p.x, y - p.y, 1.5);
         return e;
     });
-    // What must be refused: half as wide intervals, and a disc a little larger.
+    // The test must reject intervals half as wide, and a slightly larger disc.
     const Truth truth = [](const V3d& p) { return under_disc(std::hypot(p.x, p.y), 1.5, 0.7); };
     EXPECT_FALSE(as_stated(misses(under, truth, 0.5)));
     EXPECT_FALSE(
@@ -81,8 +82,8 @@ TEST(Illuminance, OfEveryKind_IsTheClosedFormOfAPoint) {
     at(ReceiverKind::spherical, [](const V3d&) { return 0.25; }, {0, 0, 1});
 }
 
-// A point lamp in a ball of absorbing fog: each point's light is weakened by its own way through the fog,
-// wherever the camera is: outside, in the fog, or in a small ball of smoke far away.
+// A point lamp shines in a ball of absorbing fog. Each point's light is attenuated along its own way through
+// the fog, wherever the camera is: outside, in the fog, or in a small ball of smoke far away.
 TEST(Illuminance, InFog_IsThatOfTheReceiversOwnMedium) {
     constexpr double kSigma = 0.5, kBall = 1.6;
     const std::string media =
@@ -95,12 +96,12 @@ TEST(Illuminance, InFog_IsThatOfTheReceiversOwnMedium) {
         "AttributeBegin MediumInterface \"fog\" \"\" Shape \"sphere\" \"float radius\" 1.6 AttributeEnd\n"
         "AttributeBegin MediumInterface \"smoke\" \"\" Translate 30 0 0\n"
         "Shape \"sphere\" \"float radius\" 0.05 AttributeEnd\n";
-    // The points reach from the fog to beyond it.
+    // The points extend from the fog to beyond it.
     const CalculationSurface surface = plane(0.5, 3, {8, 8});
     const auto truth = [](const V3d& p) {
         const V3d lamp(0.2, -0.1, 1.5), way = lamp - p;
         const V3d w = way.normalized();
-        // From p on, as far as to the ball if p is outside.
+        // Computes the way from p to the ball, if p lies outside.
         const double along = w.dot(p), inside = sqr(along) - p.length2() + sqr(kBall);
         const double outside = p.length() > kBall ? std::max(0.0, -along - std::sqrt(inside)) : 0.0;
         return kL * way.z / std::pow(way.length(), 3) * std::exp(-kSigma * (way.length() - outside));
@@ -126,13 +127,13 @@ TEST(Illuminance, InFog_IsThatOfTheReceiversOwnMedium) {
     }
 }
 
-// A surface that reflects nothing but what is lit by it leaves no rounding in what is not direct.
+// A surface that reflects only its emission must leave no rounding error in the indirect part.
 TEST(Illuminance, InABlackRoom_HasNoIndirectLight) {
     const IlluminanceReport report = measure(std::string(kDisc) + kPoint, plane(0.5, 3, {4, 4}), 16);
     for (const PointParts& point : report.surfaces[0].points) EXPECT_EQ(point.indirect.value, 0);
 }
 
-// An even sky of radiance L: E = pi L, every way it is measured but a half of it for heads that see the half.
+// Under a uniform sky of radiance L planar, cylindrical and spherical sensors all read E = pi L.
 TEST(Illuminance, UnderAnEvenSky_IsPiL) {
     const auto sky = "LightSource \"infinite\" \"rgb L\" [3 3 3]\n";
     for (const ReceiverKind kind :
@@ -148,7 +149,8 @@ TEST(Illuminance, InAGlowingSphere_IsASeriesOfReflections) {
         "Material \"diffuse\" \"rgb reflectance\" [0.6 0.6 0.6]\n"
         "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] ReverseOrientation\n"
         "Shape \"sphere\" \"float radius\" 2\n";
-    // Outside, where it is not seen: a medium anywhere makes paths of another kind.
+    // The medium lies outside, where nothing sees it; a medium anywhere makes paths use the volumetric
+    // method.
     const std::string medium =
         "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [1 1 1]\n"
         "AttributeBegin Material \"interface\" MediumInterface \"fog\" \"\" Translate 0 0 9\n"
@@ -162,7 +164,8 @@ TEST(Illuminance, InAGlowingSphere_IsASeriesOfReflections) {
     }
 }
 
-// On a floor that is a surface of the scene, not below it by rounding; far from the origin, too.
+// The points lie exactly on a surface of the scene and must not fall below it by rounding, even far from the
+// origin.
 TEST(Illuminance, OnASurfaceOfTheScene_SeesWhatIsAbove) {
     for (const double far : {0.0, 1e4}) {
         const std::string away = fmt::format("Translate {0} {0} {0}\n", far);
@@ -177,7 +180,7 @@ TEST(Illuminance, OnASurfaceOfTheScene_SeesWhatIsAbove) {
     }
 }
 
-// Sensors of every kind on a floor: those that face sideways or down are above it, too.
+// Sensors of every kind stand on a floor. Those that face sideways or down must also lie above it.
 TEST(Illuminance, OfEveryKindOnAFloor_IsThatOfFreeSpaceAbove) {
     const V3d lamp(0.2, -0.1, 1.5);
     const std::string world = std::string(kPoint) +
@@ -204,7 +207,8 @@ TEST(Illuminance, OfEveryKindOnAFloor_IsThatOfFreeSpaceAbove) {
     at(ReceiverKind::spherical, [](const V3d&) { return 0.25; }, {0, 0, 1});
 }
 
-// A floor of a few metres on a ground of kilometres: by the ground's error rays would begin centimetres up.
+// A floor of a few metres lies on a ground of kilometres. With the ground's error bound rays would start
+// centimetres up.
 TEST(Illuminance, OnAFloorInAWideLandscape_IsAsExactAsOfTheFloorAlone) {
     const std::string floor =
         "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\n"
@@ -216,7 +220,7 @@ TEST(Illuminance, OnAFloorInAWideLandscape_IsAsExactAsOfTheFloorAlone) {
     const IlluminanceReport report = measure(near_disc + floor, plane(0, 0.5, {6, 6}), 64);
     expect_as_stated(report.surfaces[0],
                      [](const V3d& p) { return under_disc(std::hypot(p.x, p.y), 0.2, 0.1); });
-    // The precision without which the above says little: of a centimetre's rise the mean grows by a tenth.
+    // The comparison above requires this precision: a rise of a centimetre increases the mean by a tenth.
     EXPECT_LT(report.surfaces[0].mean.half_width, 0.02 * report.surfaces[0].mean.value);
 }
 

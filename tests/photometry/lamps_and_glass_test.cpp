@@ -1,7 +1,7 @@
-// Every kind of small lamp before every kind of glass, by every method, at one place whose illuminance is
-// known: each method finds it, or says that it does not. Light that goes straight through panes is found by
-// all. Light that mirrors and curved or thick glass bend is found by photons; paths from the receiver meet a
-// small lamp behind them by chance at best.
+// Tests every kind of small lamp behind every kind of glass by every method, at one point of known
+// illuminance: each method either finds it or reports that it does not. All methods find light that passes
+// panes in a straight line. Only photons find light that mirrors and curved or thick glass deflect; paths
+// from the receiver meet a small lamp behind them at best by chance.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -33,19 +33,19 @@ namespace lamps_and_glass_test {
 
 using namespace lucerna::testing;
 
-// Lamps stand in the origin and shine along z; a sun comes from the side. The receiver faces them.
+// Lamps stand at the origin and shine along z; a sun comes from the side. The receiver faces them.
 const V3d kPlace(0.1, 0, 1.4);
 constexpr double kI = 100, kDisc = 0.002, kField = 0.008, kOpening = 0.01, kMirrorX = -0.5, kMirror = 0.9;
-constexpr double kNear = 0.1;                   // radius about the place over which densities are estimated
+constexpr double kNear = 0.1;                   // radius about the point for density estimates
 const V3d kSun = V3d(-0.3, 0, 1).normalized();  // direction of its light
 
 struct Lamp {
     std::string name, text;
     bool sun = false;
-    // Its intensity towards a unit direction; none: there is no closed form.
+    // The intensity towards a unit direction; none if there is no closed form.
     std::optional<double> intensity = kI;
     bool by_cosine = false;
-    double area = 0;  // luminous, of a flat lamp; 0: it has no luminance
+    double area = 0;  // luminous area of a flat lamp; 0: it has no luminance
 };
 std::vector<Lamp> every_lamp(const std::filesystem::path& folder) {
     std::ofstream(folder / "lamp.ies")
@@ -79,19 +79,19 @@ std::vector<Lamp> every_lamp(const std::filesystem::path& folder) {
 enum class Bends : std::uint8_t {
     nothing,
     some
-};  // whether light gets there on other ways than a straight one
+};  // whether light arrives on other ways than the straight one
 struct Glass {
     std::string name;
     int panes = 0;
     Bends bends = Bends::nothing;
-    bool hides = false;  // the straight way
+    bool hides = false;  // whether it blocks the straight way
 };
 const std::vector<Glass> kStraight{{"no glass"}, {"pane", 1}, {"two panes", 2}};
 const std::vector<Glass> kBent{
     {"slab", 0, Bends::some, true}, {"glass ball", 0, Bends::some, true}, {"mirror", 0, Bends::some}};
-constexpr double kTurned = 40;  // degrees, of panes and slabs about y
+constexpr double kTurned = 40;  // degrees by which panes and slabs are turned about y
 
-// Where the straight way to the place is at the height z.
+// Returns the point at height z on the straight line to the measured point.
 V3d on_way(const Lamp& lamp, double z) {
     return lamp.sun ? kPlace - (kPlace.z - z) / kSun.z * kSun : kPlace * (z / kPlace.z);
 }
@@ -133,7 +133,7 @@ Job job_for(const Lamp& lamp, const Glass& glass, const std::filesystem::path& f
     return read_scene_text(text_of(lamp, glass), folder / "scene.pbrt", overrides, Workers{2}, silent);
 }
 
-// Counts the flux that light paths bring to a disc about the place.
+// Counts the flux that light paths bring to a disc about the measured point.
 struct Count : LightPathVisitor {
     V3d origin{0, 0, 0};  // of the scene's coordinates
     double flux = 0;
@@ -166,7 +166,7 @@ bool has(const ListeningMonitor& monitor, const std::string& part) {
                        [&](const auto& line) { return line.find(part) != std::string::npos; });
 }
 
-// What `lucerna lux` prints, and whether a warning says that some of it is blurred.
+// The value that `lucerna lux` prints, and whether a warning reports that some of it is blurred.
 struct Reading {
     Reading95 reading;
     bool warned = false;
@@ -189,8 +189,8 @@ Reading by_lux(const Lamp& lamp, const Glass& glass, const std::filesystem::path
     return {report.surfaces[0].points[0].all, has(monitor, "too small for path tracing")};
 }
 
-// The illuminance of the place, and how well it is known.
-// The share of the truth that must be refused, where that is known to a hundredth.
+// A reading that is wrong by the factor kWrong must be rejected wherever the illuminance is known to the
+// relative precision kKnown.
 constexpr double kWrong = 0.5, kKnown = 0.01;
 
 struct Truth {
@@ -220,8 +220,8 @@ Truth truth_of(const Lamp& lamp, const Glass& glass, const std::filesystem::path
     return {e, 0};
 }
 
-// Readings by several seeds do not contradict the truth: it lies within `bias` of their mean, or Student's t
-// would find them this far apart once in 1/kFalseAlarm tries.
+// Returns whether readings by several seeds agree with the truth: it lies within `bias` of their mean, or
+// Student's t finds them this far apart with a probability above kFalseAlarm.
 bool hold(const RunningStats& readings, const Truth& truth, double bias) {
     const double low = truth.value * (1 - bias) - 4 * truth.error,
                  high = truth.value * (1 + bias) + 4 * truth.error;
@@ -233,12 +233,12 @@ struct Method {
     std::string name;
     std::vector<std::pair<std::string, std::string>> set;
     int spp;
-    double bias;   // that it may have where light is bent
-    double wrong;  // a multiple of the truth that must be refused there
+    double bias;   // tolerated where light is deflected
+    double wrong;  // a multiple of the truth that must be rejected there
 };
-// Photons are counted within the same radius as the truth is. The radius of igi's estimate of caustics cannot
-// be set: in the middle of the ball's caustic, which is brighter there than around, it finds half as much
-// again.
+// Photons are counted within the same radius as the truth. The radius of igi's caustic estimate cannot be
+// set; at the centre of the ball's caustic, which is brighter than its surroundings, it finds one and a half
+// times the truth.
 std::vector<Method> photon_methods() {
     const std::string near = fmt::format("{}", kNear);
     return {
@@ -253,7 +253,7 @@ std::vector<Method> photon_methods() {
 
 struct Found {
     RunningStats readings;  // one per seed
-    bool warned = false;    // that a path tracer's image lacks light, as `lucerna render` does
+    bool warned = false;  // whether it warns that a path tracer's image lacks light, as `lucerna render` does
 };
 Found by_rendering(const Lamp& lamp, const Glass& glass, const Method& method, int seeds,
                    const std::filesystem::path& folder) {
@@ -283,8 +283,8 @@ Found by_rendering(const Lamp& lamp, const Glass& glass, const Method& method, i
     return found;
 }
 
-// Half a per cent is what finite lamps, the patch of a picture and the light between two panes make of closed
-// forms.
+// Finite lamps, the size of the image's patch and inter-reflection between two panes change closed forms by
+// up to half a per cent.
 constexpr double kClosed = 0.005;
 
 std::string cell(const Lamp& lamp, const Glass& glass, const std::string& method) {
@@ -298,7 +298,8 @@ TEST(LampsAndGlass, BehindPanes_EveryMethodFindsEveryLamp) {
             const Truth truth = truth_of(lamp, glass, folder.path());
             ASSERT_GT(truth.value, 0);
             const Reading lux = by_lux(lamp, glass, folder.path());
-            // What two panes throw to and fro is no part of the closed form, and of wide ones this much.
+            // The closed form excludes the light reflected between two panes, which for wide panes amounts to
+            // this.
             const V3d normal(std::sin(kTurned * kPiD / 180), 0, std::cos(kTurned * kPiD / 180));
             const V3d way = lamp.sun ? kSun : kPlace;
             const double back = 1 - pane_transmittance(std::fabs(way.normalized().dot(normal)));
@@ -306,19 +307,19 @@ TEST(LampsAndGlass, BehindPanes_EveryMethodFindsEveryLamp) {
             const double margin = kClosed * truth.value + 2 * lux.reading.half_width + 4 * truth.error;
             EXPECT_GT(lux.reading.value, truth.value - margin) << cell(lamp, glass, "lux");
             EXPECT_LT(lux.reading.value, most + margin) << cell(lamp, glass, "lux");
-            // Two panes send light to and fro between them, which is said to be missing.
+            // Two panes reflect light between them, which the warning reports as missing.
             EXPECT_FALSE(lux.warned && glass.panes < 2) << cell(lamp, glass, "lux");
             std::vector<Method> methods = photon_methods();
             methods.push_back({"path", {}, 16, 0, 0});
             for (const Method& method : methods) {
                 const int seeds = glass.panes > 1 ? 8 : 4;
                 const Found found = by_rendering(lamp, glass, method, seeds, folder.path());
-                // Photons find what two panes send to and fro between them, too.
+                // Photons also find the light reflected between two panes.
                 const double bias = glass.panes > 1 ? 0.02 : kClosed;
                 EXPECT_TRUE(hold(found.readings, truth, bias))
                     << cell(lamp, glass, method.name) << ": " << found.readings.mean() << " +- "
                     << found.readings.standard_error() << " for " << truth.value;
-                // Of few samples of the measured lamp some methods know less than a wrong value is off.
+                // With few samples of the measured lamp, some methods know less than a wrong value is off.
                 const double known = kKnown * truth.value;
                 if (std::max(truth.error, found.readings.standard_error()) > known) continue;
                 EXPECT_FALSE(hold(found.readings, {kWrong * truth.value, truth.error}, bias))
@@ -365,7 +366,7 @@ TEST(LampsAndGlass, BehindMirrorsAndThickGlass_PathsFindTheLampOrSayWhatIsMissin
     }
 }
 
-// Glare where the receiver is. A room around it has walls that give an eye a background.
+// Glare at the receiver. A surrounding room has walls that give the eye a background.
 const std::string kRoom =
     "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5] ReverseOrientation Shape "
     "\"sphere\" "
@@ -379,8 +380,8 @@ Job room_of(const Lamp& lamp, const Glass& glass, const std::filesystem::path& f
                            folder / "scene.pbrt", overrides, Workers{2}, silent);
 }
 
-// lx at the eye, and the luminance of a background that brings all but what lamps send straight: by photon
-// mapping.
+// The illuminance at the eye in lx, and the luminance of a uniform background that accounts for all light but
+// the lamps' direct light, both by photon mapping.
 struct EyeTruth {
     RunningStats vertical, background;
 };
@@ -425,7 +426,7 @@ TEST(LampsAndGlass, Glare_IsRatedOrSaysWhatItHasNoTermFor) {
     std::vector<Glass> glasses = kStraight;
     glasses.insert(glasses.end(), kBent.begin(), kBent.end());
     for (const Lamp& lamp : every_lamp(folder.path())) {
-        if (lamp.sun) continue;  // a sun is no luminaire
+        if (lamp.sun) continue;  // a sun is not a luminaire
         for (const Glass& glass : glasses) {
             const EyeTruth truth = eye_truth(lamp, glass, folder.path());
             ListeningMonitor monitor;
@@ -455,9 +456,10 @@ TEST(LampsAndGlass, Glare_IsRatedOrSaysWhatItHasNoTermFor) {
             EXPECT_EQ(has(monitor, "no extent"), lamp.area == 0) << here;
             const bool rated = lamp.area > 0 && !glass.hides;
             EXPECT_EQ(found.sources.size(), rated ? 1U : 0U) << here;
-            // A light field is as large as its own resolution has it (OfAMeasuredDisc.*).
+            // A light field's size is given by its own resolution (see OfAMeasuredDisc.*).
             if (!rated || found.sources.empty() || !lamp.intensity) continue;
-            // An even flat lamp of area A at a distance d: E across the direction is L A cos / d².
+            // A uniform flat lamp of area A at a distance d has E perpendicular to the direction of L A cos /
+            // d².
             const V3d way = kPlace.normalized();
             const double cosine = way.z, direct = truth.vertical.mean() - kPiD * truth.background.mean();
             const double sum = sqr(direct / cosine) * kPlace.length2() / (lamp.area * cosine) /

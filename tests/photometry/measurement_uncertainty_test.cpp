@@ -1,4 +1,4 @@
-// The uncertainty by the lamps' measurement: from scatters of which both parts are known.
+// The uncertainty due to the lamps' measurement, from scatters of which both parts are known.
 #include "engine/photometry/measurement_uncertainty.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,8 @@ using ::testing::Not;
 
 constexpr int kReplicates = 20, kHeads = 64;
 
-// Values of replicates: normal, by the lamps with the one standard deviation and by the runs with the other.
+// Returns values of replicates: normal, with the standard deviations `lamps` of the lamps and `monte_carlo`
+// of the runs.
 std::vector<Reading95> values(double lamps, double monte_carlo, std::mt19937& random,
                               int replicates = kReplicates) {
     std::normal_distribution<double> normal;
@@ -33,7 +34,7 @@ std::vector<Reading95> values(double lamps, double monte_carlo, std::mt19937& ra
     return all;
 }
 
-// Is a mean of `trials` sample variances one of `variance`? By chi-square.
+// Tests by chi-square whether a mean of `trials` sample variances agrees with `variance`.
 bool is_variance(double mean, double variance, int trials) {
     const int freedom = trials * (kReplicates - 1);
     const double upper = testing::chi_square_tail(mean / variance * freedom, freedom);
@@ -47,14 +48,15 @@ TEST(MeasurementUncertainty, MonteCarloNoise_IsTakenOff) {
     RunningStats variances;
     for (int t = 0; t < kTrials; ++t) {
         const LampUncertainty found = lamp_uncertainty(values(lamps, noise, random), kHeads);
-        EXPECT_FALSE(found.upper_bound);  // a scatter of 1.58 times the noise's: here it is 7 times
-        // s² is this and the noise.
+        EXPECT_FALSE(
+            found.upper_bound);  // the bound is a scatter of 1.58 times the noise's; here it is 7 times
+        // s² is the sum of this variance and the noise's.
         const double variance = sqr(found.expanded / 2) + sqr(noise);
         variances.add(variance);
         EXPECT_NEAR(found.relative, variance / (sqr(found.expanded / 2) * std::sqrt(2.0 * 19)), 1e-9);
     }
     EXPECT_TRUE(is_variance(variances.mean(), sqr(lamps) + sqr(noise), kTrials));
-    // What must be rejected: noise that was not taken off, and noise of twice as many samples.
+    // The test must reject noise that is not subtracted, and noise of twice as many samples.
     EXPECT_FALSE(is_variance(variances.mean() - sqr(noise), sqr(lamps) + sqr(noise), kTrials));
     EXPECT_FALSE(is_variance(variances.mean() - sqr(noise) / 2, sqr(lamps) + sqr(noise), kTrials));
 }
@@ -83,7 +85,7 @@ TEST(MeasurementUncertainty, UnderNoise_IsAnUpperBoundThatHolds) {
             EXPECT_FALSE(rarely(below_half)) << "half of the bound is none";
         }
     }
-    // No light at all has no uncertainty.
+    // A dark scene has no uncertainty.
     const std::vector<Reading95> dark(kReplicates);
     EXPECT_EQ(lamp_uncertainty(dark, kHeads).expanded, 0);
     EXPECT_FALSE(lamp_uncertainty(dark, kHeads).upper_bound);
@@ -99,11 +101,11 @@ TEST(MeasurementUncertainty, ChiSquareQuantile_IsBoosts) {
     }
 }
 
-// A surface of two points; by the lamps both scatter together.
+// Reports a surface of two points; the lamps make both scatter together.
 IlluminanceReport report(double first, double second, double half_width) {
     IlluminanceReport made;
     made.unit = "lx";
-    made.heads = kHeads;
+    made.sensors = kHeads;
     SurfaceIlluminance surface;
     surface.surface.name = "desk, left";
     surface.surface.points = {2, 1};

@@ -1,5 +1,6 @@
-// Light paths find what paths from a receiver cannot: lamps that are too small to be met over mirrors and
-// solid glass. Of an image they tell how much is missing. No light that paths meet is ever named so.
+// Light paths find light that paths from a receiver cannot: that of lamps too small to be met over mirrors
+// and solid glass. For an image they state how much is missing. Light that paths meet must never be reported
+// as missing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +36,7 @@ Job job_of(const std::string& world) {
         "scene.pbrt", {}, Workers{2}, silent);
 }
 
-// A plane of `size` at z = 2 that looks down to z = 0.
+// Returns a plane of `size` at z = 2 that faces down to z = 0.
 CalculationSurface ceiling(double size, int points) {
     CalculationSurface surface;
     surface.name = "plane";
@@ -64,7 +65,7 @@ const std::string kGround =
     "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] Translate 0 0 2.5 Shape \"disk\" "
     "\"float "
     "radius\" 4 AttributeEnd\n";
-// A sheet of solid glass, its outside up and down.
+// A sheet of solid glass with its outside up and down.
 const std::string kSlab =
     "AttributeBegin Material \"dielectric\" \"float eta\" 1.5 Translate 0 0 0.05 AttributeBegin "
     "ReverseOrientation "
@@ -78,8 +79,8 @@ double on_axis() {  // a disc of radius r, h below
 TEST(MissingLight, SmallLampBehindSolidGlass_IsFoundByLightPaths) {
     Listener listener;
     const SurfaceIlluminance found = measure(kLamp + kGround + kSlab, ceiling(0.02, 1), listener);
-    // On the axis: straight on, less what both faces and all bounces between them reflect, and a little
-    // nearer by the glass, 6 mm (1 - 1/1.5).
+    // The light on the axis goes straight on, reduced by what both faces and all bounces between them
+    // reflect, and the glass shortens the optical distance by 6 mm (1 - 1/1.5).
     const double f = 0.04, truth = on_axis() * (1 - 2 * f / (1 + f)) * std::pow(2 / (2 - 0.002), 2);
     EXPECT_NEAR(found.never_met, truth, 0.05 * truth);
     EXPECT_NEAR(found.mean.value, truth, 1.5 * found.mean.half_width);
@@ -116,7 +117,7 @@ TEST(MissingLight, BehindAPane_NothingIsMissing) {
     EXPECT_THAT(listener.warnings, IsEmpty());
 }
 
-// A lamp that is large enough to be met, over a mirror and behind glass.
+// The lamp is large enough to be met, over a mirror and behind glass.
 TEST(MissingLight, LampThatPathsMeet_IsNotCalledMissing) {
     const std::string world =
         "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb "
@@ -135,7 +136,7 @@ TEST(MissingLight, LampThatPathsMeet_IsNotCalledMissing) {
     }
 }
 
-// The same of images, by the path tracer.
+// Returns the missing share of an image by the path tracer.
 double missing_share(const std::string& world) {
     Job job = job_of(world);
     job.integrator = PathSettings();
@@ -172,7 +173,7 @@ TEST(MissingLight, FewerThanTheStandardErrorsAsked_IsNothing) {
 
 TEST(Forecast, OfHours_EndsTheComputation) {
     using enum Forecast::Verdict;
-    EXPECT_EQ(forecast(20, 0.04, 0.02).verdict, go_on);    // a minute more
+    EXPECT_EQ(forecast(20, 0.04, 0.02).verdict, go_on);    // one more minute
     EXPECT_EQ(forecast(20, 0.10, 0.02).verdict, tell);     // eight minutes
     EXPECT_DOUBLE_EQ(forecast(20, 0.10, 0.02).left, 480);  // 20 (25 - 1)
     EXPECT_EQ(forecast(20, 1, 0.02).verdict, give_up);     // fourteen hours

@@ -1,5 +1,5 @@
-// Illuminance behind panes, which light passes in a straight line: what arrives without them, times their
-// transmittance by direction. Lamps are far smaller than paths would meet by chance.
+// Illuminance behind panes, which light passes in a straight line: the light that arrives without them times
+// their transmittance by direction. The lamps are far smaller than paths would meet by chance.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -23,9 +23,9 @@ namespace panes_test {
 using namespace lucerna::testing;
 
 const V3d kLamp(0.2, -0.1, 1.5);
-constexpr double kI = 300;  // in every direction downwards
+constexpr double kI = 300;  // in every downward direction
 
-// Lamps of intensity kI at kLamp, or a sun, that shine down on the plane z = 0.
+// A lamp of intensity kI at kLamp, or a sun, that shines down on the plane z = 0.
 struct Lamp {
     std::string name, text;
     bool sun = false, disc = false;
@@ -66,7 +66,7 @@ std::string pane_at(double z, double degrees = 0) {
         z, degrees);
 }
 
-// What arrives at p without glass.
+// Returns the illuminance at p without glass.
 double without_glass(const Lamp& lamp, const V3d& p, const V3d& from = kLamp) {
     if (lamp.sun) return kI * kSunwards.z;
     const V3d way = from - p;
@@ -78,8 +78,8 @@ double without_glass(const Lamp& lamp, const V3d& p, const V3d& from = kLamp) {
 V3d towards(const Lamp& lamp, const V3d& p, const V3d& from = kLamp) {
     return lamp.sun ? kSunwards : (from - p).normalized();
 }
-// What passes two horizontal panes so far apart: also what they throw to and fro, n times, as if it came from
-// a lamp that is 2n times their distance higher.
+// Returns the light that passes two horizontal panes `distance` apart. Light reflected n times between them
+// arrives as if from a lamp that is 2n times their distance higher.
 double behind_two_panes(const Lamp& lamp, const V3d& p, double distance) {
     double sum = 0;
     for (int n = 0; n < 8; ++n) {
@@ -90,13 +90,13 @@ double behind_two_panes(const Lamp& lamp, const V3d& p, double distance) {
     return sum;
 }
 
-// 1 lx behind an IES lamp is 1 lm/m², and the other lamps' numbers are W: each alone in its scene, all are
-// read as they are.
+// Behind an IES lamp 1 lx is 1 lm/m², and the other lamps' numbers are in W; each lamp is alone in its scene,
+// so the readings compare directly.
 TEST(IlluminanceBehindPanes, OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
     const TemporaryFolder folder;
     const CalculationSurface surface = plane(0, 3, {12, 12});
     const V3d turned(std::sin(20 * kPiD / 180), 0,
-                     std::cos(20 * kPiD / 180));  // normal of a pane by 20 degrees
+                     std::cos(20 * kPiD / 180));  // normal of a pane tilted by 20 degrees
     for (const Lamp& lamp : lamps(folder.path())) {
         SCOPED_TRACE(lamp.name);
         const auto at = [&](const std::string& panes) {
@@ -110,7 +110,8 @@ TEST(IlluminanceBehindPanes, OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatAr
         expect_as_stated(one, [&](const V3d& p) { return passed(p, 1); });
         EXPECT_NEAR(one.direct, one.mean.value, 1e-5 * one.mean.value) << "it is booked as direct light";
         const SurfaceIlluminance two = at(pane_at(0.7) + pane_at(1.1));
-        // Neighbours share the light paths that tell what goes to and fro: their misses are of one cause.
+        // Neighbouring points share the light paths that find the inter-reflected light, so their errors are
+        // correlated.
         const auto mean = [&](const Truth& truth) {
             double sum = 0;
             for (int y = 0; y < 12; ++y) {
@@ -120,20 +121,20 @@ TEST(IlluminanceBehindPanes, OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatAr
         };
         EXPECT_NEAR(two.mean.value, mean([&](const V3d& p) { return behind_two_panes(lamp, p, 0.4); }),
                     2 * two.mean.half_width);
-        if (!lamp.sun) {  // whose interval is wider than what goes to and fro
+        if (!lamp.sun) {  // a sun's interval is wider than the inter-reflected light
             EXPECT_GT(two.mean.value,
                       mean([&](const V3d& p) { return passed(p, 2); }) + 2 * two.mean.half_width);
         }
         expect_as_stated(at(pane_at(0.7, 20)), [&](const V3d& p) {
             return without_glass(lamp, p) * pane_transmittance(std::fabs(towards(lamp, p).dot(turned)));
         });
-        // What must be refused: the transmittance at normal incidence in all directions.
+        // The test must reject the transmittance at normal incidence in all directions.
         EXPECT_FALSE(as_stated(
             misses(one, [&](const V3d& p) { return without_glass(lamp, p) * pane_transmittance(1); })));
     }
 }
 
-// A measured lamp beside itself without a pane, as its own light has no closed form.
+// A measured lamp's light has no closed form, so the lamp without a pane is the reference.
 TEST(IlluminanceBehindPanes, OfAMeasuredLamp_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
     const TemporaryFolder folder;
     write_light_field(folder / "field.exr", lambertian_disc(rig_b(), 0.008));
@@ -151,7 +152,7 @@ TEST(IlluminanceBehindPanes, OfAMeasuredLamp_IsTheirTransmittanceTimesWhatArrive
         int missed = 0;
         for (int y = 0; y < 6; ++y) {
             for (int x = 0; x < 6; ++x) {
-                // Of a Lambertian disc and, of two panes, its images.
+                // Returns the share that arrives of a Lambertian disc and, for two panes, of its images.
                 const auto share = [&](int images) {
                     const V3d way = kLamp + V3d(0, 0, 0.8 * images) - surface.position(x, y);
                     const double passed = pane_transmittance(way.z / way.length());
@@ -175,8 +176,8 @@ TEST(IlluminanceBehindPanes, OfAMeasuredLamp_IsTheirTransmittanceTimesWhatArrive
     EXPECT_FALSE(ratio_holds(two, 1));
 }
 
-// A lamp of 1000 lm 5 cm behind a pane, seen from 2 m: 79.58 lx without the pane, of which it passes 0.9231;
-// what the floor and the pane send to and fro adds some hundredths of a lux.
+// A lamp of 1000 lm 5 cm behind a pane, seen from 2 m, gives 79.58 lx without the pane, which passes 0.9231
+// of it. Light reflected between the floor and the pane adds some hundredths of a lux.
 constexpr const char* kLedBehindAPane = R"(Option "string unit" "photometric"
 LookAt 0 0 -3  0 0 0  0 1 0
 Camera "perspective" "float fov" 40
@@ -231,8 +232,8 @@ TEST(IlluminanceBehindPanes, OfALedCloseToAPane_EndsByPrecisionWithTheRightValue
     }
 }
 
-// The direct light of a sun through a window that reaches a receiver is the same as without the pane, times
-// the pane's transmittance, wherever the window lets it in.
+// The direct light of a sun through a window is, wherever it reaches a receiver, the light without the pane
+// times the pane's transmittance.
 TEST(IlluminanceBehindPanes, OfASunThroughAnOfficeWindow_IsTheWindowsTransmittanceTimesThatWithout) {
     LUCERNA_NEED_DATA(file, "faults/window/sun-through-window.pbrt");
     const auto direct_sun = [](const std::filesystem::path& name) {
@@ -244,7 +245,7 @@ TEST(IlluminanceBehindPanes, OfASunThroughAnOfficeWindow_IsTheWindowsTransmittan
         text.erase(at, sky.size());
         Monitor silent;
         Job job = read_scene_text(text, name, {}, Workers{2}, silent);
-        CalculationSurface desks;  // the middle of the room at the height of desks; y is up, x mirrored
+        CalculationSurface desks;  // the middle of the room at desk height; y is up, x mirrored
         desks.name = "desks";
         const V3d origin = V3d(job.scene.bounds().min) + job.scene.origin();
         const V3d far_end = V3d(job.scene.bounds().max) + job.scene.origin();
@@ -257,7 +258,7 @@ TEST(IlluminanceBehindPanes, OfASunThroughAnOfficeWindow_IsTheWindowsTransmittan
     };
     const SurfaceIlluminance with = direct_sun(file);
     const SurfaceIlluminance without = direct_sun(file.parent_path() / "sun-without-pane.pbrt");
-    // The window stands across x.
+    // The window is perpendicular to x.
     const double pane = pane_transmittance(V3d(0.6, 1, 0.8).normalized().x);
     int lit = 0;
     for (std::size_t i = 0; i < with.points.size(); ++i) {

@@ -1,5 +1,4 @@
-// Illuminance on planes beside what it should be: whether stated intervals hold the truth as often as they
-// say.
+// Compares illuminance on planes with the truth: stated intervals must cover it as often as they claim.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,7 +17,7 @@
 
 namespace lucerna::testing {
 
-// Files that the scene names are looked for in `folder`.
+// Reads a job; files that the scene names are looked for in `folder`.
 inline Job job_of(const std::string& world, const std::filesystem::path& folder = {}) {
     Monitor silent;
     return read_scene_text("Camera \"perspective\" Film \"rgb\" WorldBegin\n" + world, folder / "scene.pbrt",
@@ -52,8 +51,8 @@ inline IlluminanceReport measure(const std::string& world, const CalculationSurf
 
 using Truth = std::function<double(const V3d&)>;
 
-// Intervals `share` as wide as stated that do not hold the truth, of all.
-// `rounding`: relative, of single precision.
+// Returns how many intervals, scaled by `share`, miss the truth, and the number of all. `rounding` is
+// relative and allows for single precision.
 inline std::pair<int, int> misses(const SurfaceIlluminance& found, const Truth& truth, double share = 1,
                                   double rounding = 1e-5) {
     int missed = 0;
@@ -67,7 +66,7 @@ inline std::pair<int, int> misses(const SurfaceIlluminance& found, const Truth& 
     return {missed, static_cast<int>(found.points.size())};
 }
 
-// As many misses as 95 % leave, or fewer (what is computed exactly has none).
+// Returns whether the misses are at most as many as 95 % intervals have (exact values have none).
 inline bool as_stated(const std::pair<int, int>& missed) {
     const boost::math::binomial of(missed.second, 0.05);
     return missed.first == 0 || cdf(complement(of, missed.first - 1)) > kFalseAlarm;
@@ -84,7 +83,8 @@ inline void expect_as_stated(const SurfaceIlluminance& found, const Truth& truth
     EXPECT_NEAR(found.mean.value, mean, 2 * found.mean.half_width + rounding * mean);  // 4 sigma
 }
 
-// A horizontal plane under a parallel disc of radiance l and radius r at height h, d beside its axis.
+// Returns the illuminance of a horizontal plane under a parallel disc of radiance l and radius r at height h,
+// d beside its axis.
 inline double under_disc(double l, double d, double h, double r) {
     const double a = d * d + h * h + r * r;
     return kPiD * l / 2 * (1 - (d * d + h * h - r * r) / std::sqrt(a * a - 4 * r * r * d * d));

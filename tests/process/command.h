@@ -1,5 +1,5 @@
-// The built command as a process: what it said, how it ended and by when, and signals sent to it in a phase
-// of its work that is proven.
+// Runs the built command as a process: its output, how and when it ends, and signals sent to it in a phase
+// that has provably begun.
 #pragma once
 
 #include <fcntl.h>
@@ -20,29 +20,30 @@
 namespace lucerna::testing {
 
 struct Finished {
-    int code = -1;           // its exit code; -1: a signal ended it
-    int signal = 0;          // that ended it
-    bool waited = false;     // it did not end by itself
-    double seconds = 0;      // of the clock, since the signal was sent, or since the start
-    double cpu_seconds = 0;  // that it worked
-    bool sent = false;       // the signal
+    int code = -1;           // exit code; -1: a signal ended it
+    int signal = 0;          // the signal that ended it
+    bool waited = false;     // it did not end by itself in time
+    double seconds = 0;      // wall-clock time since the signal was sent, or since the start
+    double cpu_seconds = 0;  // processor time
+    bool sent = false;       // the signal was sent
     std::string out, err;
 };
 
-// A signal, sent once the text on standard output is such.
+// A signal that is sent once `ready` accepts the text on standard output.
 struct SignalAt {
     int signal;
     std::function<bool(const std::string& out)> ready;
     std::function<pid_t(pid_t)> to = [](pid_t started) { return started; };
 };
 
-// How to start it, and when to lose patience.
+// How to start the command, and how long to wait.
 struct Start {
     std::filesystem::path folder = {};
-    double patience = 30;                         // seconds; then it is killed
-    std::function<void()> in_child = [] {};       // before it begins
-    std::size_t close_after = std::string::npos;  // bytes of standard output, after which nobody reads it
-    std::vector<std::string> launcher = {};       // what starts the command, with its options
+    double patience = 30;                    // seconds, after which it is killed
+    std::function<void()> in_child = [] {};  // runs before the command
+    std::size_t close_after =
+        std::string::npos;                   // bytes of standard output, after which the reader closes it
+    std::vector<std::string> launcher = {};  // the program that starts the command, with its options
 };
 
 inline bool has_begun(const std::string& out, const std::string& phase) {
@@ -51,7 +52,7 @@ inline bool has_begun(const std::string& out, const std::string& phase) {
 inline bool has_ended(const std::string& out, const std::string& phase) {
     return out.find("\n" + phase + ": ") != out.npos;
 }
-// While that phase is being worked on.
+// Returns the signal to be sent while the phase is running.
 inline SignalAt in_phase(int signal, const std::string& phase) {
     return {signal,
             [phase](const std::string& out) { return has_begun(out, phase) && !has_ended(out, phase); }};
@@ -102,7 +103,7 @@ class RunningCommand {
                 kill(child_, SIGKILL);
             }
             std::array<pollfd, 2> both{pollfd{from_[0], POLLIN, 0}, pollfd{from_[1], POLLIN, 0}};
-            // Ready may be what is not said: a file that is there.
+            // `ready` may depend on more than the output: a file that exists.
             const bool looks = when.ready && !finished.sent;
             poll(both.data(), both.size(),
                  finished.waited ? -1

@@ -1,4 +1,4 @@
-// The small good files that tests of the command's readers and outputs begin with.
+// The small valid files that tests of the command's readers and outputs start from.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace lucerna::testing {
 
-// Two triangles.
+// A mesh of two triangles.
 inline constexpr const char* kMesh =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
     "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
@@ -32,7 +32,7 @@ inline constexpr const char* kPlanes =
 inline constexpr const char* kDisc =
     "kind = 'disc'\nradius = '6mm'\nexponent = 20\nflux = 7\nunit = 'W'\nsetback = '2mm'\n";
 
-// A folder that is filled by hand and by the command itself.
+// A folder of files written directly and by the command itself.
 class GoodFiles {
   public:
     explicit GoodFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
@@ -40,14 +40,14 @@ class GoodFiles {
     void write(const std::string& name, const std::string& text) const {
         std::ofstream(folder_ / name, std::ios::binary) << text;
     }
-    // Runs the command there; throws if it fails.
+    // Runs the command in the folder; throws if it fails.
     void make(const std::vector<std::string>& words) const {
-        constexpr double kPatience = 120;  // seconds, beside other tests
+        constexpr double kPatience = 120;  // seconds, while other tests run
         const Finished made = run_command(words, {folder_, kPatience});
         if (made.code != 0) throw std::runtime_error(words[1] + ": " + made.err);
     }
-    // mesh.ply, paint.spd, rig.toml, model.gltf and model.bin, picture.exr and reference.exr, which is the
-    // same.
+    // Writes mesh.ply, paint.spd, rig.toml, model.gltf and model.bin, and the identical picture.exr and
+    // reference.exr.
     void write_parts() const {
         write("mesh.ply", kMesh);
         write("paint.spd", "400 0.2\n500 0.4\n700 0.5\n");
@@ -57,17 +57,17 @@ class GoodFiles {
         write("model.bin", std::string(reinterpret_cast<const char*>(corners), sizeof corners));
         for (const char* name : {"picture.exr", "reference.exr"}) write_exr(folder_ / name, picture());
     }
-    // lamp.exr of rig.toml, its photographs in shots, and `far_field` of it.
+    // Makes lamp.exr from rig.toml, its photographs in shots, and its far field in `far_field`.
     void make_lamp(const std::string& far_field) const {
         make({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--photographs", "shots"});
         make({"light", "farfield", "lamp.exr", "--step", "15", "--plane-step", "90", "--efficacy", "100",
               "-o", far_field});
     }
-    // 2000 rays of lamp.exr, in the format that the name's end tells.
+    // Writes 2000 rays of lamp.exr, in the format given by the name's suffix.
     void make_rays(const std::string& name) const {
         make({"light", "emit", "lamp.exr", "--rays", "2000", "-o", name});
     }
-    // Of numbers that no packing makes small.
+    // Returns an image of numbers that do not compress.
     static Image picture() {
         Image image = Image::rgb(16, 16);
         for (std::size_t i = 0; i < image.data.size(); ++i)

@@ -1,5 +1,5 @@
-// The built command, started and killed without warning (SIGKILL) at a moment that is proven: when a phase of
-// its work has begun and has not ended, or while a file is being written.
+// Starts the built command and kills it without warning (SIGKILL) at a verified moment: while a phase is
+// running, or while a file is being written.
 #pragma once
 
 #include <fcntl.h>
@@ -21,8 +21,8 @@
 
 namespace lucerna::testing {
 
-// When to kill: at the beginning of the phase (as the command names it), or when the temporary file is made
-// that will be `file` ("*": any); the `count`-th time, from 1.
+// When to kill: at the beginning of the phase (by the command's name for it), or when the temporary file of
+// `file` ("*": any file) is created; the `count`-th time, from 1.
 struct KillAt {
     std::string phase, file;
     int count = 1;
@@ -30,9 +30,9 @@ struct KillAt {
 
 struct Ended {
     int code = 0;           // 128 + the signal if one ended it
-    std::string said;       // its standard output
-    bool killed = false;    // by us
-    bool in_place = false;  // the phase had not ended, the temporary file was there
+    std::string said;       // standard output
+    bool killed = false;    // by the test
+    bool in_place = false;  // the phase had not ended, or the temporary file existed
     std::vector<std::string> lines() const {
         std::vector<std::string> all;
         for (std::size_t at = 0, end = 0; at < said.size(); at = end + 1) {
@@ -43,7 +43,7 @@ struct Ended {
     }
 };
 
-// Names of the phases that a command told of, in order, each once.
+// Returns the names of the phases that a command reports, in order, each once.
 inline std::vector<std::string> phases_of(const Ended& ended) {
     constexpr std::string_view kBegun = " …";
     std::vector<std::string> names;
@@ -55,7 +55,7 @@ inline std::vector<std::string> phases_of(const Ended& ended) {
     return names;
 }
 
-// A descriptor that is closed.
+// A file descriptor that is closed on destruction.
 class Handle {
   public:
     explicit Handle(int number) : number_(number) {
@@ -72,12 +72,12 @@ class Handle {
 
 class KillableCommand {
   public:
-    // In `folder`; files are watched for in `watched`.
+    // Runs in `folder` and watches `watched` for files.
     KillableCommand(std::filesystem::path folder, std::filesystem::path watched)
         : folder_(std::move(folder)), watched_(std::move(watched)) {}
     explicit KillableCommand(const std::filesystem::path& folder) : KillableCommand(folder, folder) {}
 
-    // To its end, or to where it is killed.
+    // Runs the command to its end, or to the moment of the kill.
     Ended run(const std::vector<std::string>& words, const std::optional<KillAt>& when = {}) const {
         const Handle events(inotify_init1(IN_NONBLOCK | IN_CLOEXEC));
         if (inotify_add_watch(events, watched_.c_str(), IN_CREATE) < 0) throw std::runtime_error("no watch");
@@ -93,13 +93,13 @@ class KillableCommand {
         int status = 0;
         waitpid(child, &status, 0);
         ended.code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
-        // It may have come to its end before the signal did.
+        // The command may end before the signal arrives.
         ended.killed = ended.code == 128 + SIGKILL;
         if (ended.killed && when) ended.in_place = in_place(ended, child, *when);
         return ended;
     }
 
-    // Again until the kill has fallen where it should; `before` each time.
+    // Repeats until the kill falls on the right moment; calls `before` each time.
     template <typename Before>
     Ended kill(const std::vector<std::string>& words, const KillAt& when, Before&& before) const {
         Ended ended;
@@ -126,7 +126,7 @@ class KillableCommand {
         return child;
     }
 
-    // Until it is silent for good.
+    // Watches the output until it is closed.
     static Ended watch(pid_t child, int from, int events, const std::optional<KillAt>& when) {
         Ended ended;
         bool sent = false;
@@ -150,7 +150,7 @@ class KillableCommand {
         }
     }
 
-    // As replace_file() names what it has not finished.
+    // Returns whether the name is that of a temporary file of replace_file().
     static bool is_unfinished(std::string_view name, pid_t child, const std::string& file) {
         const std::string suffix = "." + std::to_string(child) + ".part";
         return file == "*" ? name.ends_with(suffix) : name == file + suffix;
@@ -194,7 +194,7 @@ class KillableCommand {
     std::filesystem::path folder_, watched_;
 };
 
-// What killed commands leave beside their files.
+// Removes the temporary files that killed commands leave.
 inline void remove_parts(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> parts;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {

@@ -1,5 +1,5 @@
-// The built command, killed without warning (SIGKILL) in every phase of its work and started again: the final
-// files are those of a run that nobody disturbed, and at no time is any file half written.
+// Kills the built command (SIGKILL) in every phase and starts it again: the final files are those of an
+// undisturbed run, and no file is ever half written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -20,7 +20,7 @@
 namespace lucerna {
 namespace kill_test {
 
-// A room with a lamp, a mirror ball and many spheres of many triangles, so that reading takes its time, too.
+// A room with a lamp, a mirror ball and many spheres of many triangles, so that reading also takes time.
 constexpr const char* kScene = R"(
 LookAt 0 1 -3.9  0 1 0  0 1 0
 Camera "perspective" "float fov" 40
@@ -42,7 +42,8 @@ class Killed : public ::testing::TestWithParam<const char*> {
   protected:
     void SetUp() override { std::ofstream(folder_ / "scene.pbrt") << kScene; }
 
-    // Killed after so many seconds (< 0: never). The exit code; 128 + the signal if one ended it.
+    // Runs the command and kills it after `seconds` (< 0: never). Returns the exit code, or 128 + the signal
+    // that ended it.
     int run(const std::vector<std::string>& more, double seconds) const {
         std::vector<std::string> words = command_line(more);
         words.insert(words.begin(), LUCERNA_COMMAND);
@@ -79,7 +80,7 @@ class Killed : public ::testing::TestWithParam<const char*> {
         return {};
     }
 
-    // What is there can be read, whole: the old or the new, never half of one.
+    // Expects all existing files to be complete, either the old or the new version.
     void expect_whole_files() const {
         std::error_code status;
         if (std::filesystem::exists(folder_ / "a.exr", status)) {
@@ -88,7 +89,7 @@ class Killed : public ::testing::TestWithParam<const char*> {
         if (std::filesystem::exists(folder_ / "a.png", status)) {
             const std::vector<std::byte> png = read_bytes(folder_ / "a.png");
             ASSERT_GT(png.size(), 12U);
-            // IEND and its check are the last eight bytes of any whole PNG.
+            // IEND and its CRC are the last eight bytes of any complete PNG.
             EXPECT_EQ(std::string(reinterpret_cast<const char*>(&png[png.size() - 8]), 4), "IEND");
         }
         if (std::filesystem::exists(folder_ / "c", status)) {
@@ -99,7 +100,7 @@ class Killed : public ::testing::TestWithParam<const char*> {
     testing::TemporaryFolder folder_;
 };
 
-// Kills at times spread over the whole of an undisturbed run: reading, preparing, image, writing.
+// Kills at times spread over the whole of an undisturbed run: reading, preparing, rendering, writing.
 TEST_P(Killed, AtAnyTime_ResumesToTheSameFiles) {
     const std::vector<std::string> words{
         "-o", "a.exr",    "--png", "--show-every",       "0.02s", "--checkpoint",
@@ -126,7 +127,7 @@ TEST_P(Killed, AtAnyTime_ResumesToTheSameFiles) {
             expect_whole_files();
             ASSERT_LT(kills, 100) << "it never ends";
         } while (code != 0 && kills % 3 != 0);
-        if (code != 0) {  // and now in peace
+        if (code != 0) {  // runs undisturbed to the end
             ASSERT_EQ(run(words, -1), 0);
         }
         EXPECT_EQ(expected.data, read_exr(folder_ / "a.exr").data);
@@ -135,7 +136,7 @@ TEST_P(Killed, AtAnyTime_ResumesToTheSameFiles) {
     EXPECT_GT(kills, 3);
 }
 
-// Killed while it writes its files for the last time: each of them is caught half written.
+// Kills while the final files are being written, once for each of them.
 TEST_P(Killed, WhileItWrites_LeavesWholeFiles) {
     const std::vector<std::string> words{"-o",           "a.exr", "--png",    "--spp", "2",
                                          "--checkpoint", "c",     "--resume", "c"};
@@ -143,7 +144,7 @@ TEST_P(Killed, WhileItWrites_LeavesWholeFiles) {
     const Image expected = read_exr(folder_ / "a.exr");
     const testing::KillableCommand command(folder_.path());
     for (const char* const file : {"a.exr", "a.png", "c"}) {
-        // Nothing is left to render: after reading all that is done is writing.
+        // Nothing is left to render, so the command reads and then only writes.
         const testing::Ended ended =
             command.kill(command_line(words), {"", file, 1}, [&] { testing::remove_parts(folder_.path()); });
         ASSERT_TRUE(ended.killed && ended.in_place) << file << ": no kill fell there\n" << ended.said;

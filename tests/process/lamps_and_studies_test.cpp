@@ -1,6 +1,5 @@
-// Commands that make lamps, and studies, killed in every phase and while they write each file: what is there
-// is the old file or the new one, and the same command, given again, ends with the files of one that nobody
-// disturbed.
+// Kills commands that make lamps, and studies, in every phase and while they write each file: each file is
+// the old one or the new one, and the same command, repeated, ends with the files of an undisturbed run.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,9 +26,10 @@ using ::testing::Not;
 
 struct Making {
     std::string name;
-    std::vector<std::string> prepare, words;  // the command; OUT stands for the output's name without its end
-    std::vector<std::string> files;           // that it writes, in order: ends of names
-    std::vector<std::string> phases;          // that it must have
+    std::vector<std::string> prepare,
+        words;                        // the command; OUT stands for the output's name without its suffix
+    std::vector<std::string> files;   // the files that it writes, in order, as suffixes of names
+    std::vector<std::string> phases;  // the phases that it must have
 
     friend void PrintTo(const Making& making, std::ostream* out) { *out << making.name; }
 };
@@ -81,8 +81,8 @@ class KilledMaker : public ::testing::TestWithParam<Making> {
         return all;
     }
 
-    // Files of old that nobody can take for new ones: the beginnings of such files, since a table of cells
-    // replaces no file of another kind.
+    // Returns an old file that cannot be mistaken for the new one: the beginning of such a file, since a cell
+    // table does not replace a file of another kind.
     std::vector<std::byte> old_of(const std::string& file) const {
         constexpr std::ptrdiff_t kHead = 16;
         const std::vector<std::byte>& whole = expected_.at(file);
@@ -130,7 +130,7 @@ TEST_P(KilledMaker, WhileAFileIsWritten_MadeAllTheSame) {
 INSTANTIATE_TEST_SUITE_P(Lamps, KilledMaker, ::testing::ValuesIn(makings()),
                          [](const auto& test) { return test.param.name; });
 
-// A luminaire in a scene file keeps its sums when the user stops it.
+// A luminaire in a scene file keeps its sums when the user interrupts it.
 class StoppedLuminaire : public ::testing::Test {
   protected:
     void SetUp() override {
@@ -146,12 +146,12 @@ class StoppedLuminaire : public ::testing::Test {
         return {"light", "acquire", "rig.toml", "-o", out};
     }
 
-    static constexpr double kPatience = 120;  // seconds, beside other tests
+    static constexpr double kPatience = 120;  // seconds, while other tests run
     TemporaryFolder folder_;
 };
 
 TEST_F(StoppedLuminaire, AmongItsLightPaths_GoesOnToTheSameBytes) {
-    // Later each time, until blocks of light paths are done, and others are not.
+    // The delay grows until some blocks of light paths are done, but not all.
     Finished stopped;
     double delay = 0.2;  // seconds within the phase
     for (int attempt = 0; attempt < 20; ++attempt, delay *= 1.3) {
@@ -234,7 +234,8 @@ class KilledStudy : public ::testing::Test {
         std::ofstream(out() / "results.csv") << "old";
     }
 
-    // Rows without what depends on times: the seconds, and whether a point is among the best.
+    // Returns the rows without the columns that depend on time: the seconds, and whether a point is among the
+    // best.
     std::vector<std::string> table(const std::string& name) const {
         std::vector<std::string> rows;
         std::istringstream lines(read_text(folder_ / name / "results.csv"));
@@ -277,7 +278,7 @@ TEST_F(KilledStudy, WithinARender_SameTable) {
     for (const int render : {2, 4, 7}) expect_same_table({"image", "", render}, folder_.path());
 }
 
-// Between a render's image and its notes, and between renders: their files come one after the other.
+// A render writes its image and its notes one after the other; kills between them, and between renders.
 TEST_F(KilledStudy, WhileAFileIsWritten_SameTable) {
     begin_anew();
     for (const int file : {1, 2, 3, 8, 13}) expect_same_table({"", "*", file}, out() / "runs");

@@ -1,5 +1,4 @@
-// The memory that an image takes is what is foretold; where there is less, the command says so before any
-// work.
+// An image takes the predicted amount of memory; with less, the command refuses before any work.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -18,7 +17,7 @@ namespace memory_test {
 
 struct Ran {
     int code;
-    double bytes;  // resident, at the most
+    double bytes;  // peak resident memory
 };
 
 class ImageInMemory : public ::testing::Test {
@@ -27,10 +26,11 @@ class ImageInMemory : public ::testing::Test {
         if (testing::kSanitized) GTEST_SKIP() << "sanitizers take memory of their own";
         std::ofstream(folder_ / "sky.pbrt")
             << "Camera \"perspective\" Film \"rgb\" WorldBegin LightSource \"infinite\"\n"
-               "Shape \"sphere\" \"float radius\" 0.1\n";  // a scene without shapes has a warning more
+               "Shape \"sphere\" \"float radius\" 0.1\n";  // a scene without shapes gives an additional
+                                                           // warning
     }
 
-    // `limit`: of the address space, bytes; 0: none.
+    // `limit` is that of the address space in bytes; 0: none.
     Ran render(const std::string& resolution, std::uint64_t limit = 0) const {
         std::vector<std::string> words{LUCERNA_COMMAND, "render",    "sky.pbrt", "-o",     "sky.exr",
                                        "--resolution",  resolution,  "--spp",    "1",      "--integrator",
@@ -78,8 +78,8 @@ TEST_F(ImageInMemory, MoreThanTheProcessMayHave_IsOneLineAndTheOldImageStays) {
     EXPECT_EQ(read_text(folder_ / "sky.exr"), "old");
 }
 
-// Libraries set up threads, devices and tables with the first memory they get: wherever the limit falls, it
-// is the machine's, and said in one line.
+// Libraries set up threads, devices and tables with the first memory they get. Wherever the limit falls, the
+// error blames the machine, in one line.
 TEST_F(ImageInMemory, AnyLimit_IsNoFaultOfOurs) {
     int refused = 0, done = 0;
     for (std::uint64_t limit = std::uint64_t{64} << 20; limit < std::uint64_t{1} << 30;
@@ -87,7 +87,7 @@ TEST_F(ImageInMemory, AnyLimit_IsNoFaultOfOurs) {
         const Ran ran = render("16x16", limit);
         const std::string said =
             std::filesystem::file_size(folder_ / "errors") > 0 ? read_text(folder_ / "errors") : "";
-        if (ran.code == 127) continue;  // the loader itself has no room for the program
+        if (ran.code == 127) continue;  // the loader itself has no memory for the program
         EXPECT_TRUE(ran.code == 0 || ran.code == 1)
             << ran.code << " with " << (limit >> 20) << " MB: " << said;
         EXPECT_EQ(said.find("fault"), said.npos) << said;

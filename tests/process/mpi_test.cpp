@@ -1,5 +1,5 @@
-// The built command under mpirun: the image of one process, bit for bit; ranks that die, that are asked to
-// stop, that would render another picture.
+// The built command under mpirun gives the image of one process, bit for bit; also tests ranks that die, that
+// are asked to stop, or that would render another picture.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -72,7 +72,7 @@ class Mpi : public ::testing::TestWithParam<Method> {
         std::ofstream(folder_ / "fog.pbrt") << std::string(kScene) + kFog;
     }
 
-    // More ranks than processors, by whichever user.
+    // Allows more ranks than processors, for any user.
     Start on(int ranks) const {
         Start start{folder_.path(), 120};
         start.launcher = {"mpirun", "--oversubscribe", "--bind-to", "none", "-n", std::to_string(ranks)};
@@ -80,7 +80,7 @@ class Mpi : public ::testing::TestWithParam<Method> {
             for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"})
                 setenv(name, "1", 1);
             setenv("OMP_WAIT_POLICY", "passive", 1);
-            // One host: no ssh is looked for. Containers may not let processes read each other's memory.
+            // On a single host no ssh is needed. Containers may not let processes read each other's memory.
             setenv("OMPI_MCA_plm", "isolated", 1);
             setenv("OMPI_MCA_btl_vader_single_copy_mechanism", "none", 1);
         };
@@ -120,7 +120,7 @@ class MpiEveryMethod : public Mpi {
                 ASSERT_EQ(result.code, 0) << result.out << result.err;
                 expect_same_image("one.exr", "many.exr");
                 EXPECT_EQ(read_bytes(folder_ / "one.png"), read_bytes(folder_ / "many.png"));
-                // One voice.
+                // Only one rank prints.
                 const std::size_t said = result.out.find("image    many.exr");
                 EXPECT_NE(said, result.out.npos) << result.out;
                 EXPECT_EQ(result.out.find("image    many.exr", said + 1), result.out.npos) << result.out;
@@ -150,7 +150,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Method{"progressive", {"--set", "photons=4000", "--set", "prepass=2000"}, true},
                       Method{"direct", {"--no-adaptive"}}));
 
-// The rank with that number among mpirun's children.
+// Returns the rank with that number among mpirun's children.
 pid_t rank_of(pid_t mpirun, int number) {
     std::vector<pid_t> children;
     std::ifstream list(fmt::format("/proc/{0}/task/{0}/children", mpirun));
@@ -206,7 +206,8 @@ TEST_F(Mpi, AskedToStop_WritesWhatThereIsAndGoesOnAlone) {
     const auto in_child = start.in_child;
     start.in_child = [in_child] {
         in_child();
-        // So many seconds mpirun waits before it asks its ranks to end, and again before it kills them.
+        // mpirun waits this number of seconds before it asks its ranks to end, and again before it kills
+        // them.
         setenv("OMPI_MCA_odls_base_sigkill_timeout", "2", 1);
     };
     const Finished first = run_command(with(words, {"-o", "many.exr"}), start, in_phase(SIGINT, "passes"));
@@ -246,7 +247,7 @@ TEST_F(Mpi, RanksThatWouldRenderAnotherPicture_AreRefusedByName) {
     }
 }
 
-// A rank without the scene's files gets them; it says so where they are not enough.
+// A rank without the scene's files receives them, and reports if they do not suffice.
 TEST_F(Mpi, BroadcastScene_ReachesRanksThatDoNotHaveIt) {
     const Words words{"render", "scenes/scene.pbrt", "--spp", "4", "--broadcast-scene", "-o", "../many.exr"};
     for (const char* name : {"here/scenes", "here/lamps", "there"})
@@ -271,7 +272,7 @@ TEST_F(Mpi, BroadcastScene_ReachesRanksThatDoNotHaveIt) {
     EXPECT_THAT(refused.err, HasSubstr("scenes/scene.pbrt: no such file"));
 }
 
-// Lamps and studies, too, are those of one process.
+// Lamps and studies are also those of one process.
 TEST_F(Mpi, LightAcquire_IsTheLampOfOneProcess) {
     std::ofstream(folder_ / "luminaire.pbrt")
         << "Camera \"perspective\" Film \"rgb\" WorldBegin\nTranslate 0 0 -0.02\n"
@@ -292,7 +293,7 @@ TEST_F(Mpi, LightAcquire_IsTheLampOfOneProcess) {
             EXPECT_EQ(many.out.find("content hash", said + 1), many.out.npos) << many.out;
         }
     }
-    // Its description is another one on a rank.
+    // One rank has another description.
     const Words words{"light", "acquire",       "rig.toml", "-o",      "no.exr",     ":",  "-n",
                       "1",     LUCERNA_COMMAND, "light",    "acquire", "scene.toml", "-o", "no.exr"};
     const Finished apart = run_command(words, on(1));
@@ -351,7 +352,7 @@ TEST_F(Mpi, OtherCommands_AreDoneOnceByRank0) {
     EXPECT_THAT(wrong.err, HasSubstr("nowhere.exr: no such file"));
 }
 
-// srun without --mpi=pmix: as many processes, each of which would write the same image.
+// srun without --mpi=pmix starts independent processes, each of which would write the same image.
 TEST_F(Mpi, ManyProcessesWithoutMpi_AreRefusedUnlessTheyRenderParts) {
     Start start{folder_.path()};
     start.in_child = [] { setenv("SLURM_STEP_NUM_TASKS", "4", 1); };

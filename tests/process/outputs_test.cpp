@@ -1,6 +1,6 @@
-// Every output of every command, given every file that the command reads and every other output, by its own
-// name, by another spelling and through a link: refused in one line before any work, and nothing is lost.
-// What a command reads is not told here: it is watched.
+// Directs every output of every command at every file that the command reads and at every other output, by
+// its own name, by another spelling and through a link: each is refused in one line before any work, and no
+// file is lost. The files that a command reads are observed, not listed here.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/inotify.h>
@@ -32,8 +32,8 @@ namespace fs = std::filesystem;
 // An option that names a file to be written, or a file whose name follows from it.
 struct Output {
     std::string option, file;
-    std::string derived_from = {};  // option whose file it lies beside; empty: it is named itself
-    // The file that the option must get for `wanted` to be what is written beside it.
+    std::string derived_from = {};  // the option whose file determines the name; empty: it is named itself
+    // Returns the option's file name for which `wanted` is written beside it.
     std::string (*named_for)(const std::string& wanted) = nullptr;
 };
 
@@ -41,7 +41,7 @@ struct Command {
     std::string name;
     std::vector<std::string> words;
     std::vector<Output> outputs;
-    std::vector<std::string> inputs;  // that it must at least be seen to read
+    std::vector<std::string> inputs;  // files that it must at least be seen to read
 };
 
 std::string with_suffix(const std::string& file, const std::string& suffix) {
@@ -121,7 +121,7 @@ Material "diffuse" "texture reflectance" "t"
 Shape "sphere" "float radius" 2
 )";
 
-// Of what is read before anything can be known.
+// Removes the warnings that reading prints before the refusal.
 std::string without_warnings(const std::string& err) {
     std::istringstream lines(err);
     std::string rest;
@@ -133,7 +133,7 @@ std::string without_warnings(const std::string& err) {
 
 using Contents = std::map<std::string, std::string>;
 
-// Of all files in a folder, and where its links lead.
+// Returns the contents of all files in a folder, and the targets of its links.
 Contents contents(const fs::path& folder) {
     Contents all;
     for (const auto& entry : fs::directory_iterator(folder)) {
@@ -187,7 +187,7 @@ class EveryOutput : public ::testing::Test {
         return words;
     }
 
-    // Names of the files in the folder that were there and that the command opened.
+    // Returns the names of the files in the folder that the command opened and that existed before.
     std::vector<std::string> read_by(const Command& command) {
         begin_anew();
         const Contents before = contents(folder_->path());
@@ -214,7 +214,8 @@ class EveryOutput : public ::testing::Test {
         const std::vector<std::string> words = words_of(command, names);
         const fs::path here = fs::current_path();
         fs::current_path(folder_->path());
-        // As a function: a thousand processes would spend minutes in the dynamic linker.
+        // Calls the command as a function, because a thousand processes would spend minutes in the dynamic
+        // linker.
         const Outcome outcome = lucerna_run(words);
         fs::current_path(here);
         SCOPED_TRACE(command.name + ::testing::PrintToString(words) + outcome.out + outcome.err);
@@ -230,15 +231,16 @@ class EveryOutput : public ::testing::Test {
 };
 TemporaryFolder* EveryOutput::good_ = nullptr;
 
-// The option that is given, the file that it is given, and what is written.
+// The option that is given, the file name that it is given, and the file that is written.
 struct Aim {
     std::string given_for, name, written;
 };
 
-// How an output comes to be written as `target`: itself, or through a link of the right suffix.
+// Returns the ways in which an output is written to `target`: directly, or through a link of the right
+// suffix.
 std::vector<Aim> aims_at(const fs::path& folder, const Output& output, const std::string& target) {
     const std::string suffix = fs::path(output.file).extension();
-    const bool any = suffix == ".json" || suffix == ".checkpoint";  // whose names may end in anything
+    const bool any = suffix == ".json" || suffix == ".checkpoint";  // names may have any suffix
     std::vector<Aim> aims;
     const auto named = [&](const std::string& written) {
         return output.derived_from.empty() ? written : output.named_for(written);
@@ -265,12 +267,12 @@ TEST_F(EveryOutput, OnAFileThatIsRead_IsRefusedAndNothingIsLost) {
         const std::vector<std::string> inputs = read_by(command);
         EXPECT_THAT(inputs, IsSupersetOf(command.inputs)) << command.name;
         begin_anew();
-        // Of hundreds of photographs, one stands for all.
+        // Two of hundreds of photographs suffice.
         int photographs = 0;
         for (const std::string& input : inputs) {
             if (input.starts_with("view_") && ++photographs > 2) continue;
             for (const Output& output : command.outputs) {
-                // What is gone on from may be kept up to date: one option may name what the other reads.
+                // A checkpoint may be updated in place: both options may name the same file.
                 if (output.option == "--checkpoint" && input == "kept.checkpoint") continue;
                 for (const Aim& aim : aims_at(folder_->path(), output, input))
                     expect_refused(command, {{aim.given_for, aim.name}});
@@ -294,7 +296,7 @@ TEST_F(EveryOutput, OnAnotherOutput_IsRefusedAndNothingIsMade) {
     }
 }
 
-// Two streams, and a stream twice: nothing is kept there that could be lost.
+// Devices hold nothing that could be lost, so two streams, or one stream twice, are accepted.
 TEST_F(EveryOutput, Devices_MayBeGivenToAny) {
     begin_anew();
     const Finished finished = run_command(
@@ -308,7 +310,7 @@ TEST_F(EveryOutput, Devices_MayBeGivenToAny) {
     EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-// A file of the user's own where the cell table would be kept.
+// A file of the user's own stands where the cell table would be stored.
 TEST_F(EveryOutput, CellTable_NeverReplacesWhatIsNone) {
     begin_anew();
     for (const std::vector<std::string>& words :
@@ -321,7 +323,7 @@ TEST_F(EveryOutput, CellTable_NeverReplacesWhatIsNone) {
         EXPECT_THAT(finished.err, HasSubstr("lamp.cells: is not a cell table; it is left as it is"));
         EXPECT_EQ(read_text(*folder_ / "lamp.cells"), "notes about the lamp");
     }
-    // Which does not keep a damaged or an old one of ours from being replaced.
+    // A damaged or an outdated cell table is replaced.
     fs::remove(*folder_ / "lamp.cells");
     std::ofstream(*folder_ / "lamp.cells") << "LUCCELLS of long ago";
     EXPECT_EQ(
@@ -330,7 +332,7 @@ TEST_F(EveryOutput, CellTable_NeverReplacesWhatIsNone) {
     EXPECT_GT(fs::file_size(*folder_ / "lamp.cells"), 1000U);
 }
 
-// Files that a command names itself.
+// Tests files that a command names itself.
 TEST_F(EveryOutput, PhotographsAndParts_NeverReplaceWhatIsRead) {
     begin_anew();
     fs::create_directory(*folder_ / "made-parts");

@@ -1,6 +1,6 @@
-// Renders killed in every phase of their work, as the command itself names them, and while each of their
-// files is written: resumed, they end with the files of a render that nobody disturbed, to the byte; and what
-// is there in the meantime is the old file or the new one.
+// Kills renders in every phase, by the command's own names, and while each file is being written: resumed,
+// they end with the files of an undisturbed render, to the byte. In the meantime each file is the old one or
+// the new one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ namespace phases_test {
 using namespace testing;
 using ::testing::IsSupersetOf;
 
-// A room with two lamps and a mirror ball, and a body of many triangles, so that reading takes its time, too.
+// A room with two lamps and a mirror ball, and a body of many triangles, so that reading also takes time.
 constexpr const char* kScene = R"(
 LookAt 0 1 -3.9  0 1 0  0 1 0
 Camera "perspective" "float fov" 40
@@ -41,8 +41,8 @@ Shape "sphere" "float radius" 0.3
 struct Case {
     std::string name, integrator;
     std::vector<std::string> set;
-    std::vector<std::string> phases;  // that it must have, beside reading
-    const char* spp = "8";            // so many that there is time to fall into the image
+    std::vector<std::string> phases;  // the phases that it must have besides reading
+    const char* spp = "8";            // large enough to hit the image phase
 
     friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 };
@@ -78,7 +78,7 @@ class KilledInPhase : public ::testing::TestWithParam<Case> {
         phases_ = phases_of(undisturbed);
         expected_ = read_exr(folder_ / "expected.exr");
         picture_ = read_bytes(folder_ / "expected.png");
-        // What was there before.
+        // Makes the old files.
         std::vector<std::string> others = words("old", "2");
         others.insert(others.end(), {"--seed", "9"});
         ASSERT_EQ(command().run(others).code, 0);
@@ -112,7 +112,7 @@ class KilledInPhase : public ::testing::TestWithParam<Case> {
         return all;
     }
 
-    // As if an earlier render had been there, and nothing since.
+    // Restores the state after an earlier render.
     void begin_anew() const {
         for (const char* suffix : {".exr", ".png"}) {
             std::filesystem::copy_file(folder_ / (std::string("old") + suffix),
@@ -138,7 +138,7 @@ class KilledInPhase : public ::testing::TestWithParam<Case> {
         Ended ended = command().kill(words("a"), when, [this] { begin_anew(); });
         ASSERT_TRUE(ended.in_place) << where << ": no kill fell there\n" << ended.said;
         expect_old_or_new(where);
-        // Once more, in what goes on from there, if it comes there at all; and then in peace.
+        // Kills the resumed run too, if it reaches the moment, and then runs undisturbed.
         ended = command().run(words("a"), when);
         ASSERT_TRUE(ended.killed || ended.code == 0) << where << " " << ended.code;
         expect_old_or_new(where);
@@ -160,7 +160,7 @@ TEST_P(KilledInPhase, ByName_ResumesToTheSameFiles) {
     for (const std::string& phase : phases_) expect_resumed_to_the_same({phase, "", 1}, phase);
 }
 
-// The checkpoint first, second and fourth time: there is then one to go on from, or none.
+// Kills at the checkpoint's first, second and fourth write, so that one to resume from exists or not.
 TEST_P(KilledInPhase, WhileAFileIsWritten_ResumesToTheSameFiles) {
     for (const int count : {1, 2, 4})
         expect_resumed_to_the_same({"", "a.checkpoint", count}, "checkpoint " + std::to_string(count));

@@ -1,7 +1,6 @@
-// A portable build makes the same image on every machine that can run it [docs/explanation/portable.md].
-// Other machines are played by what differs between them: the instruction set that Embree works with, which a
-// preloaded library changes against the program's own wish, and the variants of libm's functions that glibc
-// chooses.
+// A portable build makes the same image on every machine that can run it [docs/explanation/portable.md]. Two
+// differences simulate other machines: Embree's instruction set, which a preloaded library overrides, and the
+// variants of libm's functions that glibc chooses.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,8 +19,8 @@ namespace portable_test {
 
 using ::testing::HasSubstr;
 
-// Fine meshes in instances that are turned and stretched, a texture of holes and half-holes, glass, metal, a
-// lamp of triangles and a spot.
+// Fine meshes in rotated and stretched instances, a texture with alpha 0 and 1/2, glass, metal, a mesh lamp
+// and a spot.
 constexpr const char* kScene = R"(
 LookAt 0 1 -3.9  0 0.9 0  0 1 0
 Camera "perspective" "float fov" 42
@@ -59,7 +58,7 @@ AttributeBegin Material "metal" "float roughness" 0.05 Translate -0.2 0.9 0.9
   Shape "sphere" "float radius" 0.3 AttributeEnd
 )";
 
-// Names of glibc 2.33 and later.
+// Tunable names of glibc 2.33 and later.
 constexpr const char* kOldLibm = "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4";
 
 struct Case {
@@ -77,8 +76,8 @@ class PortableImages : public ::testing::TestWithParam<Case> {
   protected:
     void SetUp() override { std::ofstream(folder_ / "scene.pbrt") << kScene; }
 
-    // The picture's values, as a machine makes them on which Embree uses `isa` and libm what `tunables`
-    // leave.
+    // Returns the hash of the picture's values on a machine where Embree uses `isa` and libm obeys
+    // `tunables`.
     std::uint64_t picture(const std::string& isa, const std::string& tunables, int seed = 0) const {
         const std::string command = fmt::format(
             "cd '{}' && rm -f note && LD_PRELOAD='{}' LUCERNA_TEST_ISA={} LUCERNA_TEST_NOTE=note "
@@ -126,8 +125,8 @@ std::string output_of(const std::string& command) {
     return said;
 }
 
-// What the test above must be able to see: a program that takes libm as it finds it gets other bits by these
-// tunables. (Were it not so, the test would show nothing of libm.)
+// Verifies the test above: a program with the system's libm gets other bits under these tunables; otherwise
+// the test would show nothing about libm.
 TEST(PortableBuild, TunablesThemselves_ChangeAProgramThatTakesLibmAsItIs) {
     const std::string sum =
         " python3 -c 'import math; print(hash(tuple(math.sin(i * 0.37) + math.exp(i * 1e-4) for i in "

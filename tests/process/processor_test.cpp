@@ -1,5 +1,5 @@
-// What is told on a processor that lacks what the program was compiled for: tests/startup/processor.sh looks
-// at the program itself.
+// The message on a processor that lacks an instruction set of the build; tests/startup/processor.sh tests the
+// program itself.
 #include "engine/cli/main/processor.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ std::string lacking(const Processor& processor, const InstructionSet* sets = kSe
     return names.data();
 }
 
-// By their own words: SSE4.2; and AVX2 with all that came beside it.
+// The processors' CPUID words: SSE4.2, and AVX2 with the other extensions of that generation.
 Processor nehalem() {
     Processor processor;
     processor.words[kLeaf1Ecx] = 1U << 20;
@@ -45,7 +45,7 @@ TEST(Processor, WithAll_LacksNothing) {
 
 TEST(Processor, OfEarlierKind_LacksWhatItDoesNotTellOf) {
     EXPECT_EQ(lacking(nehalem()), "AVX, AVX2, BMI2, LZCNT");
-    Processor hidden = haswell();  // a virtual machine may hide any one
+    Processor hidden = haswell();  // a virtual machine may hide any of them
     hidden.words[kLeaf7Ebx] ^= 1U << 8;
     EXPECT_EQ(lacking(hidden), "BMI2");
 }

@@ -1,6 +1,5 @@
-// Every file that a command reads, in the place of which stands a pipe, a device, a folder, a link to
-// nothing, an empty file or the first half of the right one: one line that names it, soon, and never a silent
-// wait.
+// Replaces every file that a command reads by a pipe, a device, a folder, a dangling link, an empty file or
+// the first half of the right file: the command names it in one line, soon, and never waits silently.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,11 +25,11 @@ using namespace testing;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-// Seconds.
+// Both limits are in seconds.
 constexpr double kPatience = kSanitized ? 120 : 30;
 constexpr double kMostWork = kSanitized ? 40 : 2;
 
-// What is needed around a scene's directive, or inside its world.
+// Returns the scene around a directive inside its world.
 std::string scene(const std::string& world) {
     return "Camera \"perspective\" Film \"rgb\" \"integer xresolution\" 4 \"integer yresolution\" 4\n"
            "Sampler \"independent\" \"integer pixelsamples\" 1\nIntegrator \"direct\"\nWorldBegin\n"
@@ -41,9 +40,9 @@ std::string scene(const std::string& world) {
 struct Reader {
     std::string name, file;
     std::vector<std::string> words;
-    std::string world = {};     // of scene NAME.pbrt, if it is read by one
-    bool needed = true;         // false: the command does without, and says so
-    bool half_is_fine = false;  // text of which a half has a meaning, too
+    std::string world = {};     // of the scene NAME.pbrt, if a scene reads the file
+    bool needed = true;         // false: the command works without it, with a warning
+    bool half_is_fine = false;  // text of which a half is valid too
     bool nothing_is_fine =
         false;  // included scene text that is empty adds nothing, as in pbrt, and that is said
 };
@@ -128,12 +127,12 @@ std::vector<Reader> readers() {
     Reader cells =
         in_scene("cells", "lamp.cells", "LightSource \"lightfield\" \"string filename\" \"lamp.exr\"");
     cells.needed = false;
-    cells.half_is_fine = true;  // ours, and made anew
+    cells.half_is_fine = true;  // the command's own, and rebuilt
     all.push_back(cells);
     return all;
 }
 
-// All good files, made once by the command itself.
+// All valid files, made once by the command itself.
 class EveryReader : public ::testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -155,7 +154,7 @@ class EveryReader : public ::testing::Test {
         good.make({"render", "whole.pbrt", "-o", "image.exr", "--checkpoint", "kept.checkpoint"});
         good.make({"render", "whole.pbrt", "-o", "image.exr", "--integrator", "photonmap", "--set",
                    "photons=100", "--save-maps", "kept.photons"});
-        // Of another description: magic, key, and a column.
+        // The file belongs to another description: magic, key, and a column.
         good.write("made.exr.part", std::string("UCLPART1") + std::string(200, '\1'));
         ASSERT_EQ(std::system(("gzip -k " + (*good_ / "part.pbrt").string()).c_str()), 0);
     }
@@ -163,10 +162,10 @@ class EveryReader : public ::testing::Test {
         delete good_;
         good_ = nullptr;
     }
-    // Whether the command may do its work all the same.
+    // Whether the command may succeed nevertheless.
     enum class Success : std::uint8_t { never, with_warning, silent };
 
-    // One reader, in a folder of its own.
+    // Tests one reader in its own folder.
     class Trial {
       public:
         explicit Trial(const Reader& reader) : reader_(reader) {
@@ -185,7 +184,7 @@ class EveryReader : public ::testing::Test {
                             reader_.name, reader_.file, finished.code, finished.signal, finished.seconds,
                             kPatience, finished.cpu_seconds, kMostWork, finished.out, finished.err));
             ASSERT_FALSE(finished.waited) << "it waits";
-            // Of this process alone: others that work at the same time may keep it waiting for its turn.
+            // Counts this process's time only: concurrent processes may delay it.
             EXPECT_LT(finished.cpu_seconds, kMostWork);
             EXPECT_EQ(finished.signal, 0);
             if (!reader_.needed) accepted = std::max(accepted, Success::with_warning);
@@ -211,7 +210,7 @@ TemporaryFolder* EveryReader::good_ = nullptr;
 
 TEST_F(EveryReader, TheRightFile_IsRead) {
     for (const Reader& reader : readers()) {
-        if (reader.name == "unfinished") continue;  // is of other work
+        if (reader.name == "unfinished") continue;  // belongs to other work
         const Finished finished = Trial(reader).run();
         EXPECT_EQ(finished.code, 0) << reader.name << ": " << finished.err;
         EXPECT_FALSE(finished.waited) << reader.name;
@@ -252,7 +251,7 @@ TEST_F(EveryReader, ALinkToNothing_IsRefusedAndMakesNothing) {
         const Trial trial(reader);
         fs::remove(trial.file());
         fs::create_symlink("nothing", trial.file());
-        // What is gone on from and kept up to date may be new, and is then made where the link leads.
+        // A checkpoint that is updated may be new, and is then created at the link's target.
         if (reader.name == "checkpoint") continue;
         trial.expect_refused_soon();
         EXPECT_TRUE(fs::is_symlink(trial.file())) << reader.name;
@@ -262,7 +261,7 @@ TEST_F(EveryReader, ALinkToNothing_IsRefusedAndMakesNothing) {
 
 TEST_F(EveryReader, AnEmptyFile_IsRefusedOrSaidToBeEmpty) {
     for (const Reader& reader : readers()) {
-        if (reader.name == "unfinished") continue;  // begun, and nothing done
+        if (reader.name == "unfinished") continue;  // begun without results
         const Trial trial(reader);
         fs::resize_file(trial.file(), 0);
         trial.expect_refused_soon(reader.nothing_is_fine ? Success::with_warning : Success::never);

@@ -1,4 +1,4 @@
-// Signals: while a command reads they end it, while it renders they ask it to stop and to keep what there is.
+// A signal ends a command while it reads; while it renders, it requests a stop that keeps the image so far.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,8 @@ using namespace testing;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// A body of a million triangles is worked on for about a second; some of them for longer than any test waits.
+// Returns a scene of bodies of a million triangles, each of which takes about a second; several take longer
+// than any test waits.
 std::string scene(int bodies) {
     std::string text = R"(
 Camera "perspective" "float fov" 40
@@ -76,7 +77,7 @@ TEST_P(Signals, WhileReading_EndTheCommandWithinASecond) {
 }
 
 TEST_P(Signals, WhileRendering_KeepWhatThereIsAndSaySo) {
-    // Once an image has been shown, there is something to keep.
+    // Once an image is shown, there is a result to keep.
     const SignalAt shown{GetParam(), [this](const std::string& out) {
                              return has_begun(out, "image") && std::filesystem::exists(folder_ / "a.json");
                          }};
@@ -100,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(Each, Signals, ::testing::Values(SIGINT, SIGTERM, SIGHU
 
 using SignalsOfOneKind = Signals;
 
-// nohup, and shells that start jobs in the background.
+// Simulates nohup, and shells that start jobs in the background.
 TEST_F(SignalsOfOneKind, IgnoredAtTheStart_StayIgnored) {
     Start how{folder_.path()};
     how.in_child = [] { std::signal(SIGHUP, SIG_IGN); };
@@ -111,7 +112,7 @@ TEST_F(SignalsOfOneKind, IgnoredAtTheStart_StayIgnored) {
     EXPECT_FALSE(read_exr(folder_ / "a.exr").attributes.contains("lucerna.stopped"));
 }
 
-// lucerna render ... | head -1
+// Simulates `lucerna render ... | head -1`.
 TEST_F(SignalsOfOneKind, ReaderOfTheOutputGone_TheImageIsWhole) {
     Start how{folder_.path()};
     how.close_after = 1;

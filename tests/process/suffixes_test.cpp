@@ -1,5 +1,5 @@
-// A file whose name ends in capitals (.PNG, .EXR, .PBRT, …) is read, and written, as what it is: every
-// command does the same in a folder in which all names end so.
+// Files with upper-case suffixes (.PNG, .EXR, .PBRT, …) are read and written by their type: every command
+// works alike in a folder in which all suffixes are upper-case.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ std::string lowered(const std::string& text) {
     return changed(text, [](int c) { return std::tolower(c); });
 }
 
-// "lamp.EXR", and "packed.PBRT.GZ"; what is no file's name stays.
+// Returns names such as "lamp.EXR" and "packed.PBRT.GZ"; words that are not file names stay unchanged.
 std::string in_capitals(const std::string& name) {
     static const std::set<std::string> kEnds{".pbrt", ".gz",  ".exr",  ".png",  ".ply",     ".spd",
                                              ".ies",  ".ldt", ".gltf", ".toml", ".tm25ray", ".dat",
@@ -63,7 +63,7 @@ std::string in_capitals(const std::string& name) {
     return in_capitals(path.string()) + end;
 }
 
-// The text of a file that names others, between quotes.
+// Returns the text of a file with the quoted file names in upper case.
 std::string naming_in_capitals(const std::string& text) {
     std::string all;
     for (std::size_t at = 0; at < text.size();) {
@@ -111,7 +111,7 @@ class Suffixes : public ::testing::Test {
         folders_ = nullptr;
     }
 
-    // Files that the command has made, by their names in small letters.
+    // Returns the files that the command made, by their lower-case names.
     static std::map<std::string, fs::path> made_by(const std::vector<std::string>& words,
                                                    const fs::path& folder, std::string& out) {
         std::set<fs::path> before;
@@ -127,7 +127,7 @@ class Suffixes : public ::testing::Test {
         return made;
     }
 
-    // Of images their pixels: their headers name the scene and the time.
+    // Compares images by their pixels, because their headers name the scene and the time.
     static void expect_same(const fs::path& a, const fs::path& b) {
         if (suffix_of(a) == ".exr") {
             const Image one = read_exr(a), other = read_exr(b);
@@ -150,7 +150,7 @@ class Suffixes : public ::testing::Test {
         ASSERT_EQ(made.size(), made_of_capitals.size());
         for (const auto& [name, file] : made) {
             ASSERT_TRUE(made_of_capitals.contains(name)) << name;
-            if (name.ends_with(".cells")) continue;  // begins with what belongs to it
+            if (name.ends_with(".cells")) continue;  // begins with the hash of its light field
             expect_same(file, made_of_capitals.at(name));
         }
         if (says_same) {
@@ -159,7 +159,7 @@ class Suffixes : public ::testing::Test {
         }
     }
 
-    // Of names in small letters, and of those that end in capitals.
+    // One folder has lower-case suffixes, the other upper-case ones.
     struct Folders {
         TemporaryFolder small, large;
     };
@@ -169,7 +169,7 @@ Suffixes::Folders* Suffixes::folders_ = nullptr;
 
 TEST_F(Suffixes, InCapitals_ARenderIsTheSame) {
     expect_alike({"render", "scene.pbrt", "-o", "made.exr", "--png", "--spp", "4"}, 2);
-    // Whose renders are named by what they are made of, names of files and all.
+    // A study names its renders by a hash that includes file names.
     const Finished study =
         run_command({"study", "study.TOML", "-o", "out", "--quiet"}, {folders_->large.path()});
     EXPECT_EQ(study.code, 0) << study.err;

@@ -1,5 +1,5 @@
-// Work that ranks share out: every item once, wherever; what they agree on; states that move.
-#include "engine/ranks/ranks.h"
+// Ranks do every item of a loop once, agree on values, and keep states at their owners.
+#include "engine/ranks/shared_work.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -80,7 +80,7 @@ TEST(Ranks, ASlowRank_GetsLessAndHoldsNobodyUp) {
     std::array<std::atomic<int>, 3> done{};
     on_ranks(3, {1}, [&](Ranks& ranks) {
         Ranks::Loop loop;
-        if (ranks.leads()) loop.items = items_to(120);
+        loop.shared = items_to(120);
         ranks.work({1, &ranks}, loop, [&](std::int64_t) {
             std::this_thread::sleep_for(std::chrono::milliseconds(ranks.rank() == 1 ? 40 : 2));
             ++done[static_cast<std::size_t>(ranks.rank())];
@@ -89,58 +89,106 @@ TEST(Ranks, ASlowRank_GetsLessAndHoldsNobodyUp) {
         ranks.agree_to_stop();
     });
     EXPECT_EQ(done[0] + done[1] + done[2], 120);
-    // A third each would have taken it 1.6 s, in which the others do 800 items.
+    // With an equal share this rank would take 1.6 s, in which the others do 800 items.
     EXPECT_LT(done[1], 12);
     EXPECT_GT(done[1], 0);
 }
 
-// Every item counts up, from wherever it was counted before.
-TEST(Ranks, StatesOfItems_AreWhereTheItemsAreDone) {
+// Every item counts up at its owner, and rank 0 gets it.
+TEST(Ranks, OwnedItems_AreDoneAtTheirOwnersInEveryRound) {
     constexpr std::int64_t kItems = 40;
     constexpr int kRounds = 6;
-    std::atomic<int> moved{0};
     on_ranks(3, {2, 1, 2}, [&](Ranks& ranks) {
+        const Workers workers{ranks.threads(ranks.rank()), &ranks};
         std::vector<std::vector<int>> states(kItems);
-        std::vector<int> holders(kItems, Ranks::kNobody);
+        const auto fields = [&](std::int64_t item, auto& archive) {
+            archive(states[static_cast<std::size_t>(item)]);
+        };
+        OwnedItems owned(workers, items_to(kItems));
         for (int round = 0; round < kRounds; ++round) {
-            Ranks::Loop loop;
-            if (ranks.leads()) {
-                loop.items = items_to(kItems);
-                loop.holders = holders;
-            }
-            loop.moved = [&](std::int64_t item, int rank) { holders[static_cast<std::size_t>(item)] = rank; };
-            loop.give = [&](std::int64_t item) {
-                Packer packer;
-                packer(std::exchange(states[static_cast<std::size_t>(item)], {}));
-                ++moved;
-                return packer.take();
-            };
-            loop.take = [&](std::int64_t item, std::vector<std::byte> state) {
-                if (state.empty()) return;
-                Unpacker unpacker(state);
-                unpacker(states[static_cast<std::size_t>(item)]);
-            };
-            ranks.work({ranks.threads(ranks.rank()), &ranks}, loop, [&](std::int64_t item) {
-                // Which rank is slow changes: items must move.
-                std::this_thread::sleep_for(std::chrono::milliseconds(ranks.rank() == round % 3 ? 5 : 1));
+            std::atomic<int> done{0};
+            const auto left = owned.work(workers, items_to(kItems), {}, [&](std::int64_t item) {
                 states[static_cast<std::size_t>(item)].push_back(round);
-                return true;
+                ++done;
             });
-            ranks.agree_to_stop();
+            EXPECT_TRUE(left.empty());
+            EXPECT_EQ(done, 8 * workers.threads);
+            if (round % 2 == 1) exchange(ranks, "states", ResultsOf::at_rank_0, owned.own(), fields);
         }
-        Packer own;
-        own(states);
-        const auto all = ranks.gather("states", own.take());
-        if (!ranks.leads()) return;
-        std::vector<int> rounds{0, 1, 2, 3, 4, 5};
-        for (std::size_t item = 0; item < kItems; ++item) {
-            std::vector<std::vector<int>> of_holder;
-            Unpacker unpacker(all[static_cast<std::size_t>(holders[item])]);
-            unpacker(of_holder);
-            EXPECT_EQ(of_holder[item], rounds) << item;
-        }
+        const std::vector<int> rounds{0, 1, 2, 3, 4, 5};
+        for (std::size_t item = 0; ranks.leads() && item < kItems; ++item) EXPECT_EQ(states[item], rounds);
     });
-    EXPECT_GT(moved, 0);
+}
+
+// A loop that ends early leaves the same items on all ranks, and the next loop does them.
+TEST(Ranks, OwnedItemsThatAreLeft_AreKnownToAllRanks) {
+    constexpr std::int64_t kItems = 60;
+    on_ranks(3, {1}, [&](Ranks& ranks) {
+        std::vector<int> done(kItems);
+        OwnedItems owned({1, &ranks}, items_to(kItems));
+        Ranks::Loop loop;
+        loop.ends = [&done] { return done[0] > 0; };
+        const auto count = [&](std::int64_t item) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            ++done[static_cast<std::size_t>(item)];
+        };
+        const std::set<std::int64_t> left = owned.work({1, &ranks}, items_to(kItems), loop, count);
+        EXPECT_GT(left.size(), kItems / 3U);
+        const std::vector<std::int64_t> rest(left.begin(), left.end());
+        EXPECT_TRUE(owned.work({1, &ranks}, rest, {}, count).empty());
+        for (std::int64_t item = 0; item < kItems; ++item)
+            EXPECT_EQ(done[static_cast<std::size_t>(item)], owned.is_own(item) ? 1 : 0);
+    });
+}
+
+// Items move from a slow rank to others with their states, and rank 0 gets all of them.
+TEST(Ranks, BalancedItems_MoveFromASlowRankWithTheirStates) {
+    constexpr std::int64_t kItems = 90;
+    constexpr int kRounds = 6;
+    std::array<std::atomic<int>, 3> last{};
+    on_ranks(3, {1}, [&](Ranks& ranks) {
+        const Workers workers{1, &ranks};
+        std::vector<std::vector<int>> states(kItems);
+        const auto fields = [&](std::int64_t item, auto& archive) {
+            archive(states[static_cast<std::size_t>(item)]);
+        };
+        OwnedItems owned(workers, items_to(kItems));
+        for (int round = 0; round < kRounds; ++round) {
+            int done = 0;
+            owned.work(workers, items_to(kItems), {}, [&](std::int64_t item) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(ranks.rank() == 1 ? 8 : 2));
+                states[static_cast<std::size_t>(item)].push_back(round);
+                ++done;
+            });
+            last[static_cast<std::size_t>(ranks.rank())] = done;
+            owned.balance(ranks, fields);
+        }
+        exchange(ranks, "states", ResultsOf::at_rank_0, owned.own(), fields);
+        const std::vector<int> rounds{0, 1, 2, 3, 4, 5};
+        for (std::size_t item = 0; ranks.leads() && item < kItems; ++item) EXPECT_EQ(states[item], rounds);
+    });
+    // Four times as slow, it has a ninth of the items.
+    EXPECT_EQ(last[0] + last[1] + last[2], kItems);
+    EXPECT_LE(last[1], 16);
+    EXPECT_GE(last[1], 6);
+}
+
+// Rank 0 learns of the progress of all ranks while they work on items of their own.
+TEST(Ranks, Progress_IsThatOfAllRanksOnTheWay) {
+    constexpr int kEach = 40;
+    std::atomic<std::int64_t> told{0}, told_before_the_end{0};
+    on_ranks(2, {1}, [&](Ranks& ranks) {
+        Ranks::Loop loop;
+        loop.own = items_to(ranks.leads() ? 1 : kEach);
+        loop.advance = [&](std::int64_t more) { told += more; };
+        ranks.work({1, &ranks}, loop, [&](std::int64_t item) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            if (item == kEach - 1) told_before_the_end = told.load();
+            return true;
+        });
+    });
+    EXPECT_GT(told_before_the_end, kEach / 4);
+    EXPECT_EQ(told, kEach + 1);
 }
 
 TEST(Ranks, AskedToStop_AllKnowAndLeaveTheRest) {
@@ -159,19 +207,15 @@ TEST(Ranks, AskedToStop_AllKnowAndLeaveTheRest) {
         EXPECT_FALSE(whole);
         EXPECT_TRUE(ranks.stopped());
     });
-    EXPECT_LT(done, 2'000);  // what six threads do in some tenths of a second
+    EXPECT_LT(done, 2'000);  // six threads do this number in some tenths of a second
 }
 
-TEST(Ranks, WhenTimeIsUp_WhatWasHandedOutIsNotBegun) {
+TEST(Ranks, WhenTimeIsUp_NothingIsBegun) {
     std::atomic<int> done{0};
     on_ranks(2, {1}, [&](Ranks& ranks) {
         Ranks::Loop loop;
-        if (ranks.leads()) {
-            loop.items = items_to(10'000);
-            loop.seconds = 0.05;
-            const Stopwatch clock;
-            loop.ends = [clock] { return clock.seconds() > 0.05; };
-        }
+        loop.shared = items_to(10'000);
+        loop.seconds = 0.05;
         ranks.work({1, &ranks}, loop, [&](std::int64_t) {
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
             ++done;

@@ -1,4 +1,5 @@
-// Adaptive sampling: samples go where the noise is, the image stays unbiased, and nothing but sums decides.
+// Adaptive sampling: samples go where the noise is, the image stays unbiased, and the allocation depends only
+// on sums.
 #include "engine/render/allocation.h"
 
 #include <gtest/gtest.h>
@@ -16,10 +17,11 @@ namespace allocation_test {
 
 constexpr int kBlock = SampleAllocation::kBlock;
 
-// An image of which the light is drawn, not rendered.
+// An image whose samples are drawn from a distribution instead of rendered.
 class Drawn {
   public:
-    // `light`(at, sampler): a sample's. `by_itself`: wrongly, a half's samples decide on its own number.
+    // `light`(at, sampler) draws a sample. `by_itself` lets a half's samples decide on their own number,
+    // which is the error that the tests must detect.
     template <typename Light>
     Drawn(const V2i& size, std::uint64_t seed, int end, Light light, bool by_itself = false)
         : film_(size.x, size.y, {1, false, true, true}), allocation_(film_) {
@@ -40,7 +42,7 @@ class Drawn {
     template <typename Light>
     void take(int block, int half, int done, int next, std::uint64_t seed, Light& light, bool by_itself) {
         const int across = (film_.width() + kBlock - 1) / kBlock, last = allocation_.upto(block, half, next);
-        const int to = by_itself ? 1 - half : half;  // the film's name for it
+        const int to = by_itself ? 1 - half : half;  // the film's index of the half
         for (int from = allocation_.upto(block, half, done); from < last;) {
             const int seen = SampleAllocation::next_seen(from), upto = std::min(seen, last);
             for (int i = 0; i < kBlock * kBlock; ++i) {
@@ -68,15 +70,16 @@ double mean_of(const Film& film) {
     return sum / static_cast<double>(image.data.size() / 6);
 }
 
-// Light that seldom comes, as a caustic's does: whoever lets what a pixel has seen decide on its own number
-// of samples finds too little. One pixel, as nowhere does it matter more.
+// Rare light, as in a caustic: an estimator that lets a pixel's own samples decide on their number is biased
+// low. One pixel is the worst case.
 TEST(Allocation, OfRareLight_HasNoBias) {
     constexpr double kChance = 0.05, kTruth = 1;
     constexpr int kImages = 16000, kEnd = 64;
     const auto mean = [](bool by_itself) {
         RunningStats means;
         for (int i = 0; i < kImages; ++i) {
-            // In the left half light is rare. Its blocks are seen together: one of them, and no other.
+            // Light is rare in the left half. The blocks are close enough together to count as one
+            // neighbourhood.
             const Drawn drawn(
                 {4 * kBlock, 1}, static_cast<std::uint64_t>(i) + 1, kEnd,
                 [](const V2i& at, Sampler& sampler) {
@@ -94,12 +97,12 @@ TEST(Allocation, OfRareLight_HasNoBias) {
     EXPECT_LT(wrong.mean(), kTruth - 8 * wrong.standard_error()) << "the test would not see a bias";
 }
 
-// Where the noise is larger there are more, by the power that allocation.h tells; all together they are as
-// many as were asked for.
+// Noisier regions receive more samples, by the power given in allocation.h, and the total is the requested
+// number.
 TEST(Allocation, OfTwoKindsOfNoise_GoesByIts0_7thPower) {
     constexpr int kEnd = 256;
     constexpr float kNoise = 4;
-    const V2i size(64, 30);  // blocks at the lower edge are cut
+    const V2i size(64, 30);  // blocks at the lower edge are cropped
     const Drawn drawn(size, 5, kEnd, [](const V2i& at, Sampler& sampler) {
         const float u = sampler.next() - 0.5F;
         return 10 + (at.x < 32 ? kNoise * u : u);
@@ -149,8 +152,8 @@ TEST(Allocation, TakenUpAgain_IsTheSame) {
     EXPECT_FALSE(SampleAllocation(larger).restore(drawn.allocation().state()));
 }
 
-// A room with a small bright lamp: any number of threads takes the same samples, and more of them than the
-// least that a pixel gets.
+// A room with a small bright lamp: any number of threads takes the same samples, and some pixels receive more
+// than the minimum.
 TEST(Allocation, OfAnImage_IsTheSameForAnyNumberOfThreads) {
     const auto image = [](int threads) {
         Job job = testing::make_job(testing::small_cornell(), testing::small_cornell_camera(40),
@@ -165,7 +168,7 @@ TEST(Allocation, OfAnImage_IsTheSameForAnyNumberOfThreads) {
         EXPECT_EQ(one.image.data, more.image.data);
         EXPECT_EQ(one.denoised->data, more.denoised->data);
     }
-    // The parts of the light are weighed as the image is.
+    // The layers are weighted as the image is.
     const Image& parts = *one.parts;
     for (std::size_t i = 0; i < parts.data.size() / parts.channels.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c) {

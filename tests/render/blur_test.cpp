@@ -1,5 +1,5 @@
-// What photons blur is a part of the error that is stated: measured in the render itself, by what density
-// estimates differ by from sharper ones in both halves of the samples.
+// The stated error includes the blur of photon density estimates. The render itself measures it by the
+// difference between its density estimates and sharper ones, in both halves of the samples.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,8 @@
 namespace lucerna {
 namespace blur_test {
 
-// The hard shadows of a plate on a floor, by two point lights: each lights the other's.
+// Returns the hard shadows of a plate on a floor by two point lights, each of which lights the other's
+// shadow.
 Scene shadows() {
     testing::SceneMaker make;
     make.quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, make.diffuse(Rgb(0.7F)));
@@ -57,7 +58,7 @@ std::vector<Case> cases() {
             {"progressive", progressive, 8 * progressive.samples}};
 }
 
-// With 8 pairs of renders the measured bias is known to some 5 %, and the mean of their statements to some
+// With 8 pairs of renders the measured bias is known to about 5 %, and the mean of the stated values to about
 // 15 %.
 TEST(BlurOfPhotons, OfAShadowsEdge_IsWhatIsStated) {
     const Job exact = job_of(PathSettings{}, 256);
@@ -99,15 +100,15 @@ TEST(BlurOfPhotons, OfAShadowsEdge_IsWhatIsStated) {
     }
 }
 
-// A path tracer blurs nothing, nor does what samples the light from everywhere.
+// A path tracer has no blur.
 TEST(BlurOfPhotons, WithoutDensityEstimates_IsNone) {
     Monitor silent;
     const RenderResult result = render(job_of(PathSettings{}, 8), {}, silent);
     EXPECT_EQ(result.report.blur, 0);
 }
 
-// Noise of differences, each as large as the light itself, is no blur; where both halves have the same, as of
-// shared photons, it would count.
+// Noise in the differences, as large as the light itself, must not count as blur; noise common to both
+// halves, as of shared photons, would count.
 TEST(BlurOfPhotons, NoiseOfDifferences_IsNoneUnlessHalvesShareIt) {
     constexpr int kSide = 64, kSamples = 8;
     const auto blur = [&](double mean, bool shared) {
@@ -126,7 +127,8 @@ TEST(BlurOfPhotons, NoiseOfDifferences_IsNoneUnlessHalvesShareIt) {
         return film.error().blur;
     };
     const double times = std::sqrt(Film::kBlurOfDifference / 1.01);
-    // A product of two such means of eight has a standard deviation of 1/24, the mean of 4096 of 0.00065.
+    // A product of two such means of eight has a standard deviation of 1/24, the mean of 4096 of them
+    // 0.00065.
     EXPECT_LT(blur(0, false), std::sqrt(4 * 0.00065) * times);
     EXPECT_NEAR(blur(0.2, false), 0.2 * times, 0.2 * times * 0.05);
     EXPECT_GT(blur(0, true), 0.19 * times) << "1/24 of shared noise";

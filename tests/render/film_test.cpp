@@ -26,18 +26,18 @@ TEST(Film, MeanAndVarianceOfTheMean_EqualTwoPassSums) {
     EXPECT_EQ(image.value(0, 0, 3), 0);
 }
 
-// Samples of both signs: exact where nothing varies, unbiased where it does, and the variance is the one
-// seen.
+// Signed weights are exact for constants and unbiased otherwise, with the observed variance.
 TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
     constexpr int kPixels = 4'000, kSamples = 64;
-    constexpr float kWeight = 1.5F;  // + with chance 5/6, - with 1/6: mean 1
+    constexpr float kWeight = 1.5F;  // + with probability 5/6, - with 1/6: mean 1
     Film film(kPixels + 1, 1, {.weight = kWeight});
     Sampler sampler(11, Purpose::test, 0, 0);
     for (int x = 0; x <= kPixels; ++x) {
         for (int s = 0; s < kSamples; ++s) {
             const float u = sampler.next();
             const float weight = sampler.next() < 5.0F / 6 ? kWeight : -kWeight;
-            // Positive weights see more light: E[w L] = 5/6 · 1.5 · 3.5 - 1/6 · 1.5 · 0.5 = 4.25.
+            // The radiance depends on the sign of the weight: E[w L] = 5/6 · 1.5 · 3.5 - 1/6 · 1.5 · 0.5 =
+            // 4.25.
             const float radiance = x == kPixels ? 7.0F : u + (weight > 0 ? 3 : 0);
             film.add(x, 0, Rgb(radiance), weight);
         }
@@ -55,8 +55,8 @@ TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
     EXPECT_NEAR(variance.mean() / value.variance(), 1, 0.15);
 }
 
-// Samples of a pass that are all alike say no more than one of them: taken between passes, the variance is
-// that of what is seen; taken between samples it would be too small by their number.
+// If all samples of a pass are alike they carry the information of one. The variance between passes is the
+// observed one; the variance between samples would be too small by their number.
 TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
     constexpr int kPixels = 4'000, kPasses = 16, kSamples = 8;
     Film by_pass(kPixels, 1, {.by_pass = true}), by_sample(kPixels, 1);
@@ -80,8 +80,8 @@ TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
     EXPECT_NEAR(wrong.mean() / value.variance(), 1.0 / kSamples, 0.03);
 }
 
-// The halves of an allocated film have one sample each at first: what they differ by is the variance of their
-// mean, and not 0. At so few samples the film states no error; from four on it does.
+// The halves of an allocated film start with one sample each; their difference estimates the variance of
+// their mean, which must not be 0. With so few samples the film states no error; from four on it does.
 TEST(Film, HalvesOfOneSample_HaveTheVarianceOfWhatTheyDifferBy) {
     constexpr int kSide = 100;
     for (const int samples : {2, 3, 4, 8}) {
@@ -97,7 +97,7 @@ TEST(Film, HalvesOfOneSample_HaveTheVarianceOfWhatTheyDifferBy) {
             value.add(double{image.value(i % kSide, i / kSide, 0)});
             variance.add(double{image.value(i % kSide, i / kSide, 3)});
         }
-        // Of a mean of halves of 1 and 2 samples: (1 + 1/2)/4 of one sample's 1/3.
+        // The mean of halves of 1 and 2 samples has (1 + 1/2)/4 of one sample's variance 1/3.
         const double truth = samples == 3 ? 1.0 / 8 : 1.0 / 3 / samples;
         EXPECT_NEAR(value.variance() / truth, 1, 0.05) << samples;
         EXPECT_NEAR(variance.mean() / truth, 1, 0.06) << samples;
@@ -108,7 +108,7 @@ TEST(Film, HalvesOfOneSample_HaveTheVarianceOfWhatTheyDifferBy) {
     }
 }
 
-// Filters with negative lobes, too: nothing varies where the light does not.
+// Filters with negative lobes must not add variance to constant light.
 TEST(Film, PassesOfSignedWeights_AreExactOnConstants) {
     Film film(1, 1, {.weight = 1.5F, .by_pass = true});
     Sampler sampler(13, Purpose::test, 0, 0);
@@ -121,7 +121,7 @@ TEST(Film, PassesOfSignedWeights_AreExactOnConstants) {
     EXPECT_EQ(film.develop(1).value(0, 0, 3), 0);
 }
 
-// Uniform in [0, 2): variance 1/3 of each sample, mean 1. The floor adds (a tenth)² to the squares of values.
+// Uniform samples in [0, 2) have mean 1 and variance 1/3. The floor adds (a tenth)² to the squares of values.
 TEST(Film, RelativeError_IsTheStandardErrorOverTheValue) {
     Film film(50, 40);
     EXPECT_TRUE(std::isinf(film.relative_error()));
@@ -140,7 +140,7 @@ TEST(Film, RelativeError_IsTheStandardErrorOverTheValue) {
     EXPECT_EQ(black.relative_error(), 0) << "it will not get better";
 }
 
-// A pixel whose samples are stratified is better than they say; one of independent samples is not.
+// Stratified samples have a smaller error than their variance suggests; independent samples do not.
 TEST(Film, RelativeError_KnowsOfStratification) {
     for (const bool stratified : {false, true}) {
         Film film(50, 40);
@@ -159,15 +159,15 @@ TEST(Film, RelativeError_KnowsOfStratification) {
         }
         const double actual = std::sqrt(square / 1.01);
         EXPECT_GT(film.relative_error(), actual / 1.5);
-        // One in each of 64 strata is 8 times better than 64 anywhere. Two halves of so smooth an integrand
-        // (whose variance goes by the third power of their number) overstate it by √7; the rest is margin.
+        // One sample in each of 64 strata is 8 times better than 64 independent ones. Two halves of so smooth
+        // an integrand (whose variance falls with the third power of their number) overstate it by √7; the
+        // rest is margin.
         EXPECT_LT(film.relative_error(), (stratified ? 3.3 : 1.1) * actual);
     }
 }
 
-// One sample in a thousand is as bright as ten thousand others: relative to the pixels that it made bright
-// the error would be a tenth of what it is. Seen with and without such a sample, the pixel is its neighbours'
-// like.
+// One sample in a thousand is as bright as ten thousand others. Relative to the pixels that contain it, the
+// error would be a tenth of the true one; therefore such a pixel is judged by its neighbours' level.
 TEST(Film, RelativeError_OfFireflies_IsThatOfThePixelsWithoutThem) {
     constexpr int kWidth = 200, kHeight = 150, kSamples = 16;
     Film film(kWidth, kHeight);
@@ -185,15 +185,15 @@ TEST(Film, RelativeError_OfFireflies_IsThatOfThePixelsWithoutThem) {
         by_itself += sqr(mean - kMean) / (kWidth * kHeight) / (sqr(mean) + 0.01 * sqr(kMean));
     }
     const double actual = std::sqrt(square);
-    // Of the same fireflies both are sums, so that chance is in neither's share of the other: a pixel's own
-    // variance is (1000/16)², the square of its error (1000/16 - 0.1)²; the film, to which such a pixel is
-    // its neighbours' like, divides by 1 and the floor where the truth divides by the mean and the floor.
+    // Both errors are sums over the same fireflies, so chance cancels in their ratio: a pixel's own variance
+    // is (1000/16)², the square of its error (1000/16 - 0.1)². The film judges such a pixel by its neighbours
+    // and divides by 1 and the floor where the truth divides by the mean and the floor.
     const double share = 62.5 / 62.4 * std::sqrt(1.01 * sqr(kMean) / (1 + 0.01 * sqr(kMean)));
-    EXPECT_NEAR(film.relative_error() / actual, share, 0.02);  // two in one pixel: once in 25 such films
+    EXPECT_NEAR(film.relative_error() / actual, share, 0.02);  // two in one pixel occur once in 25 such films
     EXPECT_LT(std::sqrt(by_itself), 0.1 * actual) << "what this test is to refuse";
 }
 
-// What every sample agrees on is no firefly, however dark it is around.
+// A bright pixel in which all samples agree is not a firefly, however dark its surroundings.
 TEST(Film, RelativeError_BesideABrightPixel_IsRelativeToThatPixel) {
     Film film(9, 9);
     Sampler sampler(17, Purpose::test, 0, 0);
@@ -201,15 +201,15 @@ TEST(Film, RelativeError_BesideABrightPixel_IsRelativeToThatPixel) {
         for (int i = 0; i < 81; ++i)
             film.add(i % 9, i / 9, Rgb((i == 40 ? 1e4F : 1e-3F) * (0.5F + sampler.next())));
     }
-    // The floor, a tenth of the mean, is 12: the dark pixels' errors do not show.
-    // One pixel decides. The deviation of 256 even values is found to √((9/5 - 1)/256)/2 = 2.8 %, the level
-    // of its halves to 2.6 %: 3.8 % together, and four of these.
+    // The floor, a tenth of the mean, is 12, so the dark pixels' errors are negligible and one pixel
+    // dominates. The deviation of 256 uniform values is known to √((9/5 - 1)/256)/2 = 2.8 %, the level of its
+    // halves to 2.6 %, together 3.8 %; the tolerance is four of these.
     const double truth = std::sqrt(1.0 / 12 / 256 / 81);
     EXPECT_NEAR(film.relative_error(), truth, 4 * 0.038 * truth);
 }
 
-// A lamp that one sample of a pixel finds: that pixel is left out and named, and the error is that of the
-// rest, relative to the rest. With as many bright pixels as one in a hundred it is the image that is noisy.
+// A lamp that only one sample of a pixel meets: that pixel is excluded and named, and the error is that of
+// the others, relative to the others. If one pixel in a hundred is bright, the image itself is noisy.
 TEST(Film, RelativeError_WherePixelsSeeASmallLamp_IsThatOfTheOthers) {
     constexpr int kSide = 60;
     for (const int lamps : {0, 1, 3, 36}) {
@@ -237,7 +237,7 @@ TEST(Film, RelativeError_WherePixelsSeeASmallLamp_IsThatOfTheOthers) {
 
 class Filters : public ::testing::TestWithParam<FilterSettings::Kind> {};
 
-// Offsets in bins against the integral of the filter over each bin.
+// Compares the binned offsets with the integral of the filter over each bin.
 TEST_P(Filters, Offsets_FollowTheFilter) {
     FilterSettings settings;
     settings.kind = GetParam();
@@ -269,7 +269,7 @@ TEST_P(Filters, Offsets_FollowTheFilter) {
         ++observed[static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1))];
     }
     EXPECT_TRUE(testing::chi_square(observed, expected).accepted());
-    // A filter that leans to one side by 4 % is rejected.
+    // The test must reject a filter that leans to one side by 4 %.
     for (int i = 0; i < kBins; ++i) expected[static_cast<std::size_t>(i)] *= i < kBins / 2 ? 1.04 : 0.96;
     EXPECT_FALSE(testing::chi_square(observed, expected).accepted());
 }
@@ -278,7 +278,7 @@ INSTANTIATE_TEST_SUITE_P(All, Filters,
                          ::testing::Values(FilterSettings::Kind::box, FilterSettings::Kind::triangle,
                                            FilterSettings::Kind::gaussian));
 
-// Signed weights: the moments of what is sampled are the filter's own, negative lobes and all.
+// With signed weights the moments of the samples are the filter's own, including negative lobes.
 TEST(Filters, WithNegativeLobes_KeepTheirMoments) {
     for (const auto kind : {FilterSettings::Kind::mitchell, FilterSettings::Kind::sinc}) {
         FilterSettings settings;
@@ -293,7 +293,7 @@ TEST(Filters, WithNegativeLobes_KeepTheirMoments) {
             second.add(static_cast<double>(weight * offset.x * offset.x));
         }
         EXPECT_TRUE(testing::agrees(sum, 1.0));
-        // ∫ x² f / ∫ f by quadrature, each filter written out once more.
+        // Computes ∫ x² f / ∫ f by quadrature, with an independent implementation of each filter.
         double expected = 0, total = 0;
         for (int i = 0; i < 100'000; ++i) {
             const double x = 2 * (i + 0.5) / 100'000;
@@ -317,8 +317,8 @@ TEST(Filters, WithNegativeLobes_KeepTheirMoments) {
     EXPECT_THROW((FilterSampler(upside_down)), InputError);
 }
 
-// The standard error of a mean of squares that forty of 4096 pixels decide is 2 / sqrt(40) of twice that
-// mean, 0.22; where all count, 0.02.
+// If 40 of 4096 pixels dominate, the mean of squares has a standard error of 2 / sqrt(40) of twice that mean,
+// 0.22; if all count equally, 0.02.
 TEST(Film, ErrorThatFewPixelsDecide_IsNotStated) {
     constexpr int kSide = 64, kSamples = 16;
     for (const bool fireflies : {false, true}) {

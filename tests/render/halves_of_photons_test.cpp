@@ -1,5 +1,5 @@
-// Halves of the samples whose photons are of two halves, too: what their errors come from, each has for
-// itself, and nothing is lost in their mean.
+// If both halves of the samples have photons of their own, the halves' errors are independent, and their mean
+// loses nothing against one map of all photons.
 #include <gtest/gtest.h>
 
 #include "engine/base/stats.h"
@@ -17,7 +17,7 @@ Scene room_with_glass() {
         make.sphere({0.3F, 0.4F, 0.4F}, 0.2F, make.material(DielectricMaterial{}));
     });
 }
-// What is not from photons has next to no noise: there is nothing for virtual lights to light.
+// All light but that of photons is nearly noise-free: there is nothing for virtual lights to illuminate.
 Scene floor_before_mirror() {
     testing::SceneMaker make;
     make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, make.diffuse(Rgb(0.7F)));
@@ -53,8 +53,8 @@ std::vector<Case> cases() {
             {"igi", igi, floor_before_mirror, true}};
 }
 
-// The luminances of a small picture by the samples of either half, many to a pixel: what is left of their
-// errors is the photons'.
+// The luminances of a small picture by the samples of either half, many per pixel, so that the remaining
+// errors are the photons'.
 using Picture = std::vector<double>;
 std::array<Picture, 2> pictures(const Scene& scene, const Case& which, std::uint64_t seed, bool two_halves) {
     constexpr int kSize = 8, kSamples = 16;
@@ -90,8 +90,8 @@ std::array<Picture, 2> pictures(const Scene& scene, const Case& which, std::uint
     return result;
 }
 
-// Of the errors of both halves, by pairs of seeds: what is common to all seeds, the picture and the bias, is
-// not in their differences.
+// Returns the correlation between the errors of both halves, by pairs of seeds: the picture and the bias,
+// which all seeds share, cancel in their differences.
 RunningStats correlation(const Scene& scene, const Case& which, bool two_halves) {
     constexpr std::uint64_t kPairs = 10;
     RunningStats correlations;
@@ -114,14 +114,14 @@ TEST(HalvesOfPhotons, ErrorsOfBothHalves_DoNotDependOnEachOther) {
         const Scene scene = which.scene();
         const RunningStats own = correlation(scene, which, true);
         EXPECT_GE(testing::t_test(own, 0), testing::kFalseAlarm) << own.mean();
-        // With photons that all samples share it is refused.
+        // The test must reject photons that all samples share.
         const RunningStats shared = correlation(scene, which, false);
         EXPECT_LT(testing::t_test(shared, 0), testing::kFalseAlarm) << shared.mean();
     }
 }
 
-// Over seeds: a picture's mean luminance; and its squared difference from the mean of all, as a sum over
-// pixels.
+// Accumulates over seeds a picture's mean luminance, and its squared difference from the mean of all, summed
+// over pixels.
 struct Spread {
     RunningStats mean, square;
     explicit Spread(const std::vector<Picture>& all) {
@@ -164,7 +164,7 @@ TEST(HalvesOfPhotons, TheirMean_IsThatOfOneMapAndAsGood) {
         if (!which.stratified) {
             EXPECT_LT(sigmas(one_map.square, halves.square), 4);
         }
-        // Half of the photons are not as good.
+        // Half of the photons are measurably worse.
         EXPECT_GT(sigmas(one_map.square, one_half.square), 4);
         EXPECT_GT(sigmas(halves.square, one_half.square), 4);
     }
@@ -190,7 +190,7 @@ TEST(HalvesOfPhotons, Counts_AreThoseOfBothTogether) {
     const auto agree = [](const Case& which, const char* name) {
         const double one = rendered(which, 2, false).report.numbers().at(name);
         const double two = rendered(which, 2, true).report.numbers().at(name);
-        // About as random as counts are.
+        // The counts scatter about as a Poisson process does.
         EXPECT_LT(std::fabs(one - two), 6 * std::sqrt(one + two)) << name << ": " << one << ", " << two;
         EXPECT_GT(one, 100) << name;
     };

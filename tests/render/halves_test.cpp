@@ -1,4 +1,4 @@
-// Halves of the samples: independent of each other, and together the image.
+// The halves of the samples are independent, and together they are the image.
 #include <gtest/gtest.h>
 
 #include "engine/base/stats.h"
@@ -31,21 +31,22 @@ TEST(Halves, TogetherAreTheFilmOfAllSamples) {
             }
             const Image a = whole.develop(2), b = halves.develop(2);
             EXPECT_NEAR(a.value(0, 0, 0), b.value(0, 0, 0), 1e-3);
-            // A pass is measured from what is known of its half: with weights that differ, what that scatters
-            // is not the same.
+            // A pass is compared with the current mean of its half, which depends on the half; with unequal
+            // weights the variances therefore differ.
             EXPECT_NEAR(a.value(0, 0, 3), b.value(0, 0, 3),
                         (by_pass && weight > 1 ? 0.1F : 1e-3F) * a.value(0, 0, 3));
             const Image first = halves.develop_half(0, 2), second = halves.develop_half(1, 2);
             EXPECT_EQ(first.value(0, 0, kSamples), by_pass ? 75 : 25);
-            // With weights that differ, the mean holds what is common to the halves' means and weights.
+            // With unequal weights the mean combines the halves' means and weights, so it is not their
+            // average.
             if (weight > 1) continue;
             EXPECT_NEAR(0.5F * (first.value(0, 0, 0) + second.value(0, 0, 0)), b.value(0, 0, 0), 1e-3);
         }
     }
 }
 
-// What differs between halves is the noise of the image: nothing of it is common to both, and nothing is
-// taken away twice.
+// The halves must differ by the image's noise only: none of it is common to both, and none is subtracted
+// twice.
 TEST(Halves, OfAPathTracersImage_DoNotDependOnEachOther) {
     constexpr int kSize = 48, kSamples = 8, kReference = 2048;
     const auto image = [](int samples, bool halves) {
@@ -73,9 +74,9 @@ TEST(Halves, OfAPathTracersImage_DoNotDependOnEachOther) {
     const RenderResult result = image(kSamples, true);
     ASSERT_TRUE(result.layers);
     const auto& halves = result.layers->halves;
-    // Of independent ones: 0 ± 1/48, four sigmas.
+    // Independent halves have a correlation of 0 ± 1/48; the tolerance is four sigmas.
     EXPECT_LT(std::fabs(correlation(halves[0], halves[1])), 4.0 / kSize);
-    // The same half twice is not.
+    // The same half given twice is fully correlated.
     EXPECT_GT(correlation(halves[0], halves[0]), 0.99);
 }
 

@@ -1,5 +1,5 @@
-// Parts of the light and light groups: they add up to the image, cost it nothing, are the same by every
-// method, and each is what a render of it alone shows.
+// Light layers and light groups: they sum to the image, do not change it, agree between all methods, and each
+// equals a render of it alone.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -19,8 +19,8 @@ using testing::SceneMaker;
 
 constexpr int kSize = 12;
 
-// A room with all that tells parts apart: glass, a mirror, gloss, varnish over paint; a wide lamp that is
-// seen and a small one, each a group of its own. `fog` fills it.
+// Returns a room with everything that distinguishes layers: glass, a mirror, gloss, varnish over paint, a
+// visible wide lamp and a small one, each in its own group. `fog` fills the room.
 Scene room(bool fog, Rgb albedo = Rgb(0.7F, 0.6F, 0.5F), Rgb lamp = Rgb(9, 8, 6), float bulb = 25) {
     SceneMaker make;
     const auto wall = make.diffuse(albedo);
@@ -50,7 +50,7 @@ Job job_of(Scene scene, IntegratorSettings method, int spp, bool parts = true) {
     return job;
 }
 
-// As many light paths as will do to see that things add up.
+// This number of light paths suffices to test that layers sum to the image.
 constexpr std::int64_t kFew = 2000;
 
 PhotonMapSettings maps(bool groups = true) {
@@ -98,7 +98,7 @@ std::vector<Method> methods() {
             {"progressive", passes()}};
 }
 
-// Without groups where a method cannot tell of them.
+// Returns the room without groups if the method does not support them.
 Scene room_for(const Method& method, bool fog) {
     if (method.groups) return room(fog);
     SceneMaker make;
@@ -122,7 +122,8 @@ Rgb layer_at(const Image& layers, const std::string& name, int x, int y) {
 const std::vector<std::string> kParts{"emission", "direct", "indirect", "caustic", "media"};
 const std::vector<std::string> kGroups{"lightgroup.wide", "lightgroup.bulb"};
 
-// The largest difference between the image and the sum of these layers, relative to what the layers are.
+// Returns the largest difference between the image and the sum of these layers, relative to the layers'
+// magnitude.
 double most_apart(const RenderResult& result, const std::vector<std::string>& names) {
     double most = 0;
     for (int y = 0; y < result.image.height; ++y) {
@@ -144,9 +145,9 @@ double most_apart(const RenderResult& result, const std::vector<std::string>& na
     return most;
 }
 
-// A pixel adds up to 8 x 16 samples in single precision (a Mitchell filter of radius 2), in each film on its
-// own. The rounding errors of 128 additions have a standard deviation of at most sqrt(128) 2^-24 = 6.7e-7 of
-// the sum of the magnitudes; this is four of them.
+// A pixel sums up to 8 x 16 samples in single precision (a Mitchell filter of radius 2), in each film
+// separately. The rounding errors of 128 additions have a standard deviation of at most sqrt(128) 2^-24 =
+// 6.7e-7 of the sum of the magnitudes; this is four of them.
 constexpr double kRounding = 2.7e-6;
 
 TEST(LightLayers, OfEveryMethod_AddUpToTheImage) {
@@ -163,7 +164,7 @@ TEST(LightLayers, OfEveryMethod_AddUpToTheImage) {
                 if (method.groups) {
                     EXPECT_LT(most_apart(result, kGroups), kRounding) << what;
                 }
-                // Who forgets one is found out.
+                // The test must detect a missing layer.
                 EXPECT_GT(most_apart(result, {"emission", "indirect", "caustic", "media"}), 1e-3) << what;
             }
         }
@@ -193,7 +194,7 @@ TEST(LightLayers, AnyNumberOfThreads_SamePartsBitForBit) {
     }
 }
 
-// Mean luminance of a layer, over seeds.
+// Returns the mean luminance of a layer, over seeds.
 RunningStats mean_over_seeds(const std::vector<RenderResult>& results, const std::string& name) {
     RunningStats stats;
     for (const RenderResult& result : results) {
@@ -218,8 +219,8 @@ std::vector<RenderResult> over_seeds(const std::function<Scene()>& scene, const 
     return results;
 }
 
-// Within four standard errors and what estimates from photons may be off: a right method fails once in 1600
-// comparisons of twelve seeds (Student's t).
+// Expects agreement within four standard errors plus the bias of photon estimates. A correct method fails
+// once in 1600 comparisons of twelve seeds (Student's t).
 void expect_same_mean(const RunningStats& ours, const RunningStats& reference, double bias,
                       const std::string& what) {
     const auto compared = testing::compare_means(ours, reference);
@@ -230,11 +231,11 @@ void expect_same_mean(const RunningStats& ours, const RunningStats& reference, d
 }
 
 constexpr int kSeeds = 12;
-// What estimates from photons may be off, relative, in so rough an image's mean: a caustic spreads from where
-// it is hidden to where it is seen.
+// The relative bias of photon estimates in the mean of so coarse an image: caustics spread from hidden to
+// visible regions.
 constexpr double kBias = 0.03, kCausticBias = 0.06;
 
-// So many that the discs of caustics are no wider than these.
+// With this number of photons the discs of caustics are no wider than those of the other maps.
 IntegratorSettings with_many_photons(IntegratorSettings method) {
     constexpr std::int64_t kMany = 400'000;
     if (auto* maps = std::get_if<PhotonMapSettings>(&method)) {
@@ -252,7 +253,7 @@ void expect_parts_of_path(bool fog) {
     const auto scene = [fog] { return room(fog); };
     const auto reference = over_seeds(scene, PathSettings{}, 1024, kSeeds);
     for (const Method& method : methods()) {
-        // Without compensation igi lacks light; whoever reads photons where they are seen blurs all of it.
+        // Without compensation igi lacks light, and methods that read photons directly blur all of it.
         if (!method.groups || method.name == "path" || method.name == "igi without compensation") continue;
         const bool by_path = method.name == "guided path", all = method.name != "direct";
         const auto ours = over_seeds(scene, with_many_photons(method.settings), by_path ? 256 : 32, kSeeds);
@@ -272,7 +273,7 @@ void expect_parts_of_path(bool fog) {
             const double bias = by_path || sampled ? 0 : name == "caustic" ? kCausticBias : kBias;
             expect_same_mean(mean_over_seeds(ours, name), mean_over_seeds(reference, name), bias, what);
         }
-        // Parts are not each other's.
+        // The test must detect exchanged layers.
         const auto compared =
             testing::compare_means(mean_over_seeds(ours, "direct"), mean_over_seeds(reference, "indirect"));
         EXPECT_GT(compared.sigmas, 10) << method.name;
@@ -290,7 +291,7 @@ TEST(LayersBesidePath, OfEveryMethodInFog_AreThoseOfPath) {
 // --- each against a render of it alone ---
 
 TEST(LightLayers, Emission_IsWhatIsSeenWhereNothingScatters) {
-    // Black walls leave lamps, mirrors and glass; what is seen in gloss and varnish is not emission.
+    // Black walls leave lamps, mirrors and glass; reflections in gloss and varnish are not emission.
     const auto parts = over_seeds([] { return room(false); }, PathSettings{}, 64, kSeeds);
     const auto alone = [] {
         SceneMaker make;
@@ -309,8 +310,8 @@ TEST(LightLayers, Emission_IsWhatIsSeenWhereNothingScatters) {
                      mean_over_seeds(over_seeds(alone, PathSettings{}, 64, kSeeds), ""), 0, "emission");
 }
 
-// Over a flat mirror a lamp lights as its image behind the mirror does, straight, weakened by what the mirror
-// takes.
+// Over a flat mirror a lamp lights as its image behind the mirror does, directly, attenuated by the mirror's
+// reflectance.
 TEST(LightLayers, CausticOfAFlatMirror_IsTheDirectLightOfTheLampsImage) {
     constexpr float kReflectance = 0.8F;
     const auto floor_and_lamp = [](bool mirror) {
@@ -319,7 +320,7 @@ TEST(LightLayers, CausticOfAFlatMirror_IsTheDirectLightOfTheLampsImage) {
         const auto black = make.diffuse(Rgb(0));
         const Rgb radiance(20, 15, 10);
         if (mirror) {
-            // The plane x = -1, wide enough for all that matters.
+            // The plane x = -1 is wide enough for all light that matters.
             make.quad({-1, -20, -20}, {0, 40, 0}, {0, 0, 40},
                       make.material(MirrorMaterial{RgbTexture::constant(Rgb(kReflectance))}));
             make.quad_light({-0.6F, 1, 0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, black, radiance);
@@ -328,7 +329,7 @@ TEST(LightLayers, CausticOfAFlatMirror_IsTheDirectLightOfTheLampsImage) {
         }
         return make.build();
     };
-    // The mirror itself is out of the view.
+    // The mirror itself is outside the view.
     const auto results = [&](bool mirror, const IntegratorSettings& method, int spp) {
         Job job = testing::make_job(floor_and_lamp(mirror),
                                     testing::camera({1.2F, 0.9F, -0.9F}, {0.6F, 0, 0.9F}, kSize, kSize, 30),
@@ -344,7 +345,7 @@ TEST(LightLayers, CausticOfAFlatMirror_IsTheDirectLightOfTheLampsImage) {
 }
 
 TEST(LightLayers, Media_AreWhatIsSeenInARoomOfBlackWalls) {
-    // All light but that of walls: what fog scatters once and more often, lit straight.
+    // The only light is that of the fog, scattered once and more often, because the walls are black.
     const auto dark = [] {
         SceneMaker make;
         make.room({1, 1, 1}, make.diffuse(Rgb(0)));
@@ -384,11 +385,11 @@ TEST(LightGroups, OfAMethodThatCannotTell_AreRefusedWithThoseThatCan) {
         for (const char* word : {"light groups", "precompute", "path", "igi", "progressive"})
             EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word;
     }
-    // Without layers nobody asks.
+    // Without layers the method is accepted.
     EXPECT_NO_THROW(rendered(job_of(room(false), maps(false), 1, false)));
 }
 
-// Variances: of means of many renders they are what their images' scatter is.
+// The stated variances, averaged over many renders, must match the images' scatter.
 TEST(LightLayers, TheirVariances_AreHowTheyScatter) {
     const auto results = over_seeds([] { return room(false); }, PathSettings{}, 16, 64);
     for (const std::string& name : {kParts[1], kParts[2], kGroups[0]}) {
@@ -404,13 +405,13 @@ TEST(LightLayers, TheirVariances_AreHowTheyScatter) {
                 seen.add(pixel.variance());
             }
         }
-        // Samples are stratified: their mean is at most as noisy as told.
+        // Samples are stratified, so their mean is at most as noisy as stated.
         EXPECT_LT(seen.mean(), 1.2 * told.mean()) << name;
         EXPECT_GT(seen.mean(), 0.3 * told.mean()) << name;
     }
 }
 
-// --- what goes with them ---
+// --- layers in checkpoints, and features ---
 
 TEST(LightLayers, OfARenderThatGoesOn_AreThoseOfOneThatNeverStopped) {
     for (const IntegratorSettings& method :
@@ -424,7 +425,7 @@ TEST(LightLayers, OfARenderThatGoesOn_AreThoseOfOneThatNeverStopped) {
         options.resume = &kept;
         const RenderResult resumed = render(whole, options, silent);
         EXPECT_EQ(resumed.parts->data, rendered(whole).parts->data);
-        // One without parts is of another kind.
+        // A checkpoint without layers does not match.
         const Job without = job_of(room(false), method, 8, false);
         EXPECT_THROW(render(without, options, silent), InputError);
     }
@@ -433,7 +434,7 @@ TEST(LightLayers, OfARenderThatGoesOn_AreThoseOfOneThatNeverStopped) {
 TEST(Features, OfAWallAhead_AreItsPlaceAndNormal) {
     SceneMaker make;
     const auto grey = make.diffuse(Rgb(0.4F, 0.5F, 0.6F)), other = make.diffuse(Rgb(0.1F));
-    // A wall at z = 2 that fills the view's lower half, turned towards the camera; another one above it.
+    // A wall at z = 2 fills the lower half of the view and faces the camera; another one stands above it.
     make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, grey);
     make.quad({-10, 0, 3}, {0, 10, 0}, {20, 0, 0}, other);
     make.light(make_point_light({0, 0, 0}, Rgb(1)));
@@ -446,11 +447,11 @@ TEST(Features, OfAWallAhead_AreItsPlaceAndNormal) {
         return more.value(x, y, static_cast<int>(find_channel(more, name).value()));
     };
     EXPECT_NEAR(features.value(4, 7, kNormal + 2), -1, 1e-6);
-    // Towards the viewer, whatever the scene's axes.
+    // The normal points towards the viewer, independent of the scene's axes.
     EXPECT_NEAR(of(4, 7, "Nc.Z"), 1, 1e-6);
     EXPECT_NEAR(of(4, 7, "Nc.X"), 0, 1e-6);
     EXPECT_NEAR(of(4, 7, "N.variance.Z"), 0, 1e-6);
-    // The length of the way varies over a pixel, and so does the place.
+    // The distance and the position vary over a pixel.
     EXPECT_GT(of(4, 7, "variance.Z"), 0);
     EXPECT_GT(of(4, 7, "P.variance.X"), 0);
     EXPECT_NEAR(of(4, 7, "P.variance.Z"), 0, 1e-12);
@@ -460,10 +461,10 @@ TEST(Features, OfAWallAhead_AreItsPlaceAndNormal) {
     EXPECT_EQ(of(4, 0, "id.material"), 2);
 }
 
-// Four samples of a pixel that sees one thing, sixteen of one that an edge crosses.
+// A pixel that sees one surface receives four feature samples, one that an edge crosses sixteen.
 TEST(Features, OfAnEdge_AreOfMoreSamples) {
     SceneMaker make;
-    // Two panels whose common edge crosses the middle one of nine rows.
+    // Two panels have a common edge that crosses the middle one of nine rows.
     make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.5F)));
     make.quad({-10, 0, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.1F)));
     make.light(make_point_light({0, 0, 0}, Rgb(1)));
@@ -475,8 +476,8 @@ TEST(Features, OfAnEdge_AreOfMoreSamples) {
     const auto variance = static_cast<int>(find_channel(more, "albedo.variance.G").value());
     for (int x = 0; x < 9; ++x) {
         EXPECT_EQ(more.value(x, 0, variance), 0);
-        // A mean of n samples that are one or the other, p of them the first, has p (1 - p)/(n - 1) of the
-        // squared difference for its variance.
+        // The mean of n samples of two values, a share p of them the first, has the variance p (1 - p)/(n -
+        // 1) times the squared difference.
         const double p = (double{features.value(x, 4, kAlbedo + 1)} - 0.1) / 0.4;
         EXPECT_NEAR(p * (1 - p) * 0.16 / double{more.value(x, 4, variance)}, 15, 1e-3) << x;
     }

@@ -1,4 +1,4 @@
-// When a render ends, and what it shows on the way.
+// When a render ends, and which intermediate images it shows.
 #include <gtest/gtest.h>
 
 #include "engine/base/monitor.h"
@@ -42,7 +42,7 @@ TEST(StopRule, Error_IsNotBelievedOfFewSamples) {
 
 // --- renders ---
 
-// The corner at the back: the lamp, whose edges would decide every mean square, is not seen.
+// Returns a job that shows the back corner without the lamp, whose edges would dominate every mean square.
 Job small_job(const IntegratorSettings& settings, int spp) {
     const Camera camera = testing::camera({0.5F, 0.4F, -0.6F}, {0.5F, 0.2F, 1}, 16, 16, 30);
     return testing::make_job(testing::small_cornell(), camera, settings, spp);
@@ -70,7 +70,8 @@ TEST(Limits, Time_EndsARenderWithoutEnd) {
     }
 }
 
-// Ten minutes of photons, asked for in half a second: there are fewer, and an image.
+// Preparation that takes ten minutes of photons is given half a second: fewer photons are traced, and there
+// is an image.
 TEST(Limits, Time_PreparationsMakeDoWithLess) {
     Monitor silent;
     PhotonMapSettings maps;
@@ -103,8 +104,8 @@ TEST(Limits, Error_EndsWhenTheImageIsThatGood) {
         const RenderResult result = render(small_job(settings, kNoEndOfSamples), options, silent);
         EXPECT_EQ(result.report.ended_by, "error");
         EXPECT_LE(result.report.numbers().at("error.relative"), 0.05);
-        // Against another seed: the error of the difference, √2 times that of one, and no more than what is
-        // said.
+        // Compares with another seed: the difference has √2 times the error of one image, and at most what is
+        // stated.
         options.seed = 2;
         const Image a = result.image;
         const Image b = render(small_job(settings, kNoEndOfSamples), options, silent).image;
@@ -114,7 +115,7 @@ TEST(Limits, Error_EndsWhenTheImageIsThatGood) {
                 square += double{sqr(luminance(a.rgb_at(x, y) - b.rgb_at(x, y)))} / 256;
         }
         const double measured = std::sqrt(square / 2) / testing::luminance_stats(a).mean();
-        // A pixel's samples are stratified, so that their mean is better than they say.
+        // A pixel's samples are stratified, so their mean has a smaller error than stated.
         EXPECT_LT(measured, 0.06) << integrator_name(settings);
         EXPECT_GT(measured, 0.005) << integrator_name(settings);
     }

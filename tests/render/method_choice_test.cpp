@@ -17,7 +17,7 @@ Job job_of(const IntegratorSettings& settings) {
     return testing::make_job(testing::small_cornell(), camera, settings, 1);
 }
 
-// --- what shows the same ---
+// --- which methods are equivalent ---
 
 TEST(MethodsLike, WhatOnlyOneMethodShows_LeavesNoChoice) {
     PhotonMapSettings direct_only;
@@ -43,7 +43,8 @@ TEST(MethodsLike, QuantityAndLongestPath_AreTheSameForAll) {
     EXPECT_TRUE(std::holds_alternative<PathSettings>(methods[0].settings)) << "the judge has no bias";
 }
 
-// Whatever is asked: without compensation or without caustics a part of the light is missing.
+// Without compensation or without caustics a part of the light is missing, so VPLs are offered only with
+// both, whatever the settings.
 TEST(MethodsLike, Vpls_AreOfferedWholeOrNotAtAll) {
     IgiSettings bare;
     bare.caustic_paths = 0;
@@ -81,8 +82,8 @@ TEST(TrialBlocks, AreSpreadOverTheImageAndInsideOfIt) {
     EXPECT_EQ(trial_blocks(film), std::vector<V2i>{V2i(0, 0)});
 }
 
-// Blocks' means are those of a render of many samples: the trial looks at the pixels it says, and where
-// passes are made anew it does so as well.
+// The blocks' means must agree with a render of many samples, including methods whose passes are new
+// estimates.
 TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
     Monitor silent;
     ProgressiveSettings progressive;
@@ -96,7 +97,8 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
         const Image image = render(job, {1, workers}, silent).image;
         const SmallLamps lamps(job);
         Trial trial(job, lamps, settings, 7, workers, silent);
-        // However slow the machine: a variance of two or three passes is none to divide by.
+        // A variance estimated from two or three passes is too uncertain to divide by, so the trial runs
+        // 32 passes, however slow the machine.
         do {
             ASSERT_TRUE(trial.run(0.1));
         } while (trial.in_passes() && trial.passes() < 32);
@@ -115,7 +117,7 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
             }
             const Trial::Block& block = trial.blocks()[b];
             if (block.variance() <= 0) continue;
-            // VPLs and photons are others, a tenth of the value or less.
+            // VPLs and photons differ from the reference's, by a tenth of the value or less.
             const double shared = std::holds_alternative<PathSettings>(settings) ? 0 : sqr(0.1 * mean);
             chi2 += sqr(block.mean() - mean) / (block.variance() + variance + shared);
             ++known;
@@ -126,8 +128,8 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
     }
 }
 
-// A block's pixels see the same photons in a pass: its mean varies by more than theirs would if each were by
-// itself. What is taken for noise is otherwise taken for bias.
+// A block's pixels share a pass's photons, so its mean varies more than if the pixels were independent.
+// Otherwise noise would be mistaken for bias.
 TEST(Trial, OfPasses_KnowsTheNoiseThatABlocksPixelsShare) {
     Monitor silent;
     ProgressiveSettings settings;
@@ -150,7 +152,7 @@ TEST(Trial, OfPasses_KnowsTheNoiseThatABlocksPixelsShare) {
                 by_pixels += sqr(pixel.standard_error() / 16);
         }
     }
-    // The image has 64 blocks, of which neighbours share photons, too: the sum is known to a third or better.
+    // The image has 64 blocks, of which neighbours also share photons: the sum is known to a third or better.
     EXPECT_GT(known, 0.6 * squares);
     EXPECT_LT(known, 1.7 * squares);
     EXPECT_LT(by_pixels, 0.5 * squares) << "each by itself";
@@ -189,7 +191,7 @@ TEST(ChooseMethod, OfTheTimeThereIs_SaysWhatToExpectAndWhatItTried) {
     EXPECT_NE(choice->tried.find("igi"), std::string::npos);
 }
 
-// Photons that are blurred over half the room make a quiet picture, and a wrong one.
+// Photons blurred over half the room make a smooth but wrong picture.
 TEST(ChooseMethod, AMethodThatIsWrong_IsNotTakenForItsQuiet) {
     Monitor silent;
     PhotonMapSettings blurred;
@@ -204,8 +206,8 @@ TEST(ChooseMethod, AMethodThatIsWrong_IsNotTakenForItsQuiet) {
     EXPECT_FALSE(std::holds_alternative<PhotonMapSettings>(choice->settings)) << choice->tried;
 }
 
-// A point light in a ball of glass: no path from the eye finds it, and the path tracer's image is black
-// without any noise. What photons know it has missed must count against it.
+// A point light inside a glass ball: no camera path finds it, and the path tracer's image is black without
+// any noise. The light that photons find must count against it.
 TEST(ChooseMethod, LightThatPathsCannotFind_IsNotTakenForDarkness) {
     Monitor silent;
     testing::SceneMaker make;
@@ -216,7 +218,7 @@ TEST(ChooseMethod, LightThatPathsCannotFind_IsNotTakenForDarkness) {
     Job job = testing::make_job(make.build(), camera, PathSettings{}, 1);
     Limits time, error;
     time.seconds = 8;
-    error.error = 0.05;  // by paths it is there at once: others look nevertheless
+    error.error = 0.05;  // paths reach it at once, but the trial still runs the other methods
     for (const Limits& limits : {time, error}) {
         for (const bool denoised : {false, true}) {
             job.film.two_halves = denoised;
@@ -267,7 +269,7 @@ TEST(ChooseMethod, DirectLight_IsLeftAsItIs) {
     EXPECT_FALSE(choose_method(job_of(DirectSettings{}), limits, 3, Workers{2}, silent).has_value());
 }
 
-// What cannot tell of light groups is left aside where they are asked for, and there alone.
+// Methods without light groups are excluded if groups are requested, and only then.
 TEST(ChooseMethod, WithLightGroups_IsOneThatTellsOfThem) {
     for (const bool parts : {true, false}) {
         testing::SceneMaker make;

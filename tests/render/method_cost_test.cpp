@@ -11,7 +11,7 @@ namespace method_cost_test {
 
 using Kind = MethodCost::Kind;
 
-// The laws, by hand.
+// Evaluates the cost model by hand.
 
 MethodCost rays(double sample, double variance) {
     MethodCost cost;
@@ -48,14 +48,14 @@ TEST(MethodCost, Maps_WorkGrowsWithTheTimeThereIs) {
         EXPECT_LE(0.1 * best.work, 0.25 * seconds);
         const double samples = (seconds - 0.1 * best.work) / 0.5;
         EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / samples));
-        // No other power of two would do better.
+        // No other power of two would be better.
         for (double work = 1; 0.1 * work <= 0.25 * seconds; work *= 2) {
             EXPECT_LE(best.error, std::sqrt(0.04 / work + 0.01 / ((seconds - 0.1 * work) / 0.5)) + 1e-12);
         }
     }
 }
 
-// More samples do not mend what the photons of the trial cannot show.
+// More samples cannot remove the error that the trial's photon maps leave.
 TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
     MethodCost cost = maps(0.1, 1);
     EXPECT_TRUE(std::isinf(soonest_below(0.1, cost).seconds));
@@ -66,7 +66,7 @@ TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
     EXPECT_TRUE(std::isfinite(enough.seconds));
 }
 
-// A pre-pass takes as long before 4096 sets as before 16.
+// A pre-pass takes as long for 4096 sets as for 16.
 TEST(MethodCost, Maps_WhatIsMadeOnce_DoesNotGrowWithTheWork) {
     MethodCost cost = maps(0.001, 1024);
     cost.once = 0.5;
@@ -92,7 +92,7 @@ TEST(MethodCost, Passes_BothPartsFall) {
     EXPECT_LE(best_in(enough.seconds, cost).error, 0.05);
 }
 
-// Deviations as quantiles of a distribution, so that nothing is left to chance.
+// Returns deviations as quantiles of a distribution, so the test is deterministic.
 template <typename Quantile>
 std::vector<double> deviations(Quantile&& quantile) {
     constexpr int kSamples = 5000;
@@ -117,7 +117,7 @@ TEST(TailExponent, OfATailWithoutVariance_TellsHowItGrows) {
     EXPECT_EQ(found(1.8), 0) << "so light a tail blocks of different noise have together";
 }
 
-// A method whose rare samples the trial has hardly met is worse in a long render than its trial shows.
+// A method whose rare samples the trial has hardly met is worse in a long render than its trial suggests.
 TEST(MethodCost, HeavyTail_ErrorFallsMoreSlowly) {
     MethodCost cost = rays(0.5, 4);
     cost.seen = 0.01;

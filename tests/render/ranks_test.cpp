@@ -1,5 +1,5 @@
-// One render by the ranks of a parallel job: the image of one process, bit for bit, however many ranks and
-// threads there are, wherever it is stopped, and on however many it goes on.
+// The ranks of a parallel job render the image of one process, bit for bit, for any number of ranks and
+// threads, wherever they are stopped, and however many continue.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ std::vector<Case> cases() {
             {"progressive in fog with layers", progressive, true, true, true}};
 }
 
-// A room with glass and a mirror; `fog` fills it.
+// Returns a room with glass and a mirror; `fog` fills it.
 Scene room(bool fog) {
     SceneMaker make;
     make.room({1, 1, 1}, make.diffuse({0.7F, 0.6F, 0.5F}));
@@ -89,7 +89,7 @@ RenderResult alone(const Case& which, int spp) {
     return render(job, {5, Workers{2}}, silent);
 }
 
-// Each rank has a scene of its own, as on machines of their own. `options` of rank 0.
+// Each rank has a scene of its own, as on several machines. `change` edits rank 0's options.
 RenderResult by_ranks(const Case& which, int spp, int size, const std::vector<int>& threads,
                       const std::function<void(RenderOptions&)>& change = {}, Monitor* user = nullptr) {
     RenderResult result;
@@ -124,11 +124,11 @@ TEST_P(RanksOfEveryMethod, MakeTheImageOfOneProcess_BitForBit) {
     const RenderResult expected = alone(GetParam(), 12);
     for (const int size : {1, 2, 3, 8}) {
         for (const std::vector<int>& threads : {std::vector{1}, std::vector{2}}) {
-            if (size == 8 && threads.front() == 2) continue;  // 16 threads; by mpirun in tests/process
+            if (size == 8 && threads.front() == 2) continue;  // 16 threads; tests/process covers it by mpirun
             SCOPED_TRACE(size * 10 + threads.front());
             const RenderResult result = by_ranks(GetParam(), 12, size, threads);
             expect_same(expected, result);
-            // Counts and energies are those of all ranks together.
+            // Counts and energies are summed over all ranks.
             for (const auto& [name, number] : expected.report.numbers()) {
                 if (name.starts_with("photons.") || name.starts_with("paths.") ||
                     name.starts_with("ledger.") || name.starts_with("rays.invalid")) {
@@ -141,7 +141,7 @@ TEST_P(RanksOfEveryMethod, MakeTheImageOfOneProcess_BitForBit) {
 
 INSTANTIATE_TEST_SUITE_P(, RanksOfEveryMethod, ::testing::ValuesIn(cases()));
 
-// Of a method that makes nothing that all ranks have to make.
+// The method repeats no work on several ranks.
 TEST(Ranks, RaysOfAll_AreThoseOfOne) {
     const Case direct{"direct", DirectSettings{}, false};
     const RenderResult expected = alone(direct, 6);
@@ -149,14 +149,21 @@ TEST(Ranks, RaysOfAll_AreThoseOfOne) {
     EXPECT_EQ(result.report.rays_total, expected.report.rays_total);
 }
 
-// The user's wish, at the n-th time that somebody asks.
+// A user who asks to stop once so much of the image is done; 0: at once.
 class StopAt final : public Monitor {
   public:
-    explicit StopAt(int asked) : left_(asked) {}
-    bool stopped() const override { return left_.fetch_sub(1) <= 0; }
+    explicit StopAt(int samples) : left_(samples) {}
+    void begin(std::string_view phase, std::uint64_t /*total*/) override {
+        counts_ = phase == "image" || phase == "passes";
+    }
+    void advance(std::uint64_t units) override {
+        if (counts_) left_ -= static_cast<int>(units);
+    }
+    bool stopped() const override { return left_ <= 0; }
 
   private:
-    mutable std::atomic<int> left_;
+    bool counts_ = false;
+    std::atomic<int> left_;  // samples of a tile
 };
 
 TEST(Ranks, StoppedAnywhere_GoOnOnAnyNumberOfRanks) {
@@ -167,7 +174,7 @@ TEST(Ranks, StoppedAnywhere_GoOnOnAnyNumberOfRanks) {
         const Case& which = all[number];
         SCOPED_TRACE(which.name);
         const RenderResult expected = alone(which, kSamples);
-        for (const int stop : {0, 12, 40}) {
+        for (const int stop : {0, 12, 150}) {  // of 288
             SCOPED_TRACE(stop);
             Checkpoint kept;
             const auto keep = [&kept](RenderOptions& options) {
@@ -179,7 +186,7 @@ TEST(Ranks, StoppedAnywhere_GoOnOnAnyNumberOfRanks) {
             EXPECT_LT(first.report.samples_done, kSamples);
             EXPECT_FALSE(first.report.complete);
             const auto go_on = [&kept](RenderOptions& options) { options.resume = &kept; };
-            // On fewer, on more, and on one that knows nothing of ranks.
+            // Continue on fewer ranks, on more, and in one process without ranks.
             const int size = 1 + goes++ % 4;
             expect_same(expected, by_ranks(which, kSamples, size, {2, 1}, go_on));
             const Job job = job_of(which, kSamples);
@@ -225,7 +232,7 @@ TEST(Ranks, InATime_EndInItWithAWholePicture) {
         for (int y = 0; y < result.image.height; ++y) {
             for (int x = 0; x < result.image.width; ++x) EXPECT_GT(luminance(result.image.rgb_at(x, y)), 0);
         }
-        EXPECT_LT(clock.seconds(), 6);  // it is not held up; how punctual it is tests/process measures
+        EXPECT_LT(clock.seconds(), 6);  // bounds the delay only; tests/process measures how punctual it is
     }
 }
 

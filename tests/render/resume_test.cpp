@@ -1,4 +1,4 @@
-// Renders that are stopped and taken up again: the image is, bit for bit, that of one that never stopped.
+// Interrupted and resumed renders give, bit for bit, the image of an uninterrupted one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace resume_test {
 using testing::error_of;
 using ::testing::HasSubstr;
 
-// The user's wish to stop, at the n-th time that somebody asks: in preparation, between tiles, anywhere.
+// Simulates the user's stop request at the n-th query: in preparation, between tiles, anywhere.
 class StopAt final : public Monitor {
   public:
     explicit StopAt(int asked) : left_(asked) {}
@@ -75,7 +75,7 @@ std::vector<Case> cases() {
             {"progressive", progressive},
             {"progressive, two samples in a pass, pre-pass", two_samples}};
 }
-// The same methods with photons for either half of the samples.
+// Returns the same methods with separate photons for either half of the samples.
 std::vector<Case> cases_of_halves() {
     std::vector<Case> all;
     for (const Case& which : cases()) {
@@ -100,7 +100,7 @@ RenderResult whole(const Case& which, int spp) {
     return render(job, {11, Workers{2}}, silent);
 }
 
-// What one interrupted render leaves; the last that it kept. `asked`: how often it looked whether to stop.
+// The result of an interrupted render and its last checkpoint. `asked` counts the queries whether to stop.
 struct Left {
     RenderResult result;
     Checkpoint checkpoint;
@@ -108,7 +108,7 @@ struct Left {
 };
 Left render_until(const Case& which, int spp, int stop, const Checkpoint* from, int threads = 1,
                   double keep_every = 1e9) {
-    const Job job = job_of(which, spp);  // a scene of its own: nothing is carried over but the checkpoint
+    const Job job = job_of(which, spp);  // a scene of its own: only the checkpoint is carried over
     StopAt monitor(stop);
     RenderOptions options{11, Workers{threads}};
     Left left;
@@ -126,7 +126,7 @@ Checkpoint through_file(const Checkpoint& checkpoint) {
     return load_checkpoint(folder / "checkpoint");
 }
 
-// Whatever was decided before it stopped, and after.
+// Includes the allocations decided before and after the interruption.
 TEST(Resume, AdaptiveSamples_SameImageBitForBit) {
     constexpr int kSamples = 40;
     const Case adaptive{"path, adaptive", PathSettings{}, {}, true};
@@ -180,7 +180,7 @@ TEST(Resume, StoppedAgainAndAgain_SameImageAndTheSameCountsOfPasses) {
         RenderResult last;
         int renders = 0;
         do {
-            // Preparation, which asks as well, is made anew every time: patience must grow.
+            // Preparation, which also queries, starts anew every time, so the number of queries must grow.
             const Left next = render_until(which, 3, asked / 2 + 7 * renders, &kept, 1, 0);
             kept = through_file(next.checkpoint);
             last = next.result;
@@ -196,7 +196,8 @@ TEST(Resume, StoppedAgainAndAgain_SameImageAndTheSameCountsOfPasses) {
     }
 }
 
-// Kept as often as can be: what lies between two tiles of a round is taken up as well as whole rounds.
+// Checkpoints are written as often as possible: states between two tiles of a round resume as well as whole
+// rounds.
 TEST(Resume, EveryStateThatIsKept_EndsInTheSameImage) {
     for (const Case& which : {cases()[0], cases()[9]}) {
         SCOPED_TRACE(which.name);
@@ -221,7 +222,7 @@ TEST(Resume, EveryStateThatIsKept_EndsInTheSameImage) {
 TEST(Resume, MoreSamples_ImageOfARenderThatHadThemFromTheStart) {
     for (const Case& which : cases()) {
         SCOPED_TRACE(which.name);
-        // 3 is not whole passes of two samples: the last one is cut short, and done again in full.
+        // 3 samples are no multiple of a pass's two: the last pass is truncated, and repeated in full.
         const Left three = render_until(which, 3, kNeverStops, nullptr);
         ASSERT_TRUE(three.result.report.complete);
         const Left seven = render_until(which, 7, kNeverStops, &three.checkpoint);
@@ -236,7 +237,7 @@ TEST(Resume, NothingLeftToDo_ImageAtOnceWithoutPreparation) {
         const Left again = render_until(which, 2, kNeverStops, &done.checkpoint);
         EXPECT_EQ(done.result.image.data, again.result.image.data);
         EXPECT_EQ(again.result.report.ended_by, "samples");
-        // Only what the first of them traced.
+        // The count contains only the rays of the first render.
         EXPECT_EQ(again.result.report.numbers().at("rays.total"), static_cast<double>(done.checkpoint.rays));
     }
 }
@@ -284,7 +285,7 @@ TEST(Resume, FewerSamplesOrAnotherSize_IsRefused) {
     const Checkpoint kept = render_until(which, 4, kNeverStops, nullptr).checkpoint;
     EXPECT_THAT(error_of([&] { render_until(which, 3, kNeverStops, &kept); }),
                 HasSubstr("holds up to 4 samples per pixel; --spp 3 is too small, use 4 or more"));
-    // A film of another kind: by passes.
+    // The film is of another kind: by passes.
     EXPECT_THAT(error_of([&] { render_until(cases()[9], 4, kNeverStops, &kept); }),
                 HasSubstr("another kind or size"));
     Checkpoint fewer = kept;
@@ -295,7 +296,8 @@ TEST(Resume, FewerSamplesOrAnotherSize_IsRefused) {
 
 TEST(Watch, ImageIsShownBetweenTilesAndAtTheEnd_AndChangesNothing) {
     const Case which = cases()[0];
-    // Long enough to be shown often: that takes no more than a twentieth of the time.
+    // The render is long enough for many intermediate images, which must take at most a twentieth of the
+    // time.
     constexpr int kSamples = 40;
     const Job job = job_of(which, kSamples);
     RenderOptions options{11, Workers{2}};
@@ -384,7 +386,7 @@ TEST_F(CheckpointFile, OtherKinds_AreToldApart) {
     EXPECT_THAT(with(0, 'X'), HasSubstr("is not a checkpoint"));
     EXPECT_THAT(with(8, 4), HasSubstr("from a newer version of lucerna: format 4; expected 3"));
     EXPECT_THAT(with(12, 1), HasSubstr("byte order"));
-    // Lengths that only fit if they wrap around.
+    // The lengths fit only if they wrap around.
     EXPECT_THAT(with(31, 0x80), HasSubstr("truncated or damaged"));
     std::vector<std::byte> longer = bytes_;
     longer.push_back(std::byte{0});

@@ -1,5 +1,5 @@
-// Lamps smaller than a pixel, sampled at the lens: the same mean, pixel by pixel, as of camera rays that meet
-// them by chance, and the closed forms; by every method, through media, lenses and filters.
+// Lamps smaller than a pixel are sampled at the lens: pixel by pixel they have the same mean as camera rays
+// that hit them by chance, and the closed forms; by every method, through media, lenses and filters.
 #include "engine/render/small_lamps.h"
 
 #include <gtest/gtest.h>
@@ -26,14 +26,14 @@ namespace small_lamps_test {
 
 using testing::SceneMaker;
 
-// A sphere that emits.
+// Adds an emitting sphere.
 void ball(SceneMaker& make, const V3f& centre, float radius, const Rgb& radiance) {
     const auto black = make.diffuse(Rgb(0));
     const std::int32_t light = make.light(make_area_light(SphereEmitter{centre, radius}, radiance, false));
     make.sphere(centre, radius, black).traits.light = light;
 }
 
-// Several quads that are one light.
+// Adds several quads that form one light.
 void quads(SceneMaker& make, const std::vector<V3f>& corners, float size, const Rgb& radiance) {
     Mesh mesh;
     for (const V3f& corner : corners) {
@@ -49,14 +49,15 @@ void quads(SceneMaker& make, const std::vector<V3f>& corners, float size, const 
     make.last_mesh() = std::move(mesh);
 }
 
-// What of the scene is not black: surfaces that scatter, a fog that fills it.
+// The reflecting part of the scene: the albedo of surfaces, and whether fog fills it.
 struct Lit {
     float albedo = 0;
     bool fog = false;
 };
 
-// Before a camera at the origin that looks along z: a plane, and before it balls, alone and six in one pixel,
-// one half hidden by a wall; a mesh of two far quads, of which each is small; a lamp that is not.
+// Returns a scene for a camera at the origin that looks along z: a plane; in front of it balls, alone and six
+// in one pixel, one half hidden by a wall; a mesh of two distant quads, each of them small; and a lamp that
+// is not small.
 Scene market(const Lit& lit) {
     SceneMaker make;
     const auto grey = make.diffuse(Rgb(lit.albedo));
@@ -100,7 +101,7 @@ FilterSettings filter_of(FilterSettings::Kind kind, float radius) {
     return filter;
 }
 
-// Every pixel's mean, of what is to be counted of the samples, times their weights.
+// Selects the part of a sample that is averaged, with its weights, over every pixel.
 using Counted = std::function<Rgb(const SampleAccount& account, const Ray& ray)>;
 Rgb emission_alone(const SampleAccount& account, const Ray& /*ray*/) {
     return account.layers[static_cast<std::size_t>(Layer::emission)];
@@ -141,16 +142,16 @@ OfImage image_of(const std::vector<RunningStats>& pixels) {
     return of;
 }
 
-// Standard errors by which two images differ: of the image's mean, and of the pixel that differs most. Pixels
-// in which rays have met lamps a few times at the most, by what the sampled ones say, are taken together:
-// their means are far from normal.
+// The differences of two images in standard errors: of the image's mean, and of the pixel that differs most.
+// Pixels in which rays hit lamps only a few times, judged by the sampled ones, are pooled: their means are
+// far from normal.
 struct Apart {
     double image = 0, pixel = 0;
-    // 4 sigma for the image; as rare for the worst of 64 pixels is 4.8.
+    // The thresholds are equally rare: 4 sigma for the image, 4.8 for the worst of 64 pixels.
     bool same() const { return image < 4 && pixel < 4.8; }
 };
 Apart apart(const std::vector<RunningStats>& met, const std::vector<RunningStats>& sampled) {
-    constexpr double kFew = 50, kBrightest = 130;  // of all lamps' luminances; rays that meet them
+    constexpr double kFew = 50, kBrightest = 130;  // of all lamps' luminances; rays that hit them
     Apart most;
     double rest = 0, rest_error2 = 0;
     for (std::size_t i = 0; i < met.size(); ++i) {
@@ -174,7 +175,7 @@ double variance_of(const std::vector<RunningStats>& pixels) {
     return sum;
 }
 
-// ---- Means ---------------------------------------------------------------------------------------------
+// ---- Means ----
 
 struct View {
     std::string name;
@@ -206,13 +207,13 @@ TEST(SmallLamps, MeansOfPixels_AreThoseOfRaysThatMeetThemByChance) {
         EXPECT_TRUE(found.same()) << found.image << ' ' << found.pixel;
         EXPECT_LT(variance_of(sampled), 0.2 * variance_of(met));
 
-        // The test would see a Jacobian that lacks a cosine.
+        // The test must detect a Jacobian that lacks a cosine.
         const auto without_cosine =
             pixels_of(job, &lamps, 2, kSampled, [](const SampleAccount& account, const Ray& ray) {
                 return emission_alone(account, ray) * ray.d.z;
             });
         EXPECT_FALSE(apart(met, without_cosine).same());
-        // And one of a lamp that a single pixel takes for another's.
+        // The test must detect two exchanged pixels.
         auto exchanged = sampled;
         std::swap(exchanged[0], *std::ranges::max_element(exchanged, {}, &RunningStats::mean));
         EXPECT_FALSE(apart(met, exchanged).same());
@@ -243,7 +244,7 @@ TEST(SmallLamps, OfEveryMethod_AreSeenOnce) {
     }
 }
 
-// A mirror and a pane before lamps: what they show of them is met by paths, as ever.
+// A mirror and a pane in front of lamps: paths render the lamps' reflections and refractions as usual.
 TEST(SmallLamps, SeenInAMirrorAndThroughGlass_StayAsTheyAre) {
     SceneMaker make;
     make.quad({-4, -4, 5}, {0, 8, 0}, {4, 0, 0}, make.material(MirrorMaterial{}));
@@ -257,14 +258,14 @@ TEST(SmallLamps, SeenInAMirrorAndThroughGlass_StayAsTheyAre) {
     EXPECT_TRUE(found.same()) << found.image << ' ' << found.pixel;
 }
 
-// ---- Closed forms --------------------------------------------------------------------------------------
+// ---- Closed forms ----
 
-// A pixel's area on the plane z = 1, of an image of so many pixels and 80 degrees.
+// Returns a pixel's area on the plane z = 1, for an image of `size` pixels and 80 degrees.
 double pixel_area(int size) {
     return sqr(2 * std::tan(40 * kPiD / 180) / size);
 }
 
-// The sum of the pixels is the radiance times the lamp's area on the film.
+// Expects the sum of the pixels to be the radiance times the lamp's area on the film.
 void expect_sum(const Job& job, double expected) {
     const SmallLamps lamps(job);
     ASSERT_GT(lamps.size(), 0U);
@@ -274,12 +275,13 @@ void expect_sum(const Job& job, double expected) {
     const auto off = [&](double truth) { return std::fabs(of.mean * count - truth); };
     EXPECT_LT(of.error * count, 5e-3 * expected);
     EXPECT_LT(off(expected), 4 * of.error * count + 1e-6 * expected) << of.mean * count << ' ' << expected;
-    // A Jacobian with one cosine less or more: that of the middle of the field, 25 degrees off, is 0.9.
+    // The test must detect a Jacobian with one cosine less or more: at the centre of the field, 25 degrees
+    // off-axis, it is 0.9.
     EXPECT_GT(off(0.9 * expected), 4 * of.error * count);
 }
 
-// The image of a sphere on the plane z = 1 is an ellipse: seen at the angle t from the axis as a cone of
-// half-angle a, of semiaxes sin a cos a / (cos² t - sin² a) and sin a / sqrt(cos² t - sin² a).
+// The image of a sphere on the plane z = 1 is an ellipse: a cone of half-angle a at the angle t from the axis
+// gives the semiaxes sin a cos a / (cos² t - sin² a) and sin a / sqrt(cos² t - sin² a).
 TEST(SmallLamps, SumOfPixelsOfABall_IsItsRadianceTimesItsArea) {
     for (const float radius : {0.001F, 0.01F, 0.06F}) {
         const V3f centre(1.5F, 1, 4);
@@ -306,7 +308,7 @@ TEST(SmallLamps, SumOfPixelsOfAQuad_IsItsRadianceTimesItsArea) {
     }
 }
 
-// ---- Which -----------------------------------------------------------------------------------------------
+// ---- Which lamps are small ----
 
 std::size_t taken(const std::function<void(SceneMaker&)>& add, const std::function<void(Job&)>& change = {}) {
     SceneMaker make;
@@ -319,12 +321,13 @@ std::size_t taken(const std::function<void(SceneMaker&)>& add, const std::functi
 TEST(SmallLamps, AreTaken_IfTheyAreSmallAndMetByRays) {
     const auto one = [](SceneMaker& make) { ball(make, {0.5F, 0.5F, 4}, 0.05F, Rgb(1)); };
     EXPECT_EQ(taken(one), 1U);
-    // As large as pixels; behind the lens, or at it; beyond the picture.
+    // Lamps as large as pixels, behind the lens or at it, or outside the picture are not sampled.
     EXPECT_EQ(taken([](SceneMaker& make) { ball(make, {0.5F, 0.5F, 4}, 0.6F, Rgb(1)); }), 0U);
     EXPECT_EQ(taken([](SceneMaker& make) { ball(make, {0.5F, 0.5F, -4}, 0.05F, Rgb(1)); }), 0U);
     EXPECT_EQ(taken([](SceneMaker& make) { ball(make, {0, 0, 0.1F}, 0.05F, Rgb(1)); }), 0U);
     EXPECT_EQ(taken([](SceneMaker& make) { ball(make, {40, 0, 4}, 0.05F, Rgb(1)); }), 0U);
-    // Turned away; not seen by rays, or only by some; no surface at all.
+    // Lamps that face away, that rays do not see or see only partly, or that are not surfaces are not
+    // sampled.
     EXPECT_EQ(taken([](SceneMaker& make) {
                   make.quad_light({0, 0, 4}, {0.1F, 0, 0}, {0, 0.1F, 0}, make.diffuse(Rgb(0)), Rgb(1));
               }),
@@ -343,7 +346,8 @@ TEST(SmallLamps, AreTaken_IfTheyAreSmallAndMetByRays) {
               0U);
     EXPECT_EQ(taken([&](SceneMaker& make) { make.light(make_area_light(sphere, Rgb(1), false)); }), 0U);
     EXPECT_EQ(taken([](SceneMaker& make) { make.light(make_point_light({0, 0, 4}, Rgb(1))); }), 0U);
-    // Other cameras; an image that does not show lamps; a lens that blurs it over pixels.
+    // Other cameras, an image that does not show lamps, and a lens that blurs the lamp over pixels exclude
+    // sampling.
     const auto of_camera = [&](Camera::Settings::Kind kind, float lens) {
         return taken(one, [&](Job& job) {
             Camera::Settings settings = job.camera.settings();
@@ -361,7 +365,7 @@ TEST(SmallLamps, AreTaken_IfTheyAreSmallAndMetByRays) {
               0U);
 }
 
-// The projection is the camera ray the other way round, and its Jacobian that of differences.
+// The projection inverts the camera ray, and its Jacobian agrees with finite differences.
 TEST(SmallLamps, ProjectionOfTheCamera_IsTheInverseOfItsRays) {
     const Camera pinhole = testing::camera({1, 2, 3}, {2, 2.5F, 5}, 60, 40, 70);
     Camera::Settings mirrored = pinhole.settings();
@@ -391,7 +395,7 @@ TEST(SmallLamps, ValueOfAFilter_IsTheDensityOfItsSamples) {
          {FilterSettings::Kind::box, FilterSettings::Kind::triangle, FilterSettings::Kind::gaussian,
           FilterSettings::Kind::mitchell, FilterSettings::Kind::sinc}) {
         const FilterSampler filter(filter_of(kind, 1.5F));
-        // In one cell, and over all.
+        // Compares within one cell, and over all cells.
         double within = 0, sampled = 0, all = 0;
         constexpr int kSteps = 600, kSamples = 200'000;
         for (int i = 0; i < kSteps; ++i) {
@@ -415,7 +419,7 @@ TEST(SmallLamps, ValueOfAFilter_IsTheDensityOfItsSamples) {
     }
 }
 
-// ---- The image -------------------------------------------------------------------------------------------
+// ---- The image ----
 
 RenderResult rendered(const Job& job, int threads = 2, const Checkpoint* from = nullptr,
                       Checkpoint* kept = nullptr) {
@@ -443,7 +447,7 @@ TEST(SmallLamps, InAnImage_AreTheSameForAnyThreadsAfterResumeAndCutOut) {
             EXPECT_EQ(rendered(job, 3, &kept).image.data, image.data);
         }
     }
-    // Without maps and sets of lights, which are made for what is shown.
+    // Renders without maps and sets of lights, which depend on the visible region.
     Job job = job_of(market({0.5F, false}), PathSettings{}, 40);
     const Image image = rendered(job).image;
     job.film.crop_begin = {13, 5}, job.film.crop_end = {37, 31};

@@ -1,4 +1,4 @@
-// Tiles: what they say does not go by which of them was first.
+// Tiles: reports must not depend on the order in which tiles finish.
 #include "engine/render/tiles.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace tiles_test {
 
-// No number to the right of the middle, at every second sample or so; at the left one there is never.
+// Yields NaN in the right half, for about every second sample, and never in the left half.
 class Faulty final : public Estimator {
   public:
     void follow(const EyePath& path, Sampler& sampler) const override {
@@ -23,7 +23,7 @@ struct Found {
     std::uint64_t count;
     std::string first;
 };
-// All tiles, one after the other or the other way round, in rounds of so many samples.
+// Renders all tiles in ascending or descending order, in rounds of `round` samples.
 Found render_tiles(bool backwards, int round) {
     constexpr int kSamples = 6, kWide = 70, kHigh = 40;
     const Job job =
@@ -57,13 +57,13 @@ TEST(Tiles, FirstBadSampleOfARenderThatGoesOn_StaysTheFirst) {
                                       testing::camera({0, 0, 0}, {0, 0, 1}, 40, 16, 60), PathSettings{}, 2);
     Film film(40, 16);
     TileRenderer tiles(job, 7, film, 0);
-    tiles.take_up_bad({3, "pixel (39, 15) sample 0", {}});
+    tiles.resume_bad({3, "pixel (39, 15) sample 0", {}});
     for (int i = 0; i < tiles.tiles(); ++i) tiles.render(Faulty{}, i, 1, 2);
     EXPECT_EQ(tiles.bad_samples().first, "pixel (39, 15) sample 0");
     EXPECT_GT(tiles.bad_samples().count, 3U);
 }
 
-// Brightness by place, the same for every sample of a pixel.
+// The radiance depends on the position only, so all samples of a pixel are equal.
 class Gradient final : public Estimator {
   public:
     void follow(const EyePath& path, Sampler& /*sampler*/) const override {
@@ -87,7 +87,7 @@ TEST(Tiles, FirstSamplesInSteps_ShowAWholeImageFromTheFirstStepOn) {
         for (int y = 0; y < kHigh; ++y) {
             for (int x = 0; x < kWide; ++x) EXPECT_GT(luminance(image.rgb_at(x, y)), 0.5F) << x << ' ' << y;
         }
-        // Again: what has a sample gets none.
+        // A second call gives no further sample to a pixel that has one.
         for (int tile = 0; tile < tiles.tiles(); ++tile) tiles.render_first(Gradient{}, tile, 2, step);
     }
     EXPECT_EQ(film.without_sample(), 0U);

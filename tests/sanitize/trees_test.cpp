@@ -1,4 +1,4 @@
-// Trees large enough to be built by many threads, asked by many.
+// Trees large enough to be built by many threads, with queries from many threads.
 #include <gtest/gtest.h>
 
 #include "kdtree/box_tree.h"

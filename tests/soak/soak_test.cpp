@@ -1,5 +1,5 @@
-// The largest of the extremes, by hand: ctest -L soak. Each says what memory it takes, and skips where there
-// is less. The built command, in a process of its own, whose largest memory is asked of the system.
+// The largest of the extremes, run manually: ctest -L soak. Each test states its memory and skips if there is
+// less. The built command runs in its own process, whose peak memory the system reports.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -17,7 +17,7 @@
 namespace lucerna {
 namespace soak_test {
 
-// The stranger's point of view: exit code and the most memory that was resident, bytes.
+// The command's exit code, and its peak resident memory in bytes.
 struct Ran {
     int code;
     double bytes;
@@ -43,7 +43,7 @@ bool enough_memory(double bytes) {
     return static_cast<double>(available_memory().value_or(0)) > bytes;
 }
 
-// 52 bytes for the film's sums and 24 for the image, and some for writing.
+// The film's sums take 52 bytes and the image 24, plus some for writing.
 TEST(Soak, ImageOfSixteenThousandSquared_TakesSeventySixBytesForAPixel) {
     constexpr double kPixels = 16384.0 * 16384, kBytes = 76 * kPixels;
     if (!enough_memory(1.05 * kBytes)) GTEST_SKIP() << "needs " << bytes_text(1.05 * kBytes) << " of memory";
@@ -60,8 +60,7 @@ TEST(Soak, ImageOfSixteenThousandSquared_TakesSeventySixBytesForAPixel) {
     for (const int at : {0, 8191, 16383}) EXPECT_NEAR(image.rgb_at(at, at).y, 0.25F, 1e-6F);
 }
 
-// A room open at one side, of which a point light's paths store some 0.85 photons each: 142 bytes for each of
-// them.
+// A room is open at one side; each of a point light's paths stores some 0.85 photons of 142 bytes.
 TEST(Soak, AHundredMillionLightPaths_ShowTheRoomThatAMillionShow) {
     constexpr double kPaths = 1e8, kBytes = 0.85 * kPaths * 142;
     if (!enough_memory(1.1 * kBytes)) GTEST_SKIP() << "needs " << bytes_text(1.1 * kBytes) << " of memory";

@@ -1,13 +1,13 @@
-// The ranks of a job as threads of one process: for tests of what ranks do together.
+// Runs the ranks of a job as threads of one process, for tests of what ranks do together.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
 #include <exception>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
@@ -21,49 +21,43 @@
 namespace lucerna {
 namespace testing {
 
-// What they share.
+// What the ranks share.
 class ThreadHub {
   public:
     explicit ThreadHub(int size) : size_(size), parts_(static_cast<std::size_t>(size)) {}
     int size() const { return size_; }
 
-    // All ranks' bytes, once all are there.
+    // Waits for all ranks and returns the bytes of each.
     std::vector<std::vector<std::byte>> exchange(int rank, std::span<const std::byte> own) {
         std::unique_lock lock(mutex_);
         parts_[static_cast<std::size_t>(rank)].assign(own.begin(), own.end());
         meet(lock);
         std::vector<std::vector<std::byte>> all = parts_;
-        meet(lock);  // nobody writes before all have read
+        meet(lock);  // no rank writes before all have read
         return all;
     }
-    void send(int from, int to, int tag, std::span<const std::byte> bytes) {
-        const std::lock_guard lock(mutex_);
-        boxes_[{to, tag}].push_back({from, {bytes.begin(), bytes.end()}});
-        changed_.notify_all();
-    }
-    std::vector<std::byte> receive(int at, int from, int tag) {
+    void send_to_rank_0(int from, std::span<const std::byte> bytes) {
         std::unique_lock lock(mutex_);
-        for (;;) {
-            auto& box = boxes_[{at, tag}];
-            const auto found =
-                std::find_if(box.begin(), box.end(), [&](const auto& m) { return m.from == from; });
-            if (found != box.end()) {
-                std::vector<std::byte> bytes = std::move(found->bytes);
-                box.erase(found);
-                return bytes;
-            }
-            wait(lock);
-        }
+        messages_.push_back({from, {bytes.begin(), bytes.end()}});
+        for (const std::int64_t number = ++sent_; received_ < number;) wait(lock);
     }
-    std::optional<Communicator::Message> try_receive(int at, int tag) {
+    std::optional<Communicator::Message> try_receive() {
         const std::lock_guard lock(mutex_);
-        auto& box = boxes_[{at, tag}];
-        if (box.empty()) return std::nullopt;
-        Communicator::Message message = std::move(box.front());
-        box.pop_front();
+        require_all();
+        if (messages_.empty()) return std::nullopt;
+        Communicator::Message message = std::move(messages_.front());
+        messages_.pop_front();
+        ++received_;
+        changed_.notify_all();
         return message;
     }
-    // Nobody is waited for any more.
+    std::int64_t fetch_add(int counter, std::int64_t more) {
+        const std::lock_guard lock(mutex_);
+        require_all();
+        std::int64_t& number = counters_[static_cast<std::size_t>(counter)];
+        return std::exchange(number, number + more);
+    }
+    // Makes the calls of all other ranks throw.
     void fail() {
         const std::lock_guard lock(mutex_);
         failed_ = true;
@@ -82,8 +76,11 @@ class ThreadHub {
         while (turn == turn_) wait(lock);
     }
     void wait(std::unique_lock<std::mutex>& lock) {
-        if (failed_) throw std::runtime_error("another rank has failed");
+        require_all();
         changed_.wait(lock);
+        require_all();
+    }
+    void require_all() const {
         if (failed_) throw std::runtime_error("another rank has failed");
     }
 
@@ -92,7 +89,9 @@ class ThreadHub {
     std::condition_variable changed_;
     std::vector<std::vector<std::byte>> parts_;
     int there_ = 0, turn_ = 0;
-    std::map<std::pair<int, int>, std::deque<Communicator::Message>> boxes_;
+    std::deque<Communicator::Message> messages_;  // to rank 0
+    std::int64_t sent_ = 0, received_ = 0;
+    std::array<std::int64_t, Communicator::kCounters> counters_{};
     bool failed_ = false;
 };
 
@@ -124,11 +123,9 @@ class ThreadCommunicator final : public Communicator {
             all = all.subspan(sizes[r]);
         }
     }
-    void send(int to, int tag, std::span<const std::byte> bytes) override {
-        hub_.send(rank_, to, tag, bytes);
-    }
-    std::vector<std::byte> receive(int from, int tag) override { return hub_.receive(rank_, from, tag); }
-    std::optional<Message> try_receive(int tag) override { return hub_.try_receive(rank_, tag); }
+    std::int64_t fetch_add(int counter, std::int64_t more) override { return hub_.fetch_add(counter, more); }
+    void send_to_rank_0(std::span<const std::byte> bytes) override { hub_.send_to_rank_0(rank_, bytes); }
+    std::optional<Message> try_receive() override { return hub_.try_receive(); }
     void abort(int /*exit_code*/) override { hub_.fail(); }
 
   private:

@@ -1,11 +1,12 @@
-// Files: what is read comes back, what cannot be read says why in one line, what cannot be written leaves the
-// old.
+// Files: reading returns what is written, unreadable files give a reason in one line, and a failed write
+// keeps the old file.
 #include "engine/system/files.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <array>
 #include <cstdint>
@@ -15,7 +16,6 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/system/gunzip.h"
 #include "engine/text/plain_text.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
@@ -45,7 +45,7 @@ TEST(Files, Bytes_OfAnyValue_ComeBack) {
     EXPECT_EQ(read_bytes(folder / "a")[200], std::byte{200});
 }
 
-// Root without root's rights, for as long as it lives; nothing for anybody else.
+// Drops root's permissions for its lifetime; has no effect for other users.
 class AsNobody {
   public:
     AsNobody() {
@@ -73,12 +73,13 @@ TEST(Files, Unreadable_IsOneLineWithTheCause) {
     chmod((folder / "locked").c_str(), 0);
     chmod(folder.path().c_str(), 0755);
     {
-        const AsNobody not_root;  // root may read anything
+        const AsNobody not_root;  // root may read any file
         EXPECT_NE(cause(folder / "locked").find("cannot be opened"), std::string::npos);
     }
 }
 
-// gzip's stored form, which needs no compressor: header, one block as it is, CRC-32, length (RFC 1951, 1952).
+// Returns gzip's stored form, which needs no compressor: header, one stored block, CRC-32, length (RFC 1951,
+// 1952).
 std::string gzip(std::string_view text) {
     std::uint32_t crc = ~0U;
     for (const char c : text) {
@@ -105,13 +106,27 @@ TEST(Gunzip, IntactFile_ComesBackWhole) {
     EXPECT_EQ(read_text(folder / "two.gz"), "first, second");
 }
 
+// Blanks pack a thousand times.
 TEST(Gunzip, UpToItsBound_IsReadAndBeyondIsRefused) {
     const testing::TemporaryFolder folder;
-    write(folder / "a.gz", gzip(std::string(10'000, 'x')));
-    const std::vector<std::byte> packed = read_bytes(folder / "a.gz");
-    EXPECT_EQ(gunzip(packed, "a.gz", 10'000).size(), 10'000U);
-    EXPECT_EQ(error_of([&] { gunzip(packed, "a.gz", 9'999); }),
-              "a.gz: expands to more than 9999 bytes, the limit");
+    const std::filesystem::path file = folder / "a.gz";
+    const auto pack = [&](const char* mode, std::size_t size) {
+        const std::string blanks(size, ' ');
+        const gzFile out = gzopen(file.c_str(), mode);
+        gzwrite(out, blanks.data(), static_cast<unsigned>(size));
+        gzclose(out);
+    };
+    constexpr std::size_t kBound = std::size_t{64} << 20;
+    pack("wb", kBound);
+    EXPECT_EQ(read_text(file), std::string(kBound, ' '));
+    EXPECT_EQ(read_unpacked(file).size(), kBound);
+    pack("ab", 1);  // a second piece, whose size is the only one stated
+    const std::string refusal =
+        file.string() + ": expands to more than 400 times its size; such files may be at most 64 MiB";
+    EXPECT_EQ(error_of([&] { read_text(file); }), refusal);
+    EXPECT_EQ(error_of([&] { read_unpacked(file); }), refusal);
+    pack("wb", kBound + 1);
+    EXPECT_EQ(error_of([&] { read_text(file); }), refusal);
 }
 
 TEST(Gunzip, DamagedOrCutOff_SaysSo) {
@@ -120,7 +135,7 @@ TEST(Gunzip, DamagedOrCutOff_SaysSo) {
     write(folder / "cut.gz", whole.substr(0, whole.size() - 10));
     EXPECT_NE(error_of([&] { read_text(folder / "cut.gz"); }).find("end too early"), std::string::npos);
     std::string wrong = whole;
-    wrong[20] = static_cast<char>(wrong[20] ^ 1);  // the checksum no longer fits
+    wrong[20] = static_cast<char>(wrong[20] ^ 1);  // the checksum does not match
     write(folder / "wrong.gz", wrong);
     EXPECT_NE(error_of([&] { read_text(folder / "wrong.gz"); }).find("damaged"), std::string::npos);
 }
@@ -158,7 +173,7 @@ TEST(Files, Replace_NoSuchFolderOrAFolder_IsAnInputError) {
     EXPECT_EQ(entries(folder.path()), 1U);
 }
 
-// --- what may stand where a file is wanted or written
+// --- special files in the place of a regular one
 
 TEST(Files, NoRegularFile_IsRefusedWithoutWaiting) {
     const testing::TemporaryFolder folder;
@@ -230,7 +245,7 @@ TEST(Files, Replace_AnyMode_IsKept) {
     umask(mask);
 }
 
-// Files, and links to a precious one, wait under the names that the temporary might get.
+// Files, and links to a precious one, exist under the names that the temporary file might get.
 TEST(Files, Replace_PlantedTemporaries_StayUntouched) {
     const testing::TemporaryFolder folder;
     write(folder / "precious", "kept");
@@ -266,7 +281,7 @@ TEST(Files, Replace_APipe_ReachesWhoReadsItAndNeverWaits) {
               std::string::npos);
     const int reader = open((folder / "pipe").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     ASSERT_GE(reader, 0);
-    // Writers may go back in their file, as those of images do.
+    // Writers may seek backwards, as those of images do.
     replace_file(folder / "pipe", [](const std::filesystem::path& temporary) {
         std::ofstream out(temporary, std::ios::binary);
         out << "??? words";

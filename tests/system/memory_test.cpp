@@ -1,4 +1,4 @@
-// What memory there is, and the refusal of what would need more.
+// The available memory, and the refusal of work that would need more.
 #include "engine/system/memory.h"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ TEST(Memory, Available_IsMoreThanATestNeedsAndLessThanNoMachineHas) {
     EXPECT_LT(*available, std::uint64_t{1} << 50);
 }
 
-// In a process of its own, as a limit can only fall.
+// Runs in a process of its own, because a limit can only be lowered.
 TEST(Memory, Available_IsNoMoreThanTheLimitOfTheProcess) {
     if (testing::kSanitized) GTEST_SKIP() << "the sanitizer has more than the limit";
     const pid_t child = fork();
@@ -64,7 +64,7 @@ TEST(Memory, TooLittleOfIt_IsRefusedWithWhatIsNeededAndWhatThereIs) {
     EXPECT_THAT(refusal, ::testing::Not(HasSubstr("\n")));
 }
 
-// --- control groups, as a folder tells of them ---
+// --- control groups, simulated by a folder ---
 
 class Groups : public ::testing::Test {
   protected:
@@ -73,7 +73,7 @@ class Groups : public ::testing::Test {
         std::filesystem::create_directories(path.parent_path());
         std::ofstream(path) << text;
     }
-    // Of version 2: what the group may have and has.
+    // Writes a group of version 2 with its limit and its usage.
     void group(const std::string& folder, const std::string& most, std::uint64_t used) const {
         write(folder + "/memory.max", most + "\n");
         write(folder + "/memory.current", std::to_string(used) + "\n");
@@ -103,10 +103,10 @@ TEST_F(Groups, OfTheProcess_IsTheLimitNotThatOfItsSiblings) {
     group("sys/fs/cgroup/jobs/other", "10", 9);
     EXPECT_EQ(available(), 6000U);
     write("sys/fs/cgroup/jobs/mine/memory.stat", "anon 1\ninactive_file 500\nactive_file 250\n");
-    EXPECT_EQ(available(), 6750U);  // pages of files can be taken back
+    EXPECT_EQ(available(), 6750U);  // the page cache is reclaimable
 }
 
-// Each around it may be the one that is short: the least counts, up to the mount.
+// Any enclosing group may be the limiting one: the least counts, up to the mount.
 TEST_F(Groups, AroundIt_LeaveTheLeast) {
     mount_version2("/");
     write("proc/self/cgroup", "0::/a/b/c\n");
@@ -119,7 +119,7 @@ TEST_F(Groups, AroundIt_LeaveTheLeast) {
     EXPECT_EQ(available(), 0U);
 }
 
-// A container sees its own group at the mount, while the process may still be told of by its name outside.
+// A container sees its own group at the mount, while the process may still be listed under its outer name.
 TEST_F(Groups, MountedFromWithin_AreFoundBelowTheMount) {
     mount_version2("/docker/1234");
     write("proc/self/cgroup", "0::/docker/1234/job\n");
@@ -127,7 +127,7 @@ TEST_F(Groups, MountedFromWithin_AreFoundBelowTheMount) {
     EXPECT_EQ(available(), 7000U);
     group("sys/fs/cgroup/job", "500", 100);
     EXPECT_EQ(available(), 400U);
-    write("proc/self/cgroup", "0::/../elsewhere\n");  // of another name space: the mount is all there is
+    write("proc/self/cgroup", "0::/../elsewhere\n");  // in another namespace only the mount is visible
     EXPECT_EQ(available(), 7000U);
 }
 
@@ -154,7 +154,7 @@ TEST(Memory, BytesOf_NeverWrapsRound) {
     EXPECT_THROW(require_memory(bytes_of(std::uint64_t{1} << 60, 16), "a thing", ""), InputError);
 }
 
-// Many small pieces, in a process that can have 1 GiB.
+// Allocates many small pieces in a process that is limited to 1 GiB.
 TEST(Memory, Watch_StopsWhatGrowsByPieces) {
     if (testing::kSanitized) GTEST_SKIP() << "the sanitizer has more than the limit";
     const pid_t child = fork();

@@ -70,7 +70,7 @@ TEST(Toml, Mistakes_OfEveryKind_NamePlaceValueAndWhatIsAccepted) {
                 AllOf(StartsWith("rig.toml:1:"), HasSubstr("did you mean \"views\"")));
 }
 
-// The library asserts here, and a release build would rely on what it asserts.
+// The library asserts on such names, and a release build would rely on the assertion.
 TEST(Toml, TableNameThatIsNone_IsRefused) {
     for (const char* text : {"[# re", "[]", "[=]", "[[#", "set\xc2\xb5mup = 1"}) {
         EXPECT_THAT(error_of([&] { table_of(text); }), StartsWith("rig.toml")) << text;
@@ -94,23 +94,37 @@ TEST(Toml, NestedAsDeepAsAccepted_IsRead) {
     EXPECT_NO_THROW(table_of(many("a.", 30) + "a = 1.5\n"));
     EXPECT_NO_THROW(table_of("[" + many("a . ", 30) + "a]\n"));
     EXPECT_NO_THROW(table_of("a = " + many("[", 31) + "1.5" + many("]", 31) + "\n"));
-    EXPECT_NO_THROW(table_of("a = [" + many("'.', 1.5, ", 1000) + "]\n"));  // dots of no key
+    EXPECT_NO_THROW(table_of("a = [" + many("'.', 1.5, ", 1000) + "]\n"));  // dots outside keys
     EXPECT_NO_THROW(table_of("a = '''\n" + many(".[{'\"", 1000) + "'''\nb = \"\"\"\\\"\"\"" +
                              many(".{[", 1000) + "\"\"\"\n# " + many(".[", 1000)));
 }
 
-// By dots, by brackets and by both; strings are parts of keys, and their dots are none.
+// Nests by dots, by brackets and by both; strings are parts of keys, and their dots do not nest.
 TEST(Toml, NestedTooDeep_IsRefusedWithItsPlace) {
     const auto refusal = [](const std::string& text) { return error_of([&] { table_of(text); }); };
-    EXPECT_THAT(refusal("x = 1\n" + many("a.", 40) + "a = 1\n"),
-                StartsWith("rig.toml:2:66: tables and arrays nested"));
+    EXPECT_THAT(refusal("x = 1\n" + many("a.", 40) + "a = 1\n"), StartsWith("rig.toml:2:66: tables nested"));
+    EXPECT_THAT(refusal("x = 1\na = " + many("[", 40)), StartsWith("rig.toml:2:37: "));
     for (const std::string& text :
          {"[" + many("a.", 100'000) + "a]\n", "[[" + many("a.", 100'000) + "a]]\n",
-          many("'a.b' . ", 100'000) + "a = 1\n", "a = " + many("[", 100'000), "a = " + many("{a=", 100'000),
-          "a = " + many("{a.a.a.a.a.a.a.a=", 200) + "1" + many("}", 200) + "\n",
-          "a = " + many("[{a.a=", 20) + "1" + many("}]", 20) + "\n"}) {
+          many("'a.b' . ", 100'000) + "a = 1\n", many("'=' . ", 100'000) + "a = 1\n",
+          many("\"\\\",\" . ", 100'000) + "a = 1\n",
+          "a = " + many("[{a.a=", 12) + "1" + many("}]", 12) + "\n"}) {
         EXPECT_THAT(refusal(text), HasSubstr("nested more than 32 deep")) << text.substr(0, 40);
     }
+    for (const std::string& text : {"a = " + many("[", 100'000), "a = " + many("{a=", 100'000),
+                                    "a = " + many("{a.a.a.a.a.a.a.a=", 200) + "1" + many("}", 200) + "\n",
+                                    "a = " + many("[{a.a=", 20) + "1" + many("}]", 20) + "\n"}) {
+        EXPECT_THAT(refusal(text), HasSubstr("depth of 32")) << text.substr(0, 40);
+    }
+}
+
+TEST(Toml, AsDeepAsTheLibraryMayFirstMakeIt_IsRefused) {
+    const std::string dots = many("a.", 32);
+    EXPECT_THAT(error_of([&] {
+                    table_of("[" + dots + "a]\n" + dots + "b = " + many("{" + dots + "a=", 31) + "1" +
+                             many("}", 31) + "\n");
+                }),
+                HasSubstr("nested more than 32 deep"));
 }
 
 }  // namespace toml_test

@@ -1,4 +1,4 @@
-// Plain text: nothing that a terminal would obey is left, and nothing else is changed.
+// Plain text contains no terminal control sequences and is otherwise unchanged.
 #include "engine/text/plain_text.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ TEST(PlainText, WhatTerminalsObey_IsWrittenOut) {
     EXPECT_EQ(plain_text(std::string_view("\0\x7f", 2)), "\\x00\\x7f");
     EXPECT_EQ(plain_text("\xc2\x9b"
                          "31m"),
-              "\\xc2\\x9b31m");  // the same order in one character
+              "\\xc2\\x9b31m");  // the same control sequence as one C1 character
     EXPECT_EQ(plain_text("\x9b"
                          "31m"),
               "\\x9b31m");
@@ -30,13 +30,13 @@ TEST(PlainText, BytesThatAreNoUtf8_AreWrittenOut) {
     EXPECT_EQ(plain_text("\xff"
                          "a\xc3"),
               "\\xffa\\xc3");
-    EXPECT_EQ(plain_text("\xc0\x9b"), "\\xc0\\x9b");           // ESC-like, spelt longer than need be
-    EXPECT_EQ(plain_text("\xe0\x80\x9b"), "\\xe0\\x80\\x9b");  // and longer
-    EXPECT_EQ(plain_text("\xed\xa0\x80"), "\\xed\\xa0\\x80");  // half a pair
+    EXPECT_EQ(plain_text("\xc0\x9b"), "\\xc0\\x9b");           // overlong encoding of a control character
+    EXPECT_EQ(plain_text("\xe0\x80\x9b"), "\\xe0\\x80\\x9b");  // a longer overlong encoding
+    EXPECT_EQ(plain_text("\xed\xa0\x80"), "\\xed\\xa0\\x80");  // half a surrogate pair
     EXPECT_EQ(plain_text("\xf4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");
 }
 
-// Of any two bytes, and whatever comes before and after them.
+// Tests any two bytes with any neighbours.
 TEST(PlainText, AnyBytes_LeaveNothingToObey) {
     for (int a = 0; a < 256; ++a) {
         for (int b = 0; b < 256; ++b) {

@@ -1,4 +1,4 @@
-// The hint at a mistyped name: the nearest one, at a cost that no input can drive up.
+// The suggestion for a mistyped name is the nearest one, at a bounded cost for any input.
 #include "engine/text/spelling.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(Names, LongWords_AreNoNamesAndGetNoHint) {
     EXPECT_EQ(hint("a", {name}), "");
 }
 
-// A hundred thousand words of a hundred thousand letters, and as many that are as long as words may be.
+// A hundred thousand words of a hundred thousand letters, and as many of the maximum length of a word.
 TEST(Names, ManyAndLongWords_TakeLessThanASecond) {
     const std::string huge(100'000, 'a'), wide(64, 'b');
     const std::vector<std::string_view> known(100'000, huge), near(100'000, wide);

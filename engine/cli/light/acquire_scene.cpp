@@ -76,15 +76,15 @@ class BlockMeasurement {
             state_.flux.add(block.flux);
             phase.advance(block.flux.ledger.paths);
         }
-        bring_to_rank_0();
+        gather();
     }
 
   private:
-    void bring_to_rank_0() {
-        if (workers_.ranks) state_.sums.bring_to_rank_0(*workers_.ranks);
+    void gather() {
+        if (workers_.ranks) state_.sums.gather(*workers_.ranks);
     }
     void save() {
-        bring_to_rank_0();
+        gather();
         if (!part_.empty()) save_state(part_, state_);
     }
     [[noreturn]] void stop() {
@@ -186,7 +186,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
         }
     }
     state.blocks = agreed(workers, state.blocks);
-    if (workers.ranks && state.blocks > 0) state.sums.begin_at_rank_0(*workers.ranks);
+    if (workers.ranks && state.blocks > 0) state.sums.copy_from_rank_0(*workers.ranks);
     BlockMeasurement(job.scene, parameters, part, workers, monitor, state).run();
     if (workers.ranks && !workers.ranks->leads()) return {};
     try {

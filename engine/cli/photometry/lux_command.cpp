@@ -117,7 +117,7 @@ std::string end_text(const IlluminanceReport& report) {
             ? fmt::format("± {} at the least accurate point", percent_text(report.precision))
             : "light is missing at points where none was found";
     return fmt::format("{}; {} samples for each point, {}", reached,
-                       static_cast<std::int64_t>(report.heads) * report.samples,
+                       static_cast<std::int64_t>(report.sensors) * report.samples,
                        duration_text(report.seconds));
 }
 

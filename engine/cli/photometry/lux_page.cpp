@@ -87,7 +87,7 @@ std::string settings(const IlluminanceReport& report, const LuxPage& page) {
           fmt::format("± {:.2g} % of its point's illuminance, or of the surface's mean if that is more",
                       100 * report.precision)},
          {"ended by", report.ended_by},
-         {"samples per point", fmt::format("{} sensors × {}", report.heads, report.samples)},
+         {"samples per point", fmt::format("{} sensors × {}", report.sensors, report.samples)},
          {"rays", fmt::format("{:.3g}", static_cast<double>(report.rays))},
          {"seed", std::to_string(page.seed)},
          {"time", duration_text(report.seconds)}},

@@ -389,9 +389,11 @@ struct Frames {
     const CommandContext& context;
     Ranks* ranks;     // null for a single process
     SceneCopy* copy;  // null: every rank reads the files itself
+
+    bool leads() const { return !ranks || ranks->leads(); }
 };
 
-// Returns the next frame of the scene file, if any, with the options of the command line.
+// Returns the next frame of the scene file, if one is left, as the command line has it rendered.
 std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
     std::optional<Job> job = scene.next();
     if (!job) return job;
@@ -401,7 +403,7 @@ std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
     request.spp = command.overrides.spp;
     request.crop = command.crop;
     request.denoise = denoises(command);
-    // Adaptive sampling needs the whole image, which no part knows.
+    // No part of a picture knows which pixels of the picture need most samples.
     request.adaptive = command.adaptive && !command.part;
     request.layers = command.layers;
     apply(request, command.options.limits, *job);
@@ -409,101 +411,35 @@ std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
     return job;
 }
 
-// Does the part of render_frame() of ranks other than 0. Returns false if there is no further frame for them.
-bool follow_frame(const RenderCommand& command, Frames& frames) {
-    Ranks& ranks = *frames.ranks;
-    std::optional<Job> job = next_job(command, frames.scene);
-    if (!job) return false;
-    const Listening listening(frames.context.around);  // rank 0 decides when it ends
-    require_same_facts(ranks, "render a different picture", picture_facts(*job, command.options.seed));
-    if (may_choose(command)) share_settings(ranks, job->integrator);
-    RenderOptions options;
-    options.seed = command.options.seed;
-    options.workers = {command.options.workers.threads, &ranks};
-    options.maps.load = command.options.maps.load;
-    Monitor silent;
-    light_that_paths_hardly_find(*job, options, silent);
-    render(*job, options, silent);
-    return ranks.agree(false);
+// With --broadcast-scene rank 0 sends the files of a frame that it has read, or of no frame.
+void send_files(const RenderCommand& command, const Frames& frames, const std::optional<Job>& job) {
+    if (!frames.copy || !frames.leads()) return;
+    std::vector<std::filesystem::path> all = job ? job->files : std::vector<std::filesystem::path>();
+    if (job) all.insert(all.end(), job->caches.begin(), job->caches.end());
+    frames.copy->send({command.scene, command.options.maps.load}, std::move(all));
 }
 
-// Reads and renders the next frame of the scene file, if any. `clock` runs since its time began. Returns
-// false after the last frame that the user wants.
-bool render_frame(const RenderCommand& command, Frames& frames, int frame, const Stopwatch& clock) {
-    ConsoleMonitor& monitor = frames.monitor;
-    CommandFiles& files = frames.files;
+// With --broadcast-scene the other ranks get the files of a frame before they read it.
+void receive_files(RenderCommand& command, SceneCopy* copy) {
+    const SceneCopy::Places places = copy->receive();
+    command.scene = places.scene.string();
+    command.options.maps.load = places.maps;
+}
 
-    // Reads the frame.
-    Checkpointing checkpointing(command.checkpoint, monitor);
-    RunFacts facts{command.scene, command.options.seed, command.options.workers.threads};
-    const Stopwatch reading;
-    std::optional<Job> next = next_job(command, frames.scene);
-    if (frames.copy) {
-        std::vector<std::filesystem::path> all = next ? next->files : std::vector<std::filesystem::path>();
-        if (next) all.insert(all.end(), next->caches.begin(), next->caches.end());
-        frames.copy->send({command.scene, command.options.maps.load}, std::move(all));
-    }
-    if (!next) return false;
-    Job job = std::move(*next);
-    facts.read_seconds = reading.seconds();
+// Returns the image that the frame writes, and declares the files of the job; at rank 0.
+std::filesystem::path declare_frame(const RenderCommand& command, Frames& frames, int frame, const Job& job) {
     std::filesystem::path image = command.output.empty() ? default_output(job.film, command.part)
                                                          : std::filesystem::path(command.output);
     while (!frames.written.insert(image).second) image = of_frame(image, frame);
-    std::map<std::string, std::string> attributes;
-    if (command.part)
-        attributes = part_attributes(*command.part, job, facts.seed, command.layers, kept_layers(command));
-    const Pictures pictures(command, image, std::move(attributes));
-    if (command.output.empty()) declare_image(command, image, files);
-    files.reads(job.files);
-    files.reads(job.caches);
+    if (command.output.empty()) declare_image(command, image, frames.files);
+    frames.files.reads(job.files);
+    frames.files.reads(job.caches);
+    return image;
+}
 
-    // Renders, showing the image as it improves. From here on there are results to keep.
-    const Listening listening(frames.context.around);
-    if (frames.ranks)
-        require_same_facts(*frames.ranks, "render a different picture", picture_facts(job, facts.seed));
-    RenderOptions options = command.options;
-    options.workers.ranks = frames.ranks;
-    const double whole = command.options.limits.seconds - writing_seconds(command, job);
-    options.limits.seconds = whole - clock.seconds();
-    if (may_choose(command)) {
-        const Stopwatch choosing;
-        facts.choice = select_method(job, options, monitor);
-        if (frames.ranks) share_settings(*frames.ranks, job.integrator);
-        facts.choose_seconds = choosing.seconds();
-    }
-    const std::optional<ChanceLight> hidden = light_that_paths_hardly_find(job, options, monitor);
-    options.limits.seconds = whole - clock.seconds();
-    const Stopwatch rendering;
-    checkpointing.attach(job, options);
-    const auto note = [&] {
-        facts.render_seconds = checkpointing.earlier_seconds() + rendering.seconds();
-        facts.warnings = monitor.warnings();
-    };
-    options.show = [&](const RenderResult& result) {
-        note();
-        // A failure to show the image is not fatal, as the render is worth more and a later attempt may
-        // succeed.
-        try {
-            RenderResult shown = result;
-            pictures.write(facts, job, shown);
-            if (!command.stats.empty()) {
-                write_text(command.stats, statistics_json(facts, job, result.report, pictures.image()));
-            }
-        } catch (const InputError& error) {
-            monitor.warn(fmt::format("--show-every: {}; the render continues", error.what()));
-        }
-    };
-    std::optional<TevDisplay> display;
-    if (command.display) {
-        display.emplace(*command.display, pictures.image().filename().string(), monitor);
-        options.watch_every = kDisplayEvery;
-        options.watch = [&display](const RenderResult& result) { display->show(result.image); };
-    }
-    RenderResult result = render(job, options, monitor);
-    if (hidden) warn_of_missing_light(job, *hidden, result, monitor);
-    note();
-
-    // Writes the image.
+// Writes what was rendered, and says so; at rank 0.
+void write_result(const RenderCommand& command, const Pictures& pictures, const RunFacts& facts,
+                  const Job& job, RenderResult& result, Monitor& monitor) {
     const bool keep = has_light_or_is_whole(result);
     std::vector<std::string> said;
     if (keep) {
@@ -520,52 +456,105 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     if (!command.checkpoint.kept().empty())
         said.push_back(fmt::format("continue --resume {}", command.checkpoint.kept().string()));
     for (const std::string& line : said) monitor.info(line);
-    checkpointing.finish();
-    const bool go_on = result.report.complete && !monitor.stopped();
-    if (frames.ranks) frames.ranks->agree(go_on);
+}
+
+// Writes an image on the way. A failure may be over later, and the render is worth more.
+void show_result(const RenderCommand& command, const Pictures& pictures, const RunFacts& facts,
+                 const Job& job, RenderResult shown, Monitor& monitor) {
+    try {
+        pictures.write(facts, job, shown);
+        if (!command.stats.empty())
+            write_text(command.stats, statistics_json(facts, job, shown.report, pictures.image()));
+    } catch (const InputError& error) {
+        monitor.warn(fmt::format("--show-every: {}; the render continues", error.what()));
+    }
+}
+
+// Renders a frame that was read, and at rank 0 shows and writes it. `clock` runs since the frame's time
+// began. Returns whether the user wants the frames after it.
+bool render_job(const RenderCommand& command, Frames& frames, Job& job, const std::filesystem::path& image,
+                RunFacts& facts, Checkpointing& checkpointing, const Stopwatch& clock) {
+    ConsoleMonitor& monitor = frames.monitor;
+    std::map<std::string, std::string> attributes;
+    if (command.part)
+        attributes = part_attributes(*command.part, job, facts.seed, command.layers, kept_layers(command));
+    const Pictures pictures(command, image, std::move(attributes));
+    RenderOptions options = command.options;
+    options.workers.ranks = frames.ranks;
+    const double whole = command.options.limits.seconds - writing_seconds(command, job);
+    options.limits.seconds = whole - clock.seconds();
+    if (may_choose(command)) {
+        const Stopwatch choosing;
+        if (frames.leads()) facts.choice = select_method(job, options, monitor);
+        if (frames.ranks) share_settings(*frames.ranks, job.integrator);
+        facts.choose_seconds = choosing.seconds();
+    }
+    const std::optional<ChanceLight> hidden = light_that_paths_hardly_find(job, options, monitor);
+    options.limits.seconds = whole - clock.seconds();
+    const Stopwatch rendering;
+    checkpointing.attach(job, options);
+    const auto note = [&] {
+        facts.render_seconds = checkpointing.earlier_seconds() + rendering.seconds();
+        facts.warnings = monitor.warnings();
+    };
+    options.show = [&](const RenderResult& result) {
+        note();
+        show_result(command, pictures, facts, job, result, monitor);
+    };
+    std::optional<TevDisplay> display;
+    if (command.display && frames.leads()) {
+        display.emplace(*command.display, pictures.image().filename().string(), monitor);
+        options.watch_every = kDisplayEvery;
+        options.watch = [&display](const RenderResult& result) { display->show(result.image); };
+    }
+    RenderResult result = render(job, options, monitor);
+    if (frames.leads()) {
+        if (hidden) warn_of_missing_light(job, *hidden, result, monitor);
+        note();
+        write_result(command, pictures, facts, job, result, monitor);
+        checkpointing.finish();
+    }
+    const bool go_on = agreed(options.workers, result.report.complete && !monitor.stopped());
     if (!result.report.complete) throw Stopped(stopped_text(result.report, job.spp));
     return go_on;
 }
 
-void follow(RenderCommand command, const CommandContext& context, Ranks& ranks) {
-    std::optional<SceneCopy> copy;
-    const auto receive = [&](RenderCommand& own) {
-        if (!copy) return;
-        const SceneCopy::Places places = copy->receive();
-        own.scene = places.scene.string();
-        own.options.maps.load = places.maps;
-    };
-    if (command.broadcast_scene) copy.emplace(ranks);
-    receive(command);
-    require_readable(command.scene);
-    std::ostream nowhere(nullptr);
-    ConsoleMonitor silent(nowhere, nowhere, {false, true, nullptr, {}});
-    Frames frames{SceneFrames(command.scene, command.overrides, command.options.workers, silent),
-                  {},
-                  {},
-                  silent,
-                  context,
-                  &ranks,
-                  nullptr};
-    bool go_on = follow_frame(command, frames);
-    for (int frame = 2; go_on && frames.scene.more(); ++frame) {
-        RenderCommand own = of_frame(command, frame);
-        receive(own);
-        go_on = follow_frame(own, frames);
-    }
+// Reads and renders the next frame of the scene file, if one is left; on all ranks of a job. `clock` runs
+// since the frame's time began. Returns whether the user wants the frames after it.
+bool render_frame(const RenderCommand& command, Frames& frames, int frame, const Stopwatch& clock) {
+    Checkpointing checkpointing(frames.leads() ? command.checkpoint : CheckpointOptions(), frames.monitor);
+    RunFacts facts{command.scene, command.options.seed, command.options.workers.threads};
+    const Stopwatch reading;
+    std::optional<Job> job = next_job(command, frames.scene);
+    send_files(command, frames, job);
+    if (!job) return false;
+    facts.read_seconds = reading.seconds();
+    std::filesystem::path image;
+    if (frames.leads()) image = declare_frame(command, frames, frame, *job);
+    // From here on there is something to keep; a signal is rank 0's to heed.
+    const Listening listening(frames.context.around);
+    if (frames.ranks)
+        require_same_facts(*frames.ranks, "render a different picture", picture_facts(*job, facts.seed));
+    return render_job(command, frames, *job, image, facts, checkpointing, clock);
 }
 
-void render_frames(const RenderCommand& command, const CommandContext& context, Ranks* ranks,
-                   Stopwatch clock) {
+// Renders all frames of the scene file, on all ranks of a job; the others than rank 0 print nothing.
+void render_frames(RenderCommand command, const CommandContext& context, Ranks* ranks, Stopwatch clock) {
+    const bool leads = !ranks || ranks->leads();
     require_own_part(command);
     require_part_of_a_picture(command);
-    require_readable(command.scene);
-    CommandFiles files;
-    declare_files(command, files);
-    ConsoleMonitor monitor(context.out, context.err,
-                           {context.around.terminal, command.quiet, context.around.stop, {}});
     std::optional<SceneCopy> copy;
     if (ranks && command.broadcast_scene) copy.emplace(*ranks);
+    if (copy && !leads) receive_files(command, &*copy);
+    require_readable(command.scene);
+    CommandFiles files;
+    if (leads) declare_files(command, files);
+    std::ostream nowhere(nullptr);
+    ConsoleMonitor monitor(leads ? context.out : nowhere, leads ? context.err : nowhere,
+                           {leads && context.around.terminal,
+                            command.quiet || !leads,
+                            leads ? context.around.stop : nullptr,
+                            {}});
     Frames frames{SceneFrames(command.scene, command.overrides, command.options.workers, monitor),
                   std::move(files),
                   {},
@@ -576,8 +565,9 @@ void render_frames(const RenderCommand& command, const CommandContext& context, 
     bool go_on = render_frame(command, frames, 1, clock);
     for (int frame = 2; go_on && frames.scene.more(); ++frame) {
         clock = {};
-        const RenderCommand own = of_frame(command, frame);
-        declare_files(own, frames.files);
+        RenderCommand own = of_frame(command, frame);
+        if (copy && !leads) receive_files(own, &*copy);
+        if (leads) declare_files(own, frames.files);
         go_on = render_frame(own, frames, frame, clock);
     }
 }
@@ -585,13 +575,7 @@ void render_frames(const RenderCommand& command, const CommandContext& context, 
 void act(const RenderCommand& command, const CommandContext& context) {
     const Stopwatch clock;
     const ParallelJob parallel(context, command.options.workers);
-    parallel.run([&] {
-        if (parallel.leads()) {
-            render_frames(command, context, parallel.ranks(), clock);
-        } else {
-            follow(command, context, *parallel.ranks());
-        }
-    });
+    parallel.run([&] { render_frames(command, context, parallel.ranks(), clock); });
 }
 
 void add_image_options(CLI::App& app, RenderCommand& command) {

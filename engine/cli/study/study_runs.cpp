@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -77,12 +78,13 @@ std::string notes_text(const std::string& statistics, const Ranks* ranks) {
     return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-// The monitor of ranks other than 0: polls rank 0 for a stop and sends warnings there.
+// The monitor of a render on another rank than 0: rank 0 ends the loop over renders where its user asks to
+// stop, and prints the warnings.
 class DistantMonitor final : public Monitor {
   public:
     explicit DistantMonitor(Ranks& ranks) : ranks_(ranks) {}
     void warn(std::string_view line) override { warnings_.emplace_back(line); }
-    bool stopped() const override { return ranks_.asked_to_stop(); }
+    bool stopped() const override { return ranks_.has_ended(); }
     std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
 
   private:
@@ -90,7 +92,8 @@ class DistantMonitor final : public Monitor {
     std::vector<std::string> warnings_;
 };
 
-// Warns of hosts with more threads than processors, where waiting distorts the times.
+// If the ranks of a host have more threads than it has processors, they wait for each other, and their times
+// include that.
 void warn_of_crowded_hosts(Ranks& ranks, Monitor& monitor) {
     Packer packer;
     packer(static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));
@@ -236,12 +239,12 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
         require_same_facts(ranks, "render a different picture", picture_facts(read(work, own), work.seed));
     }
     find_kept();
-    std::optional<Listening> listening(std::in_place, command_.around);  // rank 0 decides when it ends
+    std::optional<Listening> listening(std::in_place, command_.around);  // only rank 0 acts on a signal
     ranks.listen_to([&monitor] { return monitor.stopped(); });
 
     std::mutex mutex;
     std::vector<std::optional<StudyRun>> runs(ranks.leads() ? all.size() : 0);
-    const auto come_in = [&](std::int64_t item, int rank, const Made& made) {
+    const auto receive_result = [&](std::int64_t item, int rank, const Made& made) {
         const std::lock_guard lock(mutex);
         for (const std::string& line : made.warnings) monitor.warn(line);
         const auto i = static_cast<std::size_t>(item);
@@ -250,28 +253,27 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
     };
     Made last;  // of this rank
     Ranks::Loop loop;
-    for (std::size_t i = 0; ranks.leads() && i < all.size(); ++i)
-        loop.items.push_back(static_cast<std::int64_t>(i));
-    loop.one_by_one = true;
+    loop.shared.resize(all.size());
+    std::iota(loop.shared.begin(), loop.shared.end(), std::int64_t{0});
     loop.ends = [&ranks] { return ranks.asked_to_stop(); };
     loop.made = [&last](std::int64_t) {
         Packer packer;
         packer(last);
         return packer.take();
     };
-    loop.arrived = [&come_in](std::int64_t item, int rank, std::span<const std::byte> bytes) {
+    loop.arrived = [&receive_result](std::int64_t item, int rank, std::span<const std::byte> bytes) {
         Made made;
         Unpacker unpacker(bytes);
         unpacker(made);
-        come_in(item, rank, made);
+        receive_result(item, rank, made);
     };
     // Each rank makes one render at a time, with all its threads.
-    ranks.work({1}, std::move(loop), [&](std::int64_t item) {
+    ranks.work({1}, loop, [&](std::int64_t item) {
         std::optional<Made> made = make(all[static_cast<std::size_t>(item)], own, listening);
         if (!made) return false;
         made->warnings = distant.take_warnings();
         last = std::move(*made);
-        if (ranks.leads()) come_in(item, 0, last);
+        if (ranks.leads()) receive_result(item, 0, last);
         return true;
     });
     return runs;

@@ -1,6 +1,5 @@
-// To be preloaded into the command: Embree then works with the instruction set that LUCERNA_TEST_ISA names,
-// whatever the program asks for. It notes in the file LUCERNA_TEST_NOTE what was asked for and what was
-// taken, so that a test knows that it was there.
+// Preloaded into the command, makes Embree use the instruction set named by LUCERNA_TEST_ISA. It writes the
+// requested and the chosen one to the file LUCERNA_TEST_NOTE, which proves that it was loaded.
 #include <dlfcn.h>
 
 #include <cstdlib>

@@ -1,0 +1,138 @@
+#include "engine/render/outputs.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace lucerna {
+namespace {
+
+// Returns the interval of what is wanted; what is not wanted is never due.
+double interval(bool is_wanted, double seconds) {
+    return is_wanted ? seconds : std::numeric_limits<double>::infinity();
+}
+
+// Adds the denoised picture and its estimated error.
+void add_denoised(const Job& job, const ImageInProgress& image, const Film::ErrorEstimate& error,
+                  const Workers& workers, RenderResult& result) {
+    result.layers = image.layers();
+    // The filters need pixels beyond the edges of a crop, which `lucerna merge` has.
+    if (job.film.is_part()) return;
+    Denoised picture = denoise(*result.layers, workers);
+    result.denoised = std::move(picture.image);
+    if (!std::isfinite(error.relative)) return;
+    // The error is infinite if it is unknown. An estimate that ended the render is stated, however uncertain
+    // it is.
+    const bool is_stated = picture.error_is_known || result.report.ended_by == "error";
+    result.report.blur = error.blur;
+    result.report.denoised_error = is_stated ? std::hypot(picture.relative_error, error.blur) : INFINITY;
+}
+
+}  // namespace
+
+RenderResult develop(const Job& job, const ImageInProgress& image, const RenderReport& report_so_far,
+                     bool denoised, const Workers& workers) {
+    const float scale = job.film.scale;
+    const WorkingSpace& colours = job.film.colours;
+    RenderResult result{image.film().develop(scale, colours), report_so_far};
+    RenderReport& report = result.report;
+    report.samples_not_finite = image.bad_samples().count;
+    report.rays_invalid = image.invalid_rays();
+    report.rays_total = image.rays();
+    // An infinite error is not reported.
+    Film::ErrorEstimate error = image.film().error();
+    if (std::isfinite(error.relative) && (error.is_known || report.ended_by == "error"))
+        report.relative_error = error.relative;
+    report.pixels_apart = std::move(error.apart);
+    result.image.attributes["lucerna.unit"] = report.unit;
+    if (job.film.crop_end != V2i(0, 0)) {
+        result.image.corner = job.film.crop_begin;
+        result.image.picture = {job.film.width, job.film.height};
+    }
+    if (!denoised) return result;
+    if (job.film.parts) {
+        result.parts = image.layer_films()->develop(scale, colours);
+        if (job.receivers.empty()) add_channels(*result.parts, image.features().more, "");
+    }
+    if (image.layer_films()) result.chance = image.layer_films()->develop_chance(scale, colours);
+    if (image.film().has_two_halves()) add_denoised(job, image, error, workers, result);
+    return result;
+}
+
+void warn_of_losses(const ImageInProgress& image, const RenderReport& report, Monitor& monitor) {
+    if (const BadSamples& bad = image.bad_samples(); bad.count > 0) {
+        monitor.warn(
+            fmt::format("{} samples were not finite and were left out; the first: {}", bad.count, bad.first));
+    }
+    if (image.invalid_rays() > 0)
+        monitor.warn(fmt::format("{} rays were not finite and were ignored", image.invalid_rays()));
+    if (report.samples_done > 0 || !report.complete) return;
+    if (const std::size_t without = image.film().without_sample(); without > 0) {
+        monitor.warn(
+            fmt::format("there was not enough time for one sample per pixel: {} of {} pixels show the "
+                        "value of a neighbour",
+                        without, image.film().width() * image.film().height()));
+    }
+}
+
+Outputs::Outputs(const Job& job, const RenderOptions& options, const RenderClock& clock,
+                 ImageInProgress& image, const RenderReport& report, bool in_passes)
+    : job_(job),
+      options_(options),
+      clock_(clock),
+      image_(image),
+      report_(report),
+      in_passes_(in_passes),
+      show_timer_(interval(bool(options.show), options.show_every)),
+      watch_timer_(interval(bool(options.watch), options.watch_every), true),
+      checkpoint_timer_(interval(bool(options.keep), options.keep_every)) {}
+
+bool Outputs::is_pause_due() const {
+    const double now = clock_.seconds();
+    return watch_timer_.is_due(now) || (can_keep_ && checkpoint_timer_.is_due(now));
+}
+
+void Outputs::pause(bool after_round) {
+    struct Due {
+        bool show, keep, watch;
+    };
+    const double now = clock_.seconds();
+    const Due due = agreed(options_.workers, Due{after_round && show_timer_.is_due(now),
+                                                 checkpoint_timer_.is_due(now), watch_timer_.is_due(now)});
+    if (due.show) present(options_.show, show_timer_, true);
+    if (due.keep) keep();
+    // Displays get the image as measured: denoising takes longer than they wait.
+    if (due.watch) present(options_.watch, watch_timer_, false);
+}
+
+void Outputs::present(const std::function<void(const RenderResult&)>& to, Recurring& when, bool denoised) {
+    const double begin = clock_.seconds();
+    image_.gather();
+    if (leads()) to(develop(job_, image_, report_, denoised, options_.workers));
+    when.done(begin, clock_.seconds());
+}
+
+void Outputs::keep() {
+    if (!options_.keep || !can_keep_) return;
+    const double begin = clock_.seconds();
+    image_.gather();
+    if (!leads()) return;
+    Checkpoint checkpoint;
+    checkpoint.seconds = clock_.elapsed();
+    checkpoint.samples_done = report_.samples_done;
+    checkpoint.passes_done = report_.passes_done;
+    image_.save(checkpoint);
+    if (in_passes_) {
+        checkpoint.numbers = report_.numbers();
+        checkpoint.notes = report_.notes();
+    }
+    options_.keep(std::move(checkpoint));
+    checkpoint_timer_.done(begin, clock_.seconds());
+}
+
+void Outputs::keep_the_last() {
+    keep();
+    can_keep_ = false;
+}
+
+}  // namespace lucerna
