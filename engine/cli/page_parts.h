@@ -25,7 +25,7 @@ extern const std::string_view kD3;           // the package's own file, d3.min.j
 // text. The map must contain every blank of the page.
 std::string filled(std::string_view page, const std::map<std::string, std::string, std::less<>>& blanks);
 
-// Returns a string literal for a script in HTML, safe from quotes, line ends and tags.
+// Returns a string literal for a script in HTML, which no quote, line end or tag in the text can end.
 std::string script_text(std::string_view text);
 
 // Returns a comparison as one self-contained HTML file: images with a slider, a flip, zoom and exposure,

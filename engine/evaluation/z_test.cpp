@@ -72,7 +72,7 @@ void ZTester::add(int x, int y, std::size_t channel, double difference, double v
 }
 
 void ZTester::test(int x, int y, Channel& channel, const Sum& sum) {
-    const double z = sum.difference / std::sqrt(sum.variance);  // > 0, ensured by add()
+    const double z = sum.difference / std::sqrt(sum.variance);  // add() accepts only variances > 0
     const double p = std::erfc(std::fabs(z) / std::sqrt(2.0));
     ++channel.tests;
     channel.difference += sum.difference;

@@ -53,7 +53,7 @@ ScaleRange linear_range(const std::vector<double>& values, double inside) {
     const auto [least_at, most_at] = std::minmax_element(values.begin(), values.end());
     const double least = *least_at;
     double most = quantile(values, inside);
-    if (!(most > 0)) most = *most_at;  // fewer values than the rest are positive
+    if (!(most > 0)) most = *most_at;  // the positive values are fewer than the share left out
     if (least == 0 && most == 0) return {0, 1};
     // All values below the quantile may be equal.
     const double from = least < 0 || (least > most / 2 && least < most) ? least : 0;

@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kMostLevels = 8;  // limit of automatic levels, minus one
+constexpr int kMostLevels = 8;  // round_numbers() returns at most one more, ends included
 
 // Traces the lines of one level. A vertex is identified by the grid edge on which it lies: first all edges to
 // the right of a point, then all edges down from one. The values on both sides determine a line's direction,

@@ -1,4 +1,4 @@
-// Extensions: those that are supported, those that are not with what is lost, and those that change a node's
+// Checks which extensions are supported, warns of what the others lose, and reads those that change a node's
 // contents [EXT_mesh_gpu_instancing, EXT_lights_ies].
 #include <Imath/ImathQuat.h>
 

@@ -80,7 +80,7 @@ GltfMesh GltfReader::primitive(const tinygltf::Primitive& from, const std::strin
 // Checks memory before anything is read, because an accessor of zeros needs no bytes in the file and many
 // primitives may share an accessor. Invalid accessors and counts are rejected when they are read.
 void GltfReader::require_room_for_meshes() const {
-    double values = 0;  // a double, which saturates instead of overflowing
+    double values = 0;  // a double, because a sum of integers could wrap around
     const auto count = [&](int accessor, int components) {
         if (accessor < 0 || static_cast<std::size_t>(accessor) >= in_.accessors.size()) return;
         values += components * static_cast<double>(in_.accessors[static_cast<std::size_t>(accessor)].count);

@@ -235,7 +235,7 @@ std::optional<std::uint32_t> light_in_place_of(const Scene& scene, std::uint32_t
     constexpr int kPlaces = 32;
     for (int i = 0; i < kPlaces; ++i) {
         const float u = (static_cast<float>(i) + 0.5F) / kPlaces;
-        const V2f place(u, std::fmod(u * 32 * 0.618034F, 1.0F));  // stratified by the golden ratio
+        const V2f place(u, std::fmod(u * 32 * 0.618034F, 1.0F));  // spread by the golden ratio
         const auto particle = scene.lights()[light]->sample_Le({place, {0.3F, 0.3F}});
         if (!particle || !(particle->from.error > 0) || !(particle->from.n.length2() > 0.5F)) continue;
         const SurfacePoint& from = particle->from;

@@ -216,7 +216,7 @@ void DirectiveReader::camera() {
     Params params = parameters(kind, "");
     const std::optional<M44d> world_from_camera = inverse(reading_.state.ctm);
     if (!world_from_camera)
-        fail(place_, "Camera: its transformation is not invertible");  // concatenate() ensures an inverse
+        fail(place_, "Camera: its transformation is not invertible");  // concatenate() only warns
     reading_.draft.camera = {};
     reading_.draft.lens.reset();
     reading_.draft.camera.world_from_camera = *world_from_camera;

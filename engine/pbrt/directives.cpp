@@ -401,7 +401,8 @@ std::vector<double> DirectiveReader::numbers(std::size_t count, std::string_view
     return values;
 }
 
-// Tells whether the list read so far does not become the 16 numbers of a matrix, and skips the list if so.
+// Tells whether a complete list has another number of values than the 16 of a matrix; if so, skips and
+// reports it.
 bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
     std::size_t count = values.size();
     for (; tokens().peek().kind == Token::Kind::number; ++count) tokens().next();
@@ -501,8 +502,8 @@ void DirectiveReader::concatenate(const M44d& m, std::string_view what) {
                                "it is left out");
     }
     if (!reading_.state.at_start) return;
-    // A singular transformation projects shapes, which remain visible; whatever needs the inverse does not
-    // (see what_cannot_be_undone).
+    // A singular transformation flattens shapes, which remain visible; directives that need its inverse
+    // report that themselves.
     if (inverse(reading_.state.ctm) && !inverse(product)) {
         reading_.depart(
             place_,

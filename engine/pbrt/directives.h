@@ -156,7 +156,8 @@ class DirectiveReader {
     std::map<std::string, std::size_t, std::less<>> objects_;  // index of each complete object
     std::string object_name_;                                  // name of the current object
     std::uint64_t shown_ = 0;  // instances in the world, including nested ones
-    // Returns the cached message that a thing of this kind was never made, as scenes often repeat requests.
+    // Returns the message that no `kind` of this name was made, which is cached as scenes often repeat a
+    // request.
     template <typename Made>
     const std::string& never_made(std::string_view kind, const std::string& name, const Made& made);
     std::map<std::string, std::string, std::less<>> never_made_;

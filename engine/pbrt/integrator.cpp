@@ -115,8 +115,8 @@ void set_in_one_line(IntegratorSettings& settings, std::string_view name, const 
 
 namespace {
 
-// pbrt version 2's igi limits VPLs by `glimit` and compensates by 16 rays unless `gathersamples` is given.
-// One ray is enough here, because it also serves direct light.
+// The igi of pbrt version 2 clamps VPLs only by `glimit` and compensates with 16 rays unless `gathersamples`
+// is given. One ray suffices here, because it also serves direct light.
 void read_second_igi(IntegratorSettings& settings, Params& params, const Param& param) {
     const Location at = param.place.location();
     params.accept({"glimit"});

@@ -1,8 +1,8 @@
 // The parameters of one directive: "type name" [values], with types and places, retrieved by name.
 //
 // The reader of a directive asks for each parameter that it knows. As in pbrt, a parameter of the wrong type
-// or size counts as not given, the last one of several with one name counts, and one that nobody asks for has
-// no effect. Each case is reported (tokens.h), so no parameter is overlooked silently.
+// or size counts as not given, the last one of several with one name counts, and one that no reader asks for
+// has no effect. Each case is reported (tokens.h), so no parameter is overlooked silently.
 #pragma once
 
 #include <initializer_list>

@@ -74,7 +74,7 @@ struct Reading {
     GraphicsState state = {};
     DraftObject* object = nullptr;        // between ObjectBegin and ObjectEnd; receives shapes
     const NamedMeshes* meshes = nullptr;  // null: none
-    bool skip_missing = false;  // leaves out meshes and greys textures whose file is missing, with a warning
+    bool skip_missing = false;  // a missing file removes a mesh or makes a texture grey, with a warning
     // The text has shown features of versions 1 and 2, which have defaults of their own.
     bool old_dialect = false;
     Place place = {};           // of the current directive

@@ -104,7 +104,7 @@ class Tokens {
 double number_value(std::string_view text, const Place& at);
 // Tells whether the word stands for a number that is not finite: nan, inf, infinity.
 bool names_a_number(std::string_view word);
-// Returns a string token's text with escapes resolved as in C; an unknown escape stays, with a note.
+// Returns a string token's text with \" \\ \' \n \t \r \b and \f resolved; any other \ stays, with a note.
 std::string string_value(const Token& token, const Place& at);
 // Returns text for a message: on one line, printable, some forty characters at most.
 std::string shown(std::string_view text);

@@ -108,8 +108,9 @@ class Eye {
         };
         const double flux = flux_over(0);
         if (!(flux > 0)) return std::nullopt;
-        // Weights samples by their share in the luminous part. To first order the result does not depend on
-        // the estimated limit. Weights inside and outside agree at the limit, which suits uniform luminance.
+        // Weights samples by their share in the luminous part, so that to first order the result does not
+        // depend on the estimated limit. The weight is continuous at the limit, where all samples of a
+        // uniform luminaire are.
         const double limit = luminous_limit(samples);
         const auto luminous = [limit](const LuminaireSample& sample) {
             const double relative = sample.luminance / limit;

@@ -49,7 +49,7 @@ class LightOf {
     std::size_t first_;
 };
 
-// Sums up a surface whose points are done.
+// Computes the mean, extremes and uniformity of a surface whose points are done.
 void sum_up(SurfaceIlluminance& done) {
     double mean = 0, variance = 0;
     done.direct = 0;
@@ -218,8 +218,8 @@ double worst_scatter_of(const Readings& readings, bool indirect) {
 }
 
 // Returns the radius of the density estimate of light paths around a point: half of the spacing of a
-// surface's points, but at most a share of the median distance that the point sees, and that share if the
-// spacing is small.
+// surface's points, but at most a share of the median distance to the surfaces that the point sees, and this
+// share itself if half of the spacing is below a quarter of it.
 float blur_of(const CalculationSurface& surface, const Receiver& receiver, const Scene& scene) {
     constexpr double kOfSight = 0.05;
     constexpr int kDirections = 31;

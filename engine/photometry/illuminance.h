@@ -1,7 +1,7 @@
 // Illuminance on calculation surfaces: the value at each point with its confidence interval, and the summary
 // that standards require (EN 12464-1, CIE 97): mean, least, greatest, uniformity.
 //
-// The path tracer computes it, because it is unbiased and the variance of its samples gives a valid interval.
+// Path tracing computes it, as it is unbiased and the variance of its samples gives a valid interval.
 // Each point has several sensor replicas (Receivers, engine/render/job.h) with independent samples. Their
 // means are nearly normal, and Student's t gives the interval of their mean. Few samples do not reveal the
 // variance due to lamps that paths seldom meet, over mirrors, lenses and solid glass; light paths estimate

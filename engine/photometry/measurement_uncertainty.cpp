@@ -36,8 +36,8 @@ Scatter scatter_of(std::span<const Reading95> by_replicate, int sensors) {
     return scatter;
 }
 
-// Without the maximum, an s² that is by chance far below its expectation would give an upper bound near 0.
-// The maximum is its expectation without uncertainty of the lamps.
+// Returns an upper bound. It replaces an s² below the Monte Carlo variance by that variance, the expectation
+// of s² for lamps without uncertainty, because an s² that is small by chance would give a bound near 0.
 LampUncertainty bound_of(const Scatter& scatter, int freedom) {
     const double most =
         std::max(scatter.variance, scatter.monte_carlo) * freedom / chi_square_quantile(-kNormal95, freedom);

@@ -25,7 +25,7 @@ namespace lucerna {
 // The uncertainty of one number due to the lamps alone.
 struct LampUncertainty {
     double expanded = 0;       // U for k = 2, in the number's unit, >= 0
-    bool upper_bound = false;  // as s² does not differ significantly from Monte Carlo noise
+    bool upper_bound = false;  // set if s² does not differ significantly from Monte Carlo noise
     // Standard uncertainty of U over U: 1 / √(2 (B - 1)) without Monte Carlo noise, 0 for an upper bound.
     double relative = 0;
 };

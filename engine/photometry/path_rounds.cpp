@@ -14,8 +14,8 @@ namespace {
 // Bounds of the growth of the sample count from one round to the next.
 constexpr double kLeastGrowth = 1.25, kMostGrowth = 4;
 
-// Seconds. A forecast below kShort is not reported and one above kTooLong ends the computation, but none
-// counts before kLeastForForecast.
+// Limits in seconds: a forecast of at most kShort is not reported, one above kTooLong ends the computation,
+// and neither is made in the first kLeastForForecast.
 constexpr double kShort = 60, kTooLong = 3600, kLeastForForecast = 15;
 
 }  // namespace

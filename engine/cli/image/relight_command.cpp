@@ -151,7 +151,7 @@ std::string channel_name(const Summed& summed, const std::string& layer, bool va
     return summed.prefix + layer + (variance ? "variance." : "") + "RGB"[colour];
 }
 
-// Adds the sums over the groups, and the groups, with their factors.
+// Adds the sums over the groups and the groups themselves, each multiplied by its factor.
 //
 // Groups share their samples, so their errors may be correlated in any way, and the standard deviation of the
 // sum is at most the sum of theirs. If all factors are equal, the image has the exact sum.

@@ -191,7 +191,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     if (workers.ranks && !workers.ranks->leads()) return {};
     try {
         return result_of(emitter, parameters, state);
-    } catch (const InputError&) {  // its sums are useless and would block a corrected luminaire
+    } catch (const InputError&) {  // the sums of a faulty luminaire are useless and block a corrected one
         std::error_code none;
         if (!part.empty()) std::filesystem::remove(part, none);
         throw;

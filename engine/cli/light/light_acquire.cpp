@@ -53,7 +53,7 @@ Examples:
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
 
-// A lamp that options alone describe.
+// A lamp that the command line describes without a rig file.
 struct QuickLamp {
     std::string emitter = "disc";
     double radius = 0.025;  // metres
@@ -199,8 +199,9 @@ void require_same_emitter(const Workers& workers, const NamedEmitter& emitter) {
                        {{"description (hash of it)", fmt::format("{:016x}", emitter.key)}});
 }
 
-// Runs `work`. Errors in the description remove the part, because the same command would fail again and the
-// part would block the corrected one. The part stays after a full disk or a stop by the user.
+// Runs `work`. Removes the file of unfinished work after an error in the description, because the same
+// command would fail again and the file would block the corrected one. Keeps it after a full disk or a stop
+// by the user.
 template <typename Work>
 auto giving_up_part(const std::filesystem::path& part, Work&& work) {
     try {
@@ -224,7 +225,7 @@ struct AcquireWork {
     std::function<void(const Job& job)> when_read;  // of a scene
 };
 
-// Simulates the sensor; continues unfinished work from the part.
+// Simulates the sensor, and continues unfinished work from its file.
 FilterImages acquire_formula(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     const std::filesystem::path& part_file = work.part;
     const NamedEmitter emitter = emitter_of(description, monitor);

@@ -65,7 +65,7 @@ std::vector<IlluminanceReport> by_replicates(const PhotometryOptions& common,
                                              int count, RunTimes& times, Monitor& monitor) {
     const std::uint64_t seed = options.seed;
     options.most_samples = whole.samples;
-    constexpr int kLeastSamples = 2;  // of a replicate that is worth reading the scene
+    constexpr int kLeastSamples = 2;  // fewer are not worth reading the scene again
     const double least = kLeastSamples * whole.seconds / whole.samples;
     std::vector<IlluminanceReport> reports;
     for (int b = 1; b <= count && !monitor.stopped(); ++b) {

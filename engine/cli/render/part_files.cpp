@@ -74,7 +74,7 @@ Part read_part(const std::filesystem::path& file) {
     return part;
 }
 
-// Names the options of the command for parts with different layers, as they say more than the film's facts.
+// Throws InputError if parts differ in layers; it names the command's options, which say more than the fact.
 void require_same_layers(const Part& first, const Part& other, const FactDifference& difference,
                          std::string_view fact, std::string_view options) {
     if (difference.name != fact) return;

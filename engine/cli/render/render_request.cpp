@@ -12,7 +12,7 @@
 namespace lucerna {
 namespace {
 
-// Sets the samples before a limit ends the render, if the request states them.
+// Sets the samples of the requested passes. Without passes and samples, a limit alone ends the render.
 void limit_samples(const RenderRequest& request, const Limits& limits, Job& job) {
     if (request.passes > 0) {
         const int samples = make_integrator(job.integrator)->samples_per_pass();

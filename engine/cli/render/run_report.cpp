@@ -154,8 +154,8 @@ std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Moni
     monitor.info(std::isnan(choice->error)
                      ? fmt::format("tried    {}", choice->tried)
                      : fmt::format("tried    {} ({})", choice->tried, expectations_text(options.limits)));
-    // Leaves the limit for noise after subtracting the error that more samples do not reduce, at most half of
-    // it. With two halves of samples the render measures it itself.
+    // Subtracts the error that more samples do not reduce, which a choice keeps below half of the limit, and
+    // leaves the rest for noise. With two halves of samples the render measures that error itself.
     if (!job.film.two_halves)
         options.limits.error =
             std::sqrt(std::max(sqr(options.limits.error) - sqr(choice->beyond_noise), 0.0));

@@ -56,7 +56,7 @@ Examples:
   lucerna study direct.toml -o out/direct
   lucerna study direct.toml -o out/direct --threads 1)";
 
-// Seeds of methods begin at 0; the reference has a seed of its own.
+// The seeds of methods begin at 0, and the reference must not share one with them.
 constexpr std::uint64_t kReferenceSeed = std::uint64_t{1} << 40;
 
 struct StudyCommand {

@@ -99,7 +99,7 @@ Json study_data(const StudyReport& report) {
     return data;
 }
 
-// Returns JSON that is safe from tags in it.
+// Returns JSON in which no text can close the script element.
 std::string script_json(const Json& json) {
     std::string text;
     for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace)) {
