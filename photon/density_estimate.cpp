@@ -219,8 +219,7 @@ DensityEstimateResult DensityEstimate::incident(const SurfacePoint& at, Incident
         found.add(brought, wi);
         if (limits()) {
             const auto index = static_cast<std::uint32_t>(&photon - map_.photons().data());
-            const int spare =
-                settings_.most_bounces - int{map_.bounces()[index]};  // >= 0, since the photon counts
+            const int spare = settings_.most_bounces - int{map_.bounces()[index]};  // >= 0: it counts
             for (auto j = static_cast<std::size_t>(spare); j < LateLight::kLevels; ++j)
                 found_late.beyond[j] += luminance(brought);
         }
