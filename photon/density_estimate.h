@@ -1,4 +1,4 @@
-// Radiance from a photon map by density estimation [Jensen 2001, 7].
+// Estimates radiance from a photon map by density estimation [Jensen 2001, 7].
 #pragma once
 
 #include <array>

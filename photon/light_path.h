@@ -26,8 +26,8 @@ struct PathClass {
     std::uint32_t specular = 0;      // delta bounces so far, and bounces that count as specular
     std::uint32_t non_specular = 0;  // all other bounces, and scattering in media
     bool specular_last = false;      // the last bounce was specular
-    // False as long as the path is L(S+D)*S*: a specular bounce precedes every non-specular one, and no
-    // medium has scattered the path.
+    // False as long as the path is L(S+D)*S*: every non-specular bounce directly follows a specular one, and
+    // no medium has scattered the path.
     bool left_caustic_chain = false;
     bool strayed = false;         // some bounce was not off a delta lobe, whatever counts as specular
     bool began_specular = false;  // the first bounce was off a delta lobe: LS...

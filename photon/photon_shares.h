@@ -1,5 +1,6 @@
-// Divides the value of an estimate among its photons, by whether they have been scattered diffusely and by
-// light group. The shares of layers are the same, bit for bit, whether groups are wanted or not.
+// Divides the value of an estimate among its photons, by whether their paths have strayed from perfectly
+// specular surfaces and by light group. The shares of layers are the same, bit for bit, whether groups are
+// wanted or not.
 #pragma once
 
 #include <array>

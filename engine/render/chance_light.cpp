@@ -138,7 +138,7 @@ struct BallVisitor : LightPathVisitor {
     std::span<const Ball> balls;
     const BallTree* tree = nullptr;  // of the balls
     const LightGroups* light_groups = nullptr;
-    std::size_t columns = 0;       // columns of each receiver: kColumns, then one for each group
+    std::size_t columns = 0;       // for each receiver: kColumns, then one for each group
     std::vector<double> sums;      // row by row
     std::size_t group_column = 0;  // column of the path's light
     SurfacePoint from;

@@ -169,7 +169,7 @@ class Film {
     // A pixel's samples in two parts: its halves, or parts as equal as the half buffers allow.
     struct Halves {
         double first, second;  // luminance
-        double variance;       // of the pixel's, from the squared difference as if parts were independent
+        double variance;       // of the pixel, from the squared difference of the parts as if independent
     };
 
     bool is_mean_of_halves(std::size_t pixel) const {

@@ -58,7 +58,7 @@ class Trial {
         // Returns the mean of the squared blur of its pixels (Film::ErrorEstimate::blur), or 0 if it is
         // unknown.
         double blur2() const;
-        std::vector<float> values;  // all values, in any order
+        std::vector<float> values;  // luminances of all samples or passes, in any order
         double mean() const;
         double variance() const;              // of mean()
         double variance_of_a_sample() const;  // mean over pixels; of a pass, if in passes
