@@ -9,16 +9,16 @@
 
 namespace lucerna {
 
-// Whether a bounce of a light path counts as specular: what the maps are told apart by.
+// Classifies a bounce of a light path as specular or not; the class decides which map a photon enters.
 //
-// A delta always does. Gloss does if its alpha lies below a stated bound; where one surface has both gloss
-// that does and lobes that do not, the direction alone does not say which of them it came from. Both could
-// have drawn it, so the class is drawn, too, by what each reflects that way, and the power is scaled to what
-// that part reflects: each map then holds its own part in the mean, and both together all of it.
+// A delta lobe always counts as specular, a glossy lobe if its alpha lies below a given bound. On a surface
+// that also has other lobes, either part may have generated the sampled direction. The class is then drawn in
+// proportion to what each part reflects that way, and the power is scaled to that part's reflectance: in the
+// mean each map holds the light of its own part, and both together hold all light.
 
 struct BounceClass {
     bool specular;
-    Rgb scale{1.0F};  // of the power that was scattered; leaves its luminance as it is but for colours' sake
+    Rgb scale{1.0F};  // factor on the scattered power; keeps its luminance unless the parts differ in colour
 };
 
 inline BounceClass classify(const Bsdf& bsdf, const V3f& wo, const BsdfSample& sample, float specular_below,
@@ -29,9 +29,9 @@ inline BounceClass classify(const Bsdf& bsdf, const V3f& wo, const BsdfSample& s
     if (sharp.is_black()) return {false};
     const Rgb all = bsdf.f(wo, sample.wi, Transport::particles);
     const Rgb part = sharp.f(wo, sample.wi, Transport::particles);
-    if (!(luminance(all) > 0)) return {false};  // only by rounding: the sample had weight
+    if (!(luminance(all) > 0)) return {false};  // possible only by rounding: the sample had weight
     const float chance = std::min(1.0F, luminance(part) / luminance(all));
-    const bool specular = sampler.next() < chance;  // never where the chance is 0, always where it is 1
+    const bool specular = sampler.next() < chance;  // never for chance 0, always for chance 1
     const float taken = specular ? chance : 1 - chance;
     Rgb scale(0.0F);
     for (int c = 0; c < 3; ++c) {
@@ -40,9 +40,9 @@ inline BounceClass classify(const Bsdf& bsdf, const V3f& wo, const BsdfSample& s
     return {specular, scale};
 }
 
-// The correction for shading normals, by which particles see the same surface as the path tracer.
+// Corrections for shading normals, by which particles see the same surface as the path tracer.
 
-// Both ratios below have no limit at grazing angles, where they weigh next to nothing; this bounds them.
+// Bounds the two ratios below, which diverge at grazing angles, where the light that they scale vanishes.
 inline constexpr float kMostShadingRatio = 8;
 
 inline float bounded_ratio(float above, float below) {
@@ -50,15 +50,16 @@ inline float bounded_ratio(float above, float below) {
                                              : kMostShadingRatio;  // below > 0 in the first branch
 }
 
-// A photon lands in proportion to the geometric cosine, a shading point reflects in proportion to the shading
-// one.
+// Converts from the density at which photons land, proportional to the geometric cosine, to the shading
+// cosine with which a shading point reflects.
 inline float shading_cosine_ratio(const Bsdf& bsdf, const V3f& wi) {
     const V3f& ns = bsdf.shading_normal();
     const V3f& ng = bsdf.geometric_normal();
     return ns == ng ? 1.0F : bounded_ratio(std::fabs(wi.dot(ns)), std::fabs(wi.dot(ng)));
 }
 
-// The adjoint of a BSDF under shading normals [Veach 1997, (5.19)]. 1 where the two normals agree.
+// Returns the correction of the adjoint BSDF for shading normals [Veach 1997, (5.19)]; 1 if both normals
+// agree.
 inline float shading_correction(const Bsdf& bsdf, const V3f& arriving_from, const V3f& leaving_to) {
     const V3f& ns = bsdf.shading_normal();
     const V3f& ng = bsdf.geometric_normal();

@@ -27,7 +27,7 @@ PathUse use_of(const MapParameters& parameters) {
     return parameters.caustic_chains ? PathUse::caustic_chains : PathUse::caustics;
 }
 
-// Stores the photons of one chunk of paths; chunks are joined in their order.
+// Stores the photons of one chunk of paths. Chunks are joined in order.
 struct ChunkPhotons : LightPathVisitor {
     const MapParameters* parameters = nullptr;
     std::array<Photons, kMapKinds> batches;
@@ -89,7 +89,7 @@ LightPaths light_paths(const MapParameters& parameters, std::int64_t count) {
 // Concatenates the chunks' photons of one class, freeing each as it goes.
 Photons join(std::vector<ChunkPhotons>& chunks, std::size_t kind, std::int64_t paths,
              const Workers& workers) {
-    const float share = 1.0F / static_cast<float>(paths);  // the one place of 1/M; paths >= 1
+    const float share = 1.0F / static_cast<float>(paths);  // the only place of 1/M; paths >= 1
     std::vector<std::size_t> begins;
     std::size_t total = 0;
     for (const ChunkPhotons& h : chunks) {
@@ -119,9 +119,10 @@ std::int64_t stored(const std::vector<ChunkPhotons>& chunks, std::size_t kind) {
     return sum;
 }
 
-// Bytes at the most while maps are made, of so many photons in all and in the largest map: as chunks leave
-// them (which the system does not get back at once) and in their maps, under the tree; one map at a time as
-// it landed and in its order, too. Measured: 142 bytes for a photon of two maps, where this says 139.
+// Returns the peak memory, in bytes, for building maps with `all` photons in total and `largest` in the
+// largest map. It counts each photon twice (in the chunks, whose memory the system does not get back at once,
+// and in its map) plus the tree, and one map at a time in its original order with the permutation. Measured:
+// 142 bytes per photon of two maps; this estimate is 139.
 double bytes_of_maps(double all, double largest) {
     constexpr double kBytesOfHit =
         sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon) + sizeof(BounceCount);
@@ -129,8 +130,8 @@ double bytes_of_maps(double all, double largest) {
     return all * (2 * kBytesOfHit + kTree) + largest * (kBytesOfHit + kOrder);
 }
 
-// Throws InputError if `total` paths will store more photons than there is memory for, so many sets of maps
-// being made, by what the first `done` stored.
+// Throws InputError if the memory does not suffice for the photons of `total` paths in `sets` sets of maps,
+// extrapolated from the first `done` paths.
 void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64_t done, std::int64_t total,
                              int sets) {
     double all = 0, largest = 0;
@@ -146,7 +147,7 @@ void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64
         "use fewer photons, or the integrator progressive, which traces them in passes");
 }
 
-// Traces light paths until there are `total` of them.
+// Continues until `total` light paths are traced.
 void trace_until(const Scene& scene, const MapParameters& parameters, std::int64_t total,
                  const Workers& workers, Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
     trace_light_paths(
@@ -158,8 +159,8 @@ void trace_until(const Scene& scene, const MapParameters& parameters, std::int64
         });
 }
 
-// How many paths are traced, by the length of those of the first chunk: never fewer than that chunk, nor more
-// than planned.
+// Returns the number of paths to trace, given the mean length of those of the first chunk: at least that
+// chunk and at most parameters.paths.
 std::int64_t within_bounces(const MapParameters& parameters, const std::vector<ChunkPhotons>& chunks,
                             Monitor& monitor) {
     Ledger first;
@@ -181,8 +182,8 @@ std::int64_t within_bounces(const MapParameters& parameters, const std::vector<C
     return paths;
 }
 
-// How many paths all targets are expected to need, by what the first `total` gave; `total` if they are met.
-// Drops the targets that would need more paths than `most`.
+// Returns the number of paths that all targets are expected to need, extrapolated from the first `total`, or
+// `total` if they are met. Drops the targets that would need more than `most` paths.
 std::int64_t needed(const std::vector<ChunkPhotons>& chunks, std::int64_t total, std::int64_t most,
                     std::array<std::int64_t, kMapKinds>& targets, Monitor& monitor) {
     std::int64_t paths = total;
@@ -203,8 +204,8 @@ std::int64_t needed(const std::vector<ChunkPhotons>& chunks, std::int64_t total,
     return (paths + kPathsPerChunk - 1) / kPathsPerChunk * kPathsPerChunk;
 }
 
-// Says how many light paths may be traced altogether, by what was traced so far. A first look at few paths is
-// not trusted with more than sixteen times as many.
+// Bounds the total number of light paths by the pace so far and the deadline. A first sample of few paths is
+// never extrapolated to more than sixteen times as many.
 class PathBudget {
   public:
     PathBudget(const Deadline& deadline, const Workers& workers)
@@ -233,7 +234,7 @@ class PathBudget {
     Stopwatch clock_;
 };
 
-// Traces at most so many paths before the deadline; returns their number.
+// Traces at most `most` paths before the deadline; returns their number.
 std::int64_t trace_in_time(const Scene& scene, const MapParameters& parameters, std::int64_t most,
                            const Workers& workers, Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
     const PathBudget budget(parameters.deadline, workers);
@@ -338,9 +339,9 @@ Facts map_facts(const MapParameters& parameters) {
 
 namespace {
 
-// Notes the ray of each segment at its end.
+// Records the ray of each segment at its end.
 struct RaysOfPaths : LightPathVisitor {
-    SurfacePoint from;  // where the segment that is under way begins
+    SurfacePoint from;  // where the current segment begins
     std::vector<Ray> rays;
 
     bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start,

@@ -1,4 +1,4 @@
-// From lights to maps: emits light paths, traces them, sorts their hits into the maps that are wanted.
+// Builds photon maps: emits light paths, traces them and stores their hits in the requested maps.
 #pragma once
 
 #include <array>
@@ -19,38 +19,39 @@
 namespace lucerna {
 
 struct MapParameters {
-    std::int64_t paths = 0;  // light paths to emit, at most 2^32; not looked at where a target is set
+    std::int64_t paths = 0;  // light paths to emit, 1 to 2^32; their number has no effect if a target is set
     std::array<bool, kMapKinds> wanted{};
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
-    // Photons to store at least, by map; 0: no target. A target that too few paths serve is given up, with a
-    // warning.
+    // Least number of photons to store, by map; 0: no target. A target that would need too many paths is
+    // abandoned with a warning.
     std::array<std::int64_t, kMapKinds> targets = {};
     bool volume_direct = false;  // whether the Volume map also takes photons straight from a light
     IndexKind index = IndexKind::tree;
-    // Bounces off lobes of a smaller GGX alpha count as specular; 0: deltas alone.
+    // Bounces off lobes of a smaller GGX alpha count as specular; 0: delta lobes alone.
     float specular_below = 0;
-    int longest = kMaxBounces;  // bounces of a photon's path before it, at the most
-    // Whether the Caustic map takes L(S+D)+S+D, too.
+    int longest = kMaxBounces;  // largest number of bounces before a photon
+    // Whether the Caustic map also takes L(S+D)+S+D.
     bool caustic_chains = false;
-    // Bounces of all paths, on average for each of `paths`, at the most; 0: no bound. Where paths are longer,
-    // fewer are emitted, with a warning. Nothing is lost, but there is more noise. Not looked at where a
-    // target is set.
+    // Bounds the mean number of bounces per path of `paths`; 0: no bound. If paths are longer, fewer of them
+    // are emitted, with a warning: the result stays unbiased but has more noise. Has no effect if a target is
+    // set.
     int most_bounces = 0;
-    // The maps are to be there by then. If there is not the time, fewer paths are traced than `paths` or the
+    // Time by which the maps must be complete. If it is short, fewer paths are traced than `paths` or the
     // targets ask for.
     Deadline deadline = {};
-    // Sets of such maps that are still to be made, with this one: for what memory they need.
+    // Number of sets of maps still to be built, including this one; the memory check counts all of them.
     int sets = 1;
-    // By which paths are emitted; null: plainly. Outlives the maps' making.
+    // Density from which paths are emitted; null: by the lights' power. Must outlive the construction of the
+    // maps.
     const LearnedEmission* emission = nullptr;
 };
 
 // The numbers of hits of one class that were stored and dropped.
 struct DepositCount {
     std::uint64_t stored = 0;
-    std::uint64_t not_wanted = 0;    // the map of their class is not built, or does not take them
-    std::uint64_t not_storable = 0;  // on mirrors, glass, rough or black surfaces
+    std::uint64_t not_wanted = 0;    // the map of their class is not built or does not take them
+    std::uint64_t not_storable = 0;  // on surfaces without a diffuse part: mirrors, glass, rough metal, black
 
     void add(const DepositCount& more) {
         stored += more.stored;
@@ -71,8 +72,8 @@ struct PhotonMaps {
     }
 };
 
-// The same maps, photon by photon, for any number of threads. Stopped early (monitor), the paths not traced
-// carry no power: the caller must not use the result.
+// Builds the same maps, photon by photon, for any number of threads. If the monitor stops it early, untraced
+// paths carry no power and the caller must not use the result.
 PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters, const Workers& workers,
                              Monitor& monitor);
 
@@ -81,24 +82,24 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters
 // are not among them.
 Facts map_facts(const MapParameters& parameters);
 
-// The rays of a photon pass, for measuring: what the pass asks of the scene, without what it makes of it.
+// Rays of a photon pass, for measuring ray tracing apart from shading and storing.
 
-// Every ray that build_photon_maps traces for the parameters' `paths` (targets are not looked at), path after
-// path. Only for scenes without medium interfaces, whose search for the medium around a vertex traces
-// others.
+// Returns every ray that build_photon_maps traces for the parameters' `paths` (targets are ignored), path by
+// path. Valid only for scenes without medium interfaces, whose search for the medium around a vertex traces
+// further rays.
 std::vector<Ray> rays_of_light_paths(const Scene& scene, const MapParameters& parameters);
 
-// Photon maps on disk: built once, looked at from many places.
+// Photon maps on disk, built once and rendered from many viewpoints.
 
 // The scene and the parameters that maps in a file were made for.
 struct MapOrigin {
-    std::string scene;   // name of its file, to be shown
+    std::string scene;   // name of its file, for display
     std::string unit;    // of flux
     V3d place{0, 0, 0};  // world position of the photons' (0,0,0)
-    Facts facts;  // of the scene and map_facts(): maps serve renders of which all of these are the same
+    Facts facts;  // of the scene and map_facts(); all must match those of the render that loads the maps
 };
 
-// Where a render takes its maps from and where it leaves them; empty: builds them, leaves none.
+// Files from which a render loads its maps and to which it saves them; empty: it builds them and saves none.
 struct MapFiles {
     std::filesystem::path load, save;
     // Name and facts of the rendered scene; render() fills them in.
@@ -126,8 +127,8 @@ struct SavedMaps {
 // Throws InputError if the file is damaged.
 SavedMaps read_maps(const std::filesystem::path& file);
 
-// The same maps, photon by photon; indexed anew. Throws InputError if the file is damaged or its facts are
-// not these, or if it names a light beyond `lights`.
+// Loads the saved maps, photon by photon, and builds their index. Throws InputError if the file is damaged,
+// if its facts differ from `facts` or if it names a light beyond `lights`.
 PhotonMaps load_maps(const std::filesystem::path& file, const Facts& facts, std::size_t lights,
                      IndexKind index, const Workers& workers);
 

@@ -16,12 +16,13 @@ bool irradiance_suffices(const Bsdf& bsdf) {
     return bsdf.is_lambertian() && (bsdf.shading_normal() - bsdf.geometric_normal()).length2() < sqr(kSame);
 }
 
-// How many times more a photon counts in the inner part of a disc of squared radius r2, than in the disc.
+// Returns a photon's weight in the inner disc, of squared radius inner2 · r2, over its weight in the whole
+// disc, of squared radius r2.
 float more_within(KernelShape shape, float key, float r2, float inner2) {
     return key < inner2 * r2 ? kernel(shape, key / (inner2 * r2)) / (inner2 * kernel(shape, key / r2)) : 0.0F;
 }
 
-// Room for the photons of most estimates, at once.
+// Number of photons for which most estimates need no reallocation.
 constexpr std::size_t kExpected = 256;
 
 template <typename Carry>
@@ -71,7 +72,7 @@ DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Nei
     result.radius = std::sqrt(disc.r2);
     result.photons = static_cast<int>(found.size());
     if (found.empty()) return result;
-    // Below the surface's error there is nothing sharper; radii are not smaller than that.
+    // Bounds the inner radius from below by the surface's error, below which float32 resolves nothing.
     const float inner2 = std::max(sqr(kSharper), sqr(disc.error) / disc.r2);
     for (const Neighbour& neighbour : found) {
         if (!counts(neighbour.index)) continue;
@@ -91,7 +92,8 @@ DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Nei
     if (!settings_.sharper) return result;
     result.sharper /= disc.r2;
     if (share == 1 && part == 1) return result;
-    // The inner part of a disc that is cut off may be whole.
+    // The inner disc needs a boundary correction of its own: it may be complete though the outer one is cut
+    // off.
     Disc inner = disc;
     inner.r2 *= inner2;
     std::vector<Neighbour> within;
@@ -103,7 +105,7 @@ DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Nei
     return result;
 }
 
-// Some of the photons, in proportion to what each brings to the estimate.
+// Picks photons by systematic sampling, with probabilities proportional to their contributions.
 std::span<const ProbedPhoton> DensityEstimate::pick(const Disc& disc, std::span<const Neighbour> found,
                                                     float shift, std::span<ProbedPhoton> picked) const {
     const auto brings = [&](const Neighbour& neighbour) {
@@ -156,8 +158,8 @@ DensityEstimateResult DensityEstimate::radiance_of_each(const Hit& hit, const Bs
         return brought;
     };
     if (bsdf.is_lambertian() && bsdf.shading_normal() == bsdf.geometric_normal()) {
-        // The same for all photons that count, whichever way they came. A short cut that changes no value,
-        // hence normals that are exactly equal; irradiance_suffices() allows for how files round them.
+        // The BRDF is the same for all photons that count. This short cut requires exactly equal normals, so
+        // that it changes no value; irradiance_suffices() allows for the rounding of normals in files.
         const Rgb f = bsdf.f(wo, at.n, Transport::radiance);
         DensityEstimateResult lit =
             estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f&, float weight) {

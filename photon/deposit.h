@@ -1,16 +1,15 @@
-// Which hit enters which map [Jensen 2001, 9; Goesele 2003, 5.2]:
+// Decides which hit enters which photon map [Jensen 2001, 9; Goesele 2003, 5.2]:
 //
-//   Direct   LD             the first impact straight from a light
-//   Caustic  LS+D           after specular bounces only
+//   Direct   LD               the first hit of a path, straight from a light
+//   Caustic  LS+D             after specular bounces only
 //   Global   L(S|D)*D(S|D)*D  after at least one diffuse bounce
-//   Volume   where a medium scatters, whatever came before
+//   Volume                    scattering in a medium, after any bounces
 //
-// If asked for, the Caustic map also takes L(S+D)+S+D from the Global map: caustics of surfaces that are
-// themselves lit by caustics and nothing else.
+// On request the Caustic map takes L(S+D)+S+D from the Global map, too: caustics on surfaces that are lit by
+// caustics and nothing else.
 //
-// Scattering in a medium counts as D: what it sends to a surface is indirect light. Photons of
-// the Volume map that come straight from a light can be left out, for methods that sample the lights along a
-// ray.
+// Scattering in a medium counts as D: the light that it sends to a surface is indirect. Photons of the Volume
+// map that come straight from a light can be left out, for methods that sample the lights along a ray.
 #pragma once
 
 #include <cstdint>
@@ -35,13 +34,13 @@ inline MapKind map_of(const PathClass& path, bool caustic_chains = false) {
     return path.specular > 0 ? MapKind::caustic : MapKind::direct;
 }
 
-// Photons lie on surfaces with a diffuse part, and are used in density estimates for that part alone. Gloss,
-// rough metal and glass reflect too little of what an estimate would find, and renderers follow the ray there
+// Photons are stored on surfaces with a diffuse part, and density estimates use them for that part alone.
+// Glossy lobes and rough metal would reflect few of the photons around a point, so renderers trace rays there
 // instead.
 inline bool stores_photons(const Bsdf& bsdf) {
     return bsdf.has_diffuse();
 }
-// The same without looking at textures where the material tells.
+// Avoids reading textures if the material alone decides.
 inline bool stores_photons(const Scene& scene, const Hit& hit) {
     const auto always = has_diffuse(scene.materials()[hit.material]);
     return always ? *always : stores_photons(scene.bsdf(hit));

@@ -31,7 +31,7 @@ void Emission::start(std::uint32_t first, std::span<std::optional<LightPathStart
         choices_.push_back(*choice);
     }
 
-    // Ask each of them once.
+    // Sample each light once for all its paths.
     if (scene_.lights().size() > 1) sort_by_light();
     for (std::size_t from = 0; from < choices_.size();) {
         std::size_t to = from + 1;
@@ -41,7 +41,7 @@ void Emission::start(std::uint32_t first, std::span<std::optional<LightPathStart
     }
 }
 
-// Places of a light keep their order.
+// Keeps the order of paths within each light.
 void Emission::sort_by_light() {
     const std::size_t lights = scene_.lights().size();
     if (lights > kBatch) {
@@ -49,7 +49,7 @@ void Emission::sort_by_light() {
                          [](const Choice& a, const Choice& b) { return a.light < b.light; });
         return;
     }
-    // By counting: a comparison of lights that were drawn cannot be foreseen.
+    // Counting sort avoids comparisons of randomly drawn lights, which branch predictors cannot foresee.
     begins_.assign(lights + 1, 0);
     for (const Choice& choice : choices_) ++begins_[choice.light + 1];
     for (std::size_t light = 1; light < lights; ++light) begins_[light + 1] += begins_[light];
@@ -65,15 +65,14 @@ void Emission::emit_group(std::span<const Choice> group, std::span<std::optional
     const std::uint32_t light = group.front().light;
     scene_.lights()[light]->sample_Le_many(numbers_, emitted_);
     const std::int32_t medium = scene_.medium_of_light(light);
-    const Rgb& reach =
-        scene_.reach_of_light(light);  // 1; 0 for a light at infinity if a medium is without end
+    const Rgb& reach = scene_.reach_of_light(light);  // 1; 0 for a light at infinity if a medium is unbounded
     for (std::size_t i = 0; i < group.size(); ++i) {
         const std::optional<LeSample>& emitted = emitted_[i];
         if (!emitted) continue;
         const Rgb weight = emitted->weight * reach;
         if (is_black(weight)) continue;
         out[group[i].place] = LightPathStart{light, emitted->cell, emitted->from, emitted->d,
-                                             // A picked light has probability > 0.
+                                             // The probability of a picked light is > 0.
                                              weight / group[i].probability * group[i].scale, medium};
     }
 }

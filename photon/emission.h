@@ -1,10 +1,10 @@
-// Emission of photons [Jensen 2001, 5.1]: a light is chosen by its power, then a particle of it is sampled.
-// Learned emission (learned_emission.h) may guide both choices; the start's power is then weighted so that
-// every mean stays what it is.
+// Emits photons [Jensen 2001, 5.1]: chooses a light in proportion to its power, then samples a particle of
+// it. Learned emission (learned_emission.h) may guide both choices; the power of the start is then weighted
+// so that all means are preserved.
 //
-// Light paths start in batches: their numbers come from one scrambled Sobol sequence, and each light is asked
-// once for all its particles of a batch, so that the reads of a measured lamp's tables overlap. A path's
-// start is the same in whatever batch it is asked for.
+// Light paths start in batches: their random numbers come from one scrambled Sobol sequence, and each light
+// is called once for all its particles of a batch, so that reads of a measured lamp's tables overlap. The
+// start of a path does not depend on the batch in which it is requested.
 #pragma once
 
 #include <optional>
@@ -23,28 +23,27 @@ struct LightPathStart {
     CellId cell;
     SurfacePoint from;
     V3f d;                            // unit
-    Rgb power;                        // W, not yet divided by the number of paths; its mean over paths
-                                      // is the flux of all lights (in expectation, if learned emission
-                                      // weights it)
-    std::int32_t medium = kNoMedium;  // by the scene's medium interfaces, in which it begins
+    Rgb power;                        // W, not yet divided by the number of paths; its expected value is
+                                      // the flux of all lights
+    std::int32_t medium = kNoMedium;  // in which the path begins, by the scene's medium interfaces
 };
 
-// Starts the paths of one pass. For one thread: it keeps its working memory.
+// Starts the paths of one pass. Used by one thread, as it keeps its working memory.
 class Emission {
   public:
-    // A batch that stays within the L2 cache.
+    // Size of a batch that stays within the L2 cache.
     static constexpr std::size_t kBatch = 512;
 
-    // Plain if `learned` is null; it must outlive this.
+    // Emits by power if `learned` is null; otherwise `learned` must outlive this.
     Emission(const Scene& scene, std::uint64_t seed, Purpose purpose, std::uint32_t pass,
              const LearnedEmission* learned = nullptr)
         : scene_(scene), net_(seed, purpose, pass, net_kind(purpose)), learned_(learned) {}
 
-    // Paths first, first + 1 …, as many as `out` has places. No sample: no light has power, or the light had
-    // nothing to emit for these numbers.
+    // Starts paths first, first + 1 …, one for each element of `out`. An element stays empty if no light has
+    // power or the light has no sample for its numbers.
     void start(std::uint32_t first, std::span<std::optional<LightPathStart>> out);
 
-    // Sets of VPLs start from few paths each, maps from many at once.
+    // Chooses a net by the number of paths: a set of VPLs starts from few paths, a map from many.
     static EmissionNet::Kind net_kind(Purpose purpose) {
         return purpose == Purpose::vpl ? EmissionNet::Kind::pairs : EmissionNet::Kind::joint;
     }
@@ -67,7 +66,7 @@ class Emission {
         std::uint32_t light;
         std::uint32_t place;  // in the batch
         float probability;
-        float scale;  // of its power: plain density over its own
+        float scale;  // of its power: plain density over learned density
         LeSampleU u;
     };
     std::optional<Choice> choose(const EmissionNet::Point& point) const;
@@ -76,10 +75,10 @@ class Emission {
 
     const Scene& scene_;
     EmissionNet net_;
-    const LearnedEmission* learned_;  // null: plain
+    const LearnedEmission* learned_;  // null: emission by power
     std::vector<EmissionNet::Point> points_;
     std::vector<Choice> choices_, sorted_;
-    std::vector<std::uint32_t> begins_;  // by light: where its choices go
+    std::vector<std::uint32_t> begins_;  // by light: next index of its choices in sorted_
     std::vector<LeSampleU> numbers_;
     std::vector<std::optional<LeSample>> emitted_;
     std::vector<std::optional<LightPathStart>> starts_;

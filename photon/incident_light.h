@@ -1,11 +1,12 @@
-// Light that arrives at a surface from one side, by the part of the hemisphere that it comes from: as much of
-// its directions as a surface without a sharp peak needs.
+// Stores the light that arrives at one side of a surface by sectors of the hemisphere, as finely as a surface
+// without a sharp specular peak needs.
 //
-// Irradiance says all there is to know to a Lambertian surface that is shaded by its own normal, and to no
-// other: what enters a varnish goes by the angle, a bent normal weighs light from either side differently,
-// and gloss shows where it comes from. Here the hemisphere is cut into sectors of equal projected solid
-// angle, a cap around the normal and three rings of four quadrants. The light of a sector counts as if all of
-// it came from its mean direction: the error is of second order in the spread of light within a sector.
+// Irradiance suffices for a Lambertian surface that is shaded by its geometric normal, and for no other:
+// light enters a varnish according to its angle, a bent normal weights light from either side differently,
+// and glossy reflection depends on the direction. Here the hemisphere is divided into sectors of equal
+// projected solid angle, a cap around the normal and three rings of four quadrants. The light of a sector
+// counts as if all of it came from its mean direction: the error is of second order in the spread of light
+// within a sector.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +27,7 @@ class IncidentLight {
     static constexpr std::size_t kRings = 3, kSectors = 1 + 4 * kRings;
     struct Sector {
         Rgb irradiance{0.0F};  // W/m²
-        PackedDirection from;  // unit, towards where it comes from
+        PackedDirection from;  // unit, towards the source
     };
 
     IncidentLight() = default;
@@ -46,9 +47,9 @@ class IncidentLight {
 
     const Rgb& irradiance() const { return irradiance_; }  // W/m²
 
-    // Radiance towards wo because of it, without what delta lobes do. `n`: the geometric normal there, unit,
-    // on the side that is lit; light that comes from below its horizon (it was gathered at a place beside it,
-    // of almost the same normal) counts as if it came along the surface.
+    // Returns the radiance reflected towards wo, except by delta lobes. `n` is the geometric normal there,
+    // unit, on the lit side. Light from below its horizon, gathered at a nearby place of almost the same
+    // normal, counts as if it arrived along the surface.
     Rgb radiance(const Bsdf& bsdf, const V3f& wo, const V3f& n) const {
         constexpr float kLowest = 0.02F;  // sine of the angle above the surface
         Rgb sum(0.0F);
@@ -57,8 +58,7 @@ class IncidentLight {
             if (is_black(share)) continue;
             V3f wi = from_[i].unpack();
             const float above = wi.dot(n);
-            // No null vector: wi keeps its part along the surface, or lies along -n, and then n is what is
-            // left.
+            // The vector is never null: wi keeps its component along the surface, or it is -n and n remains.
             if (above < kLowest) wi = (wi + (kLowest - above) * n).normalized();
             sum += bsdf.f(wo, wi, Transport::radiance) * share * shading_cosine_ratio(bsdf, wi);
         }
@@ -72,20 +72,20 @@ class IncidentLight {
     std::array<std::array<std::uint16_t, 3>, kSectors> shares_{};  // of each channel, times kWhole
 };
 
-// Adds it up.
+// Accumulates incident light by sector.
 class IncidentLightSum {
   public:
     explicit IncidentLightSum(const V3f& n) : frame_(n) {}
 
-    // From wi, unit, on n's side.
+    // Adds light from wi, unit, on the side of n.
     void add(const Rgb& irradiance, const V3f& wi) {
         Part& part = parts_[sector_of(wi)];
         part.irradiance += irradiance;
-        // By radiance, not by irradiance: then what a bent normal makes of a sector's light is right to first
-        // order.
+        // Weights directions by radiance, not by irradiance, so that the effect of a bent normal on a
+        // sector's light is right to first order.
         part.from += luminance(irradiance) / std::max(wi.dot(frame_.n), kFlattest) * wi;
     }
-    // All of `more`, which was made for the same normal, times `scale`.
+    // Adds `more`, which has the same normal, times `scale`.
     void add(const IncidentLightSum& more, float scale) {
         for (std::size_t i = 0; i < parts_.size(); ++i) {
             parts_[i].irradiance += scale * more.parts_[i].irradiance;
@@ -105,7 +105,7 @@ class IncidentLightSum {
     }
 
   private:
-    static constexpr float kFlattest = 0.05F;  // cosine; what comes flatter counts as if it came at that
+    static constexpr float kFlattest = 0.05F;  // cosine; flatter light is weighted as if it came at this one
     struct Part {
         Rgb irradiance{0.0F};
         V3f from{0, 0, 0};  // mean direction, by luminance; not of unit length

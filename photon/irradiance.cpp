@@ -15,16 +15,16 @@ namespace {
 
 constexpr float kSameNormal = 0.9F;  // cosine
 constexpr std::size_t kPlacesPerChunk = 1024;
-// Over shiny surfaces, to a place of a point: a bounce that finds none is one point fewer, and no light is
-// lost.
+// Bounds the specular and glossy bounces before a point. A path that finds none gives one point less, and no
+// light is lost.
 constexpr int kMostGlossyBounces = 8;
 
-// Whatever looks along a surface looks from so far above it, in units of the distance: a surface that curves
-// hides nothing.
+// Height of the origin of rays along a surface, in units of their length, so that a curved surface does not
+// occlude them.
 constexpr float kLift = 0.05F;
 
-// How far from a point its light, `all` of it, is about the same: by a share of the distance to its lamps,
-// and by more where they are only a part of it.
+// Returns the distance up to which the light of a point, `all` of it, is about the same: a share of the
+// distance of its lamps, and more if they give only a part of that light.
 float far_enough(const NearLight& near, float all) {
     constexpr float kOfDistance = 0.25F;
     return near.irradiance > 0 ? kOfDistance * near.distance * std::max(all / near.irradiance, 1.0F)
@@ -50,14 +50,15 @@ float free_distance(const Scene& scene, const SurfacePoint& at, float most) {
     return room;
 }
 
-// The direction it came from, to 10 bits a side (2 mrad): few are so near to a step that rounding takes them
-// over it, and the photons of a Global map come from everywhere.
+// Returns a number made of the photon's direction, with 10 bits a side (2 mrad), so that rounding rarely
+// changes it. It differs between photons because those of a Global map come from all directions.
 std::uint32_t number_of(const Photon& photon) {
     constexpr std::uint32_t kSide = 0xffc0;
     return photon.direction.bits() & (kSide << 16 | kSide);
 }
 
-// Goes on from `from` along d to the first surface with a diffuse part.
+// Follows a ray from `from` along d, over specular and glossy surfaces, to the first surface with a diffuse
+// part.
 void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Sampler& sampler,
           SurfacePoints& places) {
     for (int bounce = 0; bounce < kMostGlossyBounces; ++bounce) {
@@ -76,8 +77,8 @@ void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Sa
     }
 }
 
-// Neighbours in space become neighbours in memory: for the index, and for the estimates, which then find the
-// photons around them in the cache.
+// Sorts points so that neighbours in space are neighbours in memory, for the index and for estimates, which
+// then find the photons around them in the cache.
 SurfacePoints in_order(const SurfacePoints& places, const Workers& workers) {
     SurfacePoints ordered;
     ordered.reserve(places.size());
@@ -183,8 +184,8 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
         make_photon_index(sources.maps.front()->index_kind(), places_.positions, places_.normals, workers);
 }
 
-// A search in vain looks at every point within reach: where photons are few some discs are so wide that this
-// would take longer than all else.
+// Returns twice the median radius. A search without result visits all points within its radius, and where
+// photons are few some discs are so wide that this would dominate the time.
 float IrradiancePoints::reach_of_most() const {
     if (values_.empty()) return 0;
     std::vector<float> radii;
@@ -218,7 +219,7 @@ std::array<std::uint16_t, LateLight::kLevels> IrradiancePoints::shares_of_shorte
     return shares;
 }
 
-// None: too few bounces for it to be known.
+// Returns none if `most_bounces` is further below the points' limit than LateLight records.
 std::optional<float> IrradiancePoints::share_within(const Value& value, int most_bounces) const {
     if (int{value.deepest} <= most_bounces) return 1.0F;
     const auto shorter = static_cast<std::size_t>(most_bounces_ - most_bounces);  // > 0: some are deeper
@@ -239,7 +240,7 @@ std::optional<float> error_hit_from(const Scene& scene, const V3f& p, const V3f&
     for (int i = 0; i < kMaxSheets && down.t_max > 0; ++i) {
         const auto hit = scene.intersect(down);
         if (!hit) return std::nullopt;
-        // Twice: p is off by one error, the hit by another.
+        // The factor 2 allows for the error of p and that of the hit.
         if (std::fabs((hit->at.p - p).dot(n)) <= 2 * hit->at.error) return hit->at.error;
         down = Ray{hit->at.towards(-n), -n, down.t_max - hit->t};
     }
@@ -249,7 +250,8 @@ std::optional<float> error_hit_from(const Scene& scene, const V3f& p, const V3f&
 }  // namespace
 
 SurfacePoint surface_point_of(const Scene& scene, const V3f& p, const V3f& n) {
-    // Twice what rounding comes to on whatever the scene can hold; and what a thick curve's own bound may be.
+    // Twice the largest rounding error in the scene, then a height that also covers the error bound of a
+    // thick curve.
     const float rounding = 2 * surface_error(p, diagonal(scene));
     for (const float height : {rounding, 1e3F * rounding}) {
         if (const auto error = error_hit_from(scene, p, n, height)) return {p, n, *error};

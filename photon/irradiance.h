@@ -1,24 +1,25 @@
-// Precomputed irradiance, with its directions, so that a gather ray needs one look-up instead of an estimate.
+// Precomputes irradiance with its directions, so that a gather ray needs one look-up instead of a density
+// estimate.
 //
-// Source: [Christensen 1999]. Radiosity changes slowly, and what a gather ray hits is averaged over a
-// hemisphere: the value at the nearest of these points, on the same side of a surface of about the same
-// normal, is as good as an estimate of its own.
+// Source: [Christensen 1999]. Radiosity changes slowly, and the values that gather rays hit are averaged over
+// a hemisphere. The value at the nearest of these points, on the same side of a surface of about the same
+// normal, is therefore as good as a density estimate at the hit.
 //
-// Occlusion counts, too. The nearest point may stand beyond a thin wall that a floor goes through: its light
-// is not that of this side. Each point stores its free distance along the surface; from further away it is
-// looked up only if it is visible.
+// Occlusion counts, too. The nearest point may lie beyond a thin wall that a floor passes under, and its
+// light is not that of this side. Each point stores its free distance along the surface; from further away it
+// is looked up only if it is visible.
 //
-// Nor is a point right for places much farther from it than a lamp is: beside a ceiling's panel that also
-// shines up, the ceiling behind it is bright, and seen by nobody. Each point knows how far away its lamps
-// are.
+// A point is also wrong for places much farther from it than a lamp is: beside a ceiling panel that also
+// shines up, the ceiling behind the panel is bright, but no one sees it. Each point stores the distance of
+// its lamps.
 //
-// Where the points stand. Christensen takes every n-th photon, and that photon counts itself: its estimate is
-// too bright by kernel(0)/k, 2/k. Leaving it out makes the estimate at the point unbiased (Slivnyak), and
-// what is looked up too dark: a point is looked up from all places nearer to it than to another, so points
-// with much room about them, where photons happen to be few, are looked up more often. The two nearly cancel
-// with all photons counted (6 n/k² is left of 2/k), and that leaves 1.5/k without. Points that know nothing
-// of the photons they count have neither: here they stand where one more diffuse bounce from one photon in n
-// leads, which is also where gather rays go.
+// Placement. Christensen places a point at every n-th photon, which counts in its own estimate and makes it
+// too bright by kernel(0)/k = 2/k. Without that photon the estimate at the point is unbiased (Slivnyak's
+// theorem), but the looked-up values are too dark: a point serves all places to which it is the nearest, so
+// points in larger gaps, where photons happen to be few, serve more places. The two effects nearly cancel if
+// all photons count (6 n/k² remains of 2/k), and 1.5/k remains if the own photon is left out. Points that are
+// independent of the photons that they count have neither bias. Here a point is the end of one more diffuse
+// bounce from one photon in n, which is also where gather rays end.
 #pragma once
 
 #include <array>
@@ -35,13 +36,13 @@
 
 namespace lucerna {
 
-// Points on surfaces with a diffuse part, with the normals on the side that is lit and the bounds of how far
-// they may lie off their surfaces: rays leave from there. Each has a number by which its chance goes,
-// whatever others there are.
+// Points on surfaces with a diffuse part, with normals on the lit side and bounds of their distance from the
+// surface, which rays that leave from them need. Each has a number that selects its random numbers,
+// independently of the other points.
 struct SurfacePoints {
     std::vector<V3f> positions;
     std::vector<PackedDirection> normals;
-    std::vector<float> errors;  // SurfacePoint's
+    std::vector<float> errors;  // as of SurfacePoint
     std::vector<std::uint32_t> numbers;
 
     std::size_t size() const { return positions.size(); }
@@ -65,15 +66,16 @@ struct BounceParameters {
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
 };
-// The end points of these bounces, over mirrors and gloss as far as they are met; those that leave the scene
-// make no place. Whether a photon is one of them, where its bounce goes and what number the place has, the
-// direction it came from decides: not its place in the map, which rounding may change for all of them. The
-// same for any number of threads.
+// Returns the end points of these bounces, continued over mirrors and gloss. Bounces that leave the scene
+// give no point. The direction of a photon decides whether it is chosen, where its bounce goes and which
+// number the point gets; its index in the map would not do, since rounding may change that of all photons.
+// The result is the same for any number of threads.
 SurfacePoints bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
                         const Workers& workers);
 
-// Light from what may be near: how much, and from how far on (harmonic) average. It changes by twice its
-// share of that distance, where a light of density is already a mean over its disc.
+// Light from possibly near sources: how much, and from which (harmonic) mean distance. If a point moves by a
+// share of that distance, this light changes by twice that share, whereas density estimates are already
+// averaged over their discs.
 struct NearLight {
     float irradiance = 0;  // luminance
     float distance = INFINITY;
@@ -83,29 +85,29 @@ struct NearLight {
 struct IrradianceSources {
     std::span<const PhotonMap* const> maps;  // one at least
     DensityEstimateSettings how;
-    std::optional<Probing> probing = {};  // by whose chance each point gets its own; none: what stands
-                                          // between is not asked
-    // Adds light beside that of the maps, at the place of that number; none: nothing. Called from any thread.
+    std::optional<Probing> probing = {};  // its sampler is split for each point; none: no occlusion test
+    // Adds light beside that of the maps at the point of that number, if set. Called from any thread.
     std::function<NearLight(std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light)> more = {};
 };
 
 class IrradiancePoints {
   public:
-    // At every place the irradiance of all sources together; the radius is that of the first map's estimate.
+    // Computes at each of `places` the irradiance of all sources together; the radius is that of the first
+    // map's estimate.
     IrradiancePoints(const SurfacePoints& places, const IrradianceSources& sources, const Workers& workers,
                      Monitor& monitor);
 
     struct Found {
         Rgb irradiance;              // W/m²
         float radius;                // of the estimate, scene units
-        const IncidentLight* light;  // the same by where it comes from; as long as the points live
-        float share;                 // of both, that paths of so few bounces bring
+        const IncidentLight* light;  // the same by direction; lives as long as the points
+        float share;                 // of both, by paths within `most_bounces`
     };
-    // The nearest point within `radius`, and not much farther away than its disc is wide at most points,
-    // whose normal is within some 25° of n, if x lies within that point's own disc, near it beside the lamps
-    // that shine there, and nothing stands between. If paths may have fewer bounces than the photons
-    // that count there (`most_bounces` below the points' own limit), it gives their share in luminance.
-    // Returns none where the caller must make an estimate of its own.
+    // Returns the nearest point within `radius` and within twice the median radius of the points, whose
+    // normal is within about 25° of n, if x lies in the point's own disc and close to it compared to its
+    // lamps, and is not hidden from it. If paths may have fewer bounces than the photons that count there
+    // (`most_bounces` below the points' own limit), it gives their share in luminance. Returns none where the
+    // caller must make an estimate of its own.
     std::optional<Found> nearest(const V3f& x, const V3f& n, float radius,
                                  int most_bounces = kMaxBounces) const;
 
@@ -115,8 +117,8 @@ class IrradiancePoints {
     struct Value {
         IncidentLight light;
         float radius;
-        float within;  // scene units: how far away it is looked up
-        float room;    // a point so near is seen
+        float within;  // largest distance from which it is looked up, scene units
+        float room;    // free distance along the surface, scene units
         // Share of the irradiance that is left for paths that are shorter by j + 1 bounces (LateLight), times
         // kWhole.
         std::array<std::uint16_t, LateLight::kLevels> shorter;
@@ -132,16 +134,16 @@ class IrradiancePoints {
     int most_bounces_;  // of the photons that count
     SurfacePoints places_;
     std::vector<Value> values_;
-    float reach_ = 0;                     // how far away they are looked for
-    std::unique_ptr<PhotonIndex> index_;  // by their normals
+    float reach_ = 0;                     // largest distance of a search, scene units
+    std::unique_ptr<PhotonIndex> index_;  // the directions are the normals
 };
 
-// Where a photon lies, as a surface point: a map keeps its place and normal, and rays that leave from there
-// must know how far it may lie off its surface.
+// Returns the surface point at which a photon lies. A map keeps position and normal alone, but rays that
+// leave from there need a bound of the distance from the surface.
 
-// That bound goes by what the surface is: a corner of it may be far away though the place is near the scene's
-// middle, and curves and instances have more of their own. So the surface is looked for, along n, and asked.
-// If it is not found, the error is that of p alone.
+// The bound depends on the surface: a triangle near the scene's centre may have a distant corner, and curves
+// and instances add errors of their own. The surface is therefore searched along n. If it is not found, the
+// error is that of rounding p alone.
 SurfacePoint surface_point_of(const Scene& scene, const V3f& p, const V3f& n);
 
 }  // namespace lucerna

@@ -18,7 +18,7 @@ struct Masses {
     std::vector<double> plain, mixed;
 };
 
-// The plain share of every node: half of the node it was cut from, exactly.
+// Returns the plain mass of every node, exactly half of its parent's.
 std::vector<double> plain_masses(const EmissionBlocks& blocks, double root) {
     std::vector<double> plain(blocks.nodes.size());
     plain[0] = root;
@@ -39,8 +39,8 @@ double learned_mass(const EmissionBlocks& blocks, std::span<const double> plain)
     return sum;
 }
 
-// β · plain + (1 - β) · learned, β the defensive weight, from the undivided blocks upwards. `scale` makes all
-// lights' learned masses add up to their plain ones.
+// Returns β · plain + (1 - β) · learned for every node, summed from the leaves upwards; β is the defensive
+// weight. `scale` makes the learned masses of all lights sum to their plain ones.
 std::vector<double> mixed_masses(const EmissionBlocks& blocks, std::span<const double> plain,
                                  double defensive_weight, double scale) {
     std::vector<double> mixed(plain.begin(), plain.end());
@@ -67,7 +67,7 @@ LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmissionBlo
     powers.reserve(blocks.size());
     for (const auto& light : scene.lights()) powers.push_back(light->power());
 
-    // The masses of both densities, over all lights.
+    // Sum the masses of both densities over all lights.
     double plain = 0, learned = 0;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
         plain += powers[i];
@@ -77,11 +77,11 @@ LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmissionBlo
     const double share = steers ? double{kDefensiveWeight} : 1.0;
     const double scale = steers ? plain / learned : 0.0;
 
-    // Each light's tree, and the lights by what their trees hold.
+    // Build each light's tree, and weight the lights by the masses of their trees.
     std::vector<double> weights;
     weights.reserve(blocks.size());
     for (std::size_t i = 0; i < blocks.size(); ++i) {
-        // Relative to the light: where nothing is learned this is 1, to the last bit.
+        // Masses are relative to the light's: if nothing is learned they are exactly 1.
         const auto mass = mixed_masses(blocks[i], plain_masses(blocks[i], 1.0), share, scale);
         weights.push_back(powers[i] * mass[0]);
         add(blocks[i], mass);
@@ -92,15 +92,15 @@ LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmissionBlo
 void LearnedEmission::add(const EmissionBlocks& blocks, std::span<const double> mass) {
     const auto first = static_cast<std::uint32_t>(nodes_.size());
     roots_.push_back(first);
-    // By the shares as float32 has them: what warp() draws by, to the last bit.
+    // Uses the float32 probabilities by which warp() draws, so that densities agree exactly.
     std::vector<double> density(blocks.nodes.size(), 1.0);
     for (std::size_t i = 0; i < blocks.nodes.size(); ++i) {
         const EmissionBlocks::Node& node = blocks.nodes[i];
         if (node.axis < 0) {
-            nodes_.push_back({static_cast<float>(1 / density[i]), -1, 0});  // > 0: see below
+            nodes_.push_back({static_cast<float>(1 / density[i]), -1, 0});  // > 0, as every share below is
             continue;
         }
-        // Both halves have some of the plain density: neither share is 0, and neither density.
+        // Both halves have some of the plain density, so neither probability and neither density is 0.
         const auto lower =
             std::clamp(static_cast<float>(mass[node.child] / (mass[node.child] + mass[node.child + 1])),
                        0x1p-20F, 1 - 0x1p-20F);
@@ -119,7 +119,7 @@ float LearnedEmission::warp(std::uint32_t light, LeSampleU& u) const {
         const auto axis = static_cast<std::size_t>(node->axis);
         float& at = *x[axis];
         const bool upper = !(at < node->lower);
-        // Neither divisor is 0. For halves of equal shares both lines are exact.
+        // Neither divisor is 0. For halves of equal probability both expressions are exact.
         at = upper ? (at - node->lower) / (1 - node->lower) : at / node->lower;
         at = std::min(at, kBelowOne);
         width[axis] *= 0.5F;

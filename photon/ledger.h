@@ -1,10 +1,11 @@
-// Where the light went. Every particle's power is booked when it leaves and again when it ends:
+// Balances the power of light paths. Every particle's power is booked when it is emitted and again when it
+// ends:
 //
 //   emitted = absorbed + media + escaped + not_followed + cut + roulette
 //
-// `roulette` is what Russian roulette took minus what it gave: its mean is 0. Where a medium treats colours
-// differently, one distance serves them all, and `media` holds the chance of that, too, with mean 0. Nothing
-// else may be missing.
+// `roulette` is the power removed by Russian roulette minus the power added by it, with mean 0. In media
+// whose coefficients depend on the colour, one sampled distance serves all channels, and `media` also holds
+// the resulting random deviation, again with mean 0. No other power may be missing.
 #pragma once
 
 #include <cmath>
@@ -19,12 +20,12 @@ struct Ledger {
     V3d absorbed{0, 0, 0};      // by surfaces
     V3d media{0, 0, 0};         // absorbed by participating media
     V3d escaped{0, 0, 0};       // left the scene
-    V3d not_followed{0, 0, 0};  // still carried when a path had become of no use to the caller
-    V3d cut{0, 0, 0};           // still carried when a path reached the length limit
+    V3d not_followed{0, 0, 0};  // carried by paths that the caller could no longer use
+    V3d cut{0, 0, 0};           // carried by paths that reached the length limit
     V3d roulette{0, 0, 0};
-    V3d scattered{0, 0, 0};         // by media, each time anew: no end, and no part of the balance
-    std::uint64_t paths = 0;        // asked for
-    std::uint64_t not_emitted = 0;  // of these, paths for which the light had no sample
+    V3d scattered{0, 0, 0};         // at each scattering by media; not part of the balance
+    std::uint64_t paths = 0;        // requested
+    std::uint64_t not_emitted = 0;  // requested paths for which the light had no sample
     std::uint64_t hits = 0;
     std::uint64_t scatterings = 0;  // in media
 
@@ -43,13 +44,13 @@ struct Ledger {
         scatterings += other.scatterings;
     }
 
-    // Brings sums over paths to the power of the scene: factor 1 / number of paths.
+    // Scales sums over paths to the power of the scene; `factor` is 1 / number of paths.
     void scale(double factor) {
         for (V3d* entry : {&emitted, &absorbed, &media, &escaped, &not_followed, &cut, &roulette, &scattered})
             *entry *= factor;
     }
 
-    // |emitted - all ends| / emitted, the worst channel. 0 when nothing was emitted.
+    // Returns |emitted - all ends| / emitted of the worst channel, or 0 if nothing was emitted.
     double imbalance() const {
         const V3d rest = emitted - absorbed - media - escaped - not_followed - cut - roulette;
         double worst = 0;

@@ -1,8 +1,9 @@
-// One light path: from the light, from surface to surface and through media, until it is absorbed or leaves.
+// Traces one light path from a light, from surface to surface and through media, until it is absorbed or
+// leaves the scene.
 //
-// Tracing knows nothing of maps. Each hit goes to a callback, and each place where a medium scatters the path
-// to another; they may store a photon or make a VPL of it. Photon mapping and instant global illumination
-// trace the same light paths [Jensen 2001, 5; Keller 1997].
+// Tracing does not depend on photon maps. A visitor receives each hit and each scattering in a medium, and
+// may store a photon or create a VPL there: photon mapping and instant global illumination trace the same
+// light paths [Jensen 2001, 5; Keller 1997].
 #pragma once
 
 #include <algorithm>
@@ -19,17 +20,17 @@
 
 namespace lucerna {
 
-// How a path came to where it is, in the notation L(S|D)*: what the maps are told apart by. Where it went
-// straight through a pane nothing is noted: what lies behind is lit directly, as shadow rays find it.
+// The class of a path in the notation L(S|D)*, which decides on its map. Straight passage through a pane is
+// not recorded: surfaces behind it count as directly lit, as for shadow rays.
 struct PathClass {
-    std::uint32_t specular = 0;      // delta bounces so far, and those that count as such
+    std::uint32_t specular = 0;      // delta bounces so far, and bounces that count as specular
     std::uint32_t non_specular = 0;  // all other bounces, and scattering in media
     bool specular_last = false;      // the last bounce was specular
-    // False as long as the path is L(S+D)*S*: every bounce that was not specular came directly after one that
-    // was, and no medium has scattered it.
+    // False as long as the path is L(S+D)*S*: every non-specular bounce directly follows a specular one, and
+    // no medium has scattered the path.
     bool left_caustic_chain = false;
-    bool strayed = false;         // some bounce was not perfectly specular, whatever counts as specular
-    bool began_specular = false;  // the first bounce was perfectly specular: LS...
+    bool strayed = false;         // some bounce was not off a delta lobe, whatever counts as specular
+    bool began_specular = false;  // the first bounce was off a delta lobe: LS...
 
     std::uint32_t bounces() const { return specular + non_specular; }
     void bounce(bool is_specular, bool is_delta) {
@@ -47,13 +48,13 @@ struct PathClass {
     }
 };
 
-// Which paths go on after a bounce: those that the caller can use.
+// Classes of paths that are followed beyond a bounce, because the caller can use them.
 enum class PathUse : std::uint8_t {
     all,
     first_hits,      // L
     caustics,        // LS*
     caustic_chains,  // L(S+D)*S*
-    began_specular,  // L, and LS and what comes after it
+    began_specular,  // L, and all paths that begin with LS
 };
 inline bool is_of_use(const PathClass& path, PathUse use) {
     switch (use) {
@@ -84,14 +85,14 @@ struct LightPathHit {
 // Where a medium scatters a path.
 struct LightPathScatter {
     V3f p;
-    float g;         // of the medium that scatters
+    float g;         // of the medium that scatters, as of HenyeyGreenstein
     V3f d;           // direction of travel before
-    Rgb power;       // W, scattered: what the medium absorbs there is taken off
+    Rgb power;       // W, scattered, without the power that the medium absorbs there
     PathClass path;  // before
     const LightPathStart& start;
 };
 
-// A path that leaves the scene, for good.
+// A path that leaves the scene.
 struct LightPathEscape {
     const SurfacePoint& from;
     V3f d;      // direction of travel
@@ -100,7 +101,7 @@ struct LightPathEscape {
     const LightPathStart& start;
 };
 
-// A light path under way: its end, its power and its class.
+// A light path that is being traced: its end point, its power and its class.
 class LightPath {
   public:
     LightPath(const Scene& scene, const LightPathStart& start, Sampler& sampler, Ledger& ledger,
@@ -123,10 +124,10 @@ class LightPath {
 
     Ray ray() const { return {from_.towards(d_), d_}; }
 
-    // One segment along ray(), up to the surface that it hits or to where a medium scatters the path before
-    // that; neither: it escapes. The power may be black after it.
+    // Follows one segment along ray(), to the surface `hit` or to a place before it where a medium scatters
+    // the path; with neither, the path escapes. The power may be black afterwards.
     std::optional<MediaTraversal::Scattered> propagate(const Ray& ray, std::optional<Hit>& hit) {
-        // Shading normals are turned towards wo for rays from the eye alone; wo = 0 disables that, and light
+        // Shading normals are flipped towards wo only for rays from the eye; wo = 0 disables that, and light
         // that hits a surface from behind is absorbed.
         if (hit) hit->wo = V3f(0.0F);
         if (scene_.media().empty()) return std::nullopt;
@@ -138,25 +139,27 @@ class LightPath {
         return crossing.scattered;
     }
 
-    // At a surface: samples the direction in which the path continues, and draws the number of its roulette.
+    // Samples the direction in which the path continues at a surface, and draws the number for its Russian
+    // roulette.
     std::optional<BsdfSample> sample(const Bsdf& bsdf) {
         const auto [u_lobe, u_direction, u_survive] = sampler_.next_of_bounce();
         u_survive_ = u_survive;
         return bsdf.sample(-d_, BsdfU{u_lobe, u_direction}, Transport::particles);
     }
-    // With that sample, and at a place in a medium: goes on; false: the path ends, and the ledger says why.
+    // Scatters the path at a surface, by that sample, or in a medium. Returns false if the path ends; the
+    // ledger then has the reason.
     bool scatter(const Hit& hit, const Bsdf& bsdf, const std::optional<BsdfSample>& sample) {
         if (!sample || is_black(sample->weight)) {
             ledger_.absorbed += V3d(power_);
             return false;
         }
         const Rgb scattered = power_ * sample->weight * shading_correction(bsdf, -d_, sample->wi);
-        ledger_.absorbed += V3d(power_) - V3d(scattered);  // what the surface keeps
-        // The class scales by a factor of mean 1; the difference is booked as roulette's, whose mean is 0.
+        ledger_.absorbed += V3d(power_) - V3d(scattered);  // the part absorbed by the surface
+        // Classification scales by a factor of mean 1; the difference is booked as roulette, whose mean is 0.
         const BounceClass bounced = classify(bsdf, -d_, *sample, specular_below_, sampler_);
         const Rgb of_class = scattered * bounced.scale;
         if (bounced.scale != Rgb(1.0F)) ledger_.roulette += V3d(scattered) - V3d(of_class);
-        // The luminance of the power is never 0: no path of power 0 goes on.
+        // The luminance of the power is never 0, because no path continues with power 0.
         if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive_)) return false;
         if (!sample->straight) path_.bounce(bounced.specular, sample->delta);
         medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
@@ -167,8 +170,8 @@ class LightPath {
     bool scatter(const MediaTraversal::Scattered& at) {
         ledger_.scattered += V3d(power_);
         const V2f u = sampler_.next2();
-        // By the largest channel: one distance serves all channels, and may leave a path with only one. By
-        // luminance a path left with blue alone would rarely survive, and then be far too bright.
+        // Roulette uses the largest channel: one distance serves all channels and may leave a path with only
+        // one. By luminance, a path left with blue alone would rarely survive and then be far too bright.
         if (!survive(max_component(power_) / max_component(arriving_), power_, sampler_.next())) return false;
         path_.scatter();
         from_ = SurfacePoint{at.p};
@@ -177,7 +180,7 @@ class LightPath {
     }
 
   private:
-    // Russian roulette after an event that left `share` of what the path was.
+    // Plays Russian roulette after an event that left the path `share` of its power.
     bool survive(float share, Rgb after, float u) {
         const float survival = std::min(kMaxSurvival, share);
         if (!(u < survival)) {
@@ -186,7 +189,7 @@ class LightPath {
         }
         power_ = after / survival;
         ledger_.roulette += V3d(after) - V3d(power_);
-        return !is_black(power_);  // black by underflow: nothing is left to book
+        return !is_black(power_);  // black only by underflow, so nothing remains to be booked
     }
 
     const Scene& scene_;
@@ -196,27 +199,27 @@ class LightPath {
     SurfacePoint from_;
     V3f d_;
     Rgb power_;
-    Rgb arriving_{0.0F};   // before the last segment
-    float u_survive_ = 0;  // of the last bounce's roulette
+    Rgb arriving_{0.0F};   // power before the last segment
+    float u_survive_ = 0;  // random number of the last bounce's roulette
     PathClass path_;
     std::int32_t medium_;
 };
 
-// How light paths are followed: what counts as specular, and when they are of no more use to the caller.
+// Limits of light paths: which bounces count as specular, and when the caller has no further use for a path.
 struct LightPathLimits {
-    float specular_below = 0;  // as BounceClass has it
+    float specular_below = 0;  // alpha below which bounces are specular, see classify()
     PathUse use = PathUse::all;
-    int longest = kMaxBounces;  // bounces after which a path is of no more use
+    int longest = kMaxBounces;  // most bounces of a path that is followed further
 };
 
-// Does nothing with what light paths meet. A visitor of light paths derives from it and hides what it
-// changes; it is used by one thread. Its fields() (engine/ranks/packing.h) are what the other ranks of a
-// parallel job need of it; without them each rank traces all paths.
+// Base of visitors of light paths, which ignores all events. A visitor hides the members that it changes, and
+// is used by one thread. Its fields() (engine/ranks/packing.h) are the state that the other ranks of a
+// parallel job need; without them each rank traces all paths.
 struct LightPathVisitor {
-    Ledger ledger;  // of its paths, in W times their number
+    Ledger ledger;  // of its paths, in W times the number of paths
 
-    // Is told of each path before it is traced, with the random numbers that it starts with; no start: no
-    // light emitted it. False: the path is not traced.
+    // Called for each path before it is traced, with the random numbers that it starts with; without a start
+    // no light emitted it. Returns false if the path must not be traced.
     bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& /*start*/,
                const Sampler& /*sampler*/) {
         return true;
@@ -226,15 +229,15 @@ struct LightPathVisitor {
     void escape(const LightPathEscape& /*at*/) {}
 };
 
-// The steps at the end of a segment: the visitor sees what the path has met, and the path is scattered.
-// False: the path ends there, and the ledger says why.
+// Steps at the end of a segment: the visitor receives the event, and the path is scattered. They return false
+// if the path ends there; the ledger then has the reason.
 
-// Whether the segment ends at the surface that it hits, if it hits any.
+// Returns whether the segment ends at the surface that it hits, if any.
 inline bool is_at_surface(const LightPath& path, const std::optional<Hit>& hit,
                           const std::optional<MediaTraversal::Scattered>& scattered) {
-    return hit && !scattered && !is_black(path.power());  // black: absorbed on the way, and booked
+    return hit && !scattered && !is_black(path.power());  // black: absorbed by media and booked
 }
-// `sample` is the path's own there.
+// `sample` is that of LightPath::sample() at the hit.
 template <typename Visitor>
 bool interact_at_surface(LightPath& path, const Hit& hit, const Bsdf& bsdf,
                          const std::optional<BsdfSample>& sample, const LightPathStart& start,
@@ -257,7 +260,7 @@ bool interact_elsewhere(LightPath& path, const std::optional<MediaTraversal::Sca
     visitor.escape(LightPathEscape{path.from(), path.d(), path.power(), path.path(), start});
     return false;
 }
-// Whether a path that was scattered is followed further, after so many segments.
+// Returns whether a scattered path is followed further, after `segments` segments.
 inline bool is_followed(const LightPath& path, const LightPathLimits& limits, int segments, Ledger& ledger) {
     if (!is_of_use(path.path(), limits.use) || int(path.path().bounces()) > limits.longest) {
         ledger.not_followed += V3d(path.power());
@@ -268,9 +271,9 @@ inline bool is_followed(const LightPath& path, const LightPathLimits& limits, in
     return false;
 }
 
-// Traces one light path from its start to its end [Jensen 2001, 5.2]. Source of the roulette: [Pharr 2004],
-// with the luminance of the power in place of that of the scale alone, so that every survivor of a surface
-// carries the luminance its parent had. (LightPathGroup traces several at a time by the same steps.)
+// Traces one light path from its start to its end [Jensen 2001, 5.2]. Russian roulette follows [Pharr 2004],
+// but by the luminance of the power instead of that of the scale alone, so that every survivor of a surface
+// carries the luminance of its parent. LightPathGroup traces several paths at a time by the same steps.
 template <typename Visitor>
 void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler sampler,
                       const LightPathLimits& limits, Visitor& visitor) {
@@ -282,7 +285,7 @@ void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler s
         std::optional<Hit> hit = scene.intersect(ray);
         const auto scattered = path.propagate(ray, hit);
 
-        // Deposit there, and scatter.
+        // Deposit a photon there, and scatter.
         if (is_at_surface(path, hit, scattered)) {
             const Bsdf bsdf = scene.bsdf(*hit);
             const auto sample = path.sample(bsdf);

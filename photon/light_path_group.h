@@ -1,10 +1,10 @@
-// Several light paths at a time, each a segment in turn: while one ray is traced, memory brings what the last
-// ones hit.
+// Traces several light paths at a time, one segment of each in turn: while one ray is traced, memory fetches
+// the data of the hits before.
 //
-// A light path waits for memory at every surface: for the triangle's corners, then for what stands at them.
+// A light path waits for memory at every surface, for the triangle's corners and then for its shading data.
 // The waits of one path follow each other; those of several paths overlap. The paths, their random numbers
 // and their ends are those of trace_light_path(); only the order in which visitors see them differs, because
-// paths that are under way together take turns.
+// the paths of a group take turns.
 #pragma once
 
 #include <array>
@@ -18,27 +18,27 @@ namespace lucerna {
 template <typename Visitor>
 class LightPathGroup {
   public:
-    // All three outlive it.
+    // All three must outlive it.
     LightPathGroup(const Scene& scene, const LightPathLimits& limits, Visitor& visitor)
         : scene_(scene), limits_(limits), visitor_(visitor) {
         for (std::uint32_t i = 0; i < kSize; ++i) order_[i] = i;
     }
 
-    // Sets out on a path; all that are under way go on until there is room for it.
+    // Starts a path; if the group is full, follows the others until one of them ends.
     void add(const LightPathStart& start, const Sampler& sampler) {
         while (under_way_ == kSize) step();
         slots_[order_[under_way_++]].emplace(scene_, start, sampler, visitor_.ledger, limits_.specular_below);
     }
-    // Follows all to their ends. To be called before the group is destroyed.
+    // Follows all paths to their ends. Must be called before the group is destroyed.
     void finish() {
         while (under_way_ > 0) step();
     }
 
-    // More bring nothing: the lines that are fetched ahead stay well within the first cache.
+    // More paths bring no gain; the prefetched cache lines stay well within the L1 cache.
     static constexpr std::uint32_t kSize = 16;
 
   private:
-    // Not to be moved: the light path refers to the sampler.
+    // Cannot be moved, because the light path refers to the sampler.
     struct Slot {
         Slot(const Scene& scene, const LightPathStart& at, const Sampler& numbers, Ledger& ledger,
              float below)
@@ -52,8 +52,8 @@ class LightPathGroup {
         int segments = 0;
     };
 
-    // A segment of every path. In loops of little work each, so that the processor has steps of several paths
-    // at hand while one path waits for a root, a quotient or a guess that was wrong.
+    // Follows one segment of every path. Short loops give the processor steps of several paths to execute
+    // while one path waits for a square root, a quotient or a mispredicted branch.
     void step() {
         const std::uint32_t count = under_way_;
         for (std::uint32_t i = 0; i < count; ++i) rays_[i] = slots_[order_[i]]->light_path.ray();
@@ -74,7 +74,7 @@ class LightPathGroup {
         for (std::uint32_t i = 0; i < count; ++i) {
             if (bsdfs_[i]) samples_[i] = slots_[order_[i]]->light_path.sample(*bsdfs_[i]);
         }
-        // Those that end make room behind the others, whose order stays.
+        // Moves the slots of ended paths behind the others, whose order stays.
         std::array<std::uint32_t, kSize> ended;
         std::uint32_t going_on = 0, ends = 0;
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -89,14 +89,14 @@ class LightPathGroup {
         under_way_ = going_on;
     }
 
-    // Becomes a Bsdf in the place where that is wanted.
+    // Converts to a Bsdf, which is thus constructed in place.
     struct BsdfAt {
         const Scene& scene;
         const Hit& hit;
         operator Bsdf() const { return scene.bsdf(hit); }
     };
 
-    // Segment i of this step. False: the path has come to its end.
+    // Finishes segment i of this step. Returns false if the path has ended.
     bool finish_segment(Slot& slot, std::uint32_t i) {
         const bool goes_on = bsdfs_[i]
                                  ? interact_at_surface(slot.light_path, *hits_[i], *bsdfs_[i], samples_[i],
@@ -109,14 +109,14 @@ class LightPathGroup {
     const LightPathLimits& limits_;
     Visitor& visitor_;
     std::array<std::optional<Slot>, kSize> slots_;
-    std::array<std::uint32_t, kSize> order_;  // of slots: first those under way, then those free
+    std::array<std::uint32_t, kSize> order_;  // of slots: first those in use, then the free ones
     std::uint32_t under_way_ = 0;
     // Rays and hits of the segments of this step, in their order.
     std::array<Ray, kSize> rays_;
     std::array<std::optional<ClosestHit>, kSize> closest_;
     std::array<std::optional<Hit>, kSize> hits_;
     std::array<std::optional<MediaTraversal::Scattered>, kSize> scattered_;
-    std::array<std::optional<Bsdf>, kSize> bsdfs_;  // where it is at a surface
+    std::array<std::optional<Bsdf>, kSize> bsdfs_;  // set if the segment ends at a surface
     std::array<std::optional<BsdfSample>, kSize> samples_;
 };
 

@@ -12,13 +12,13 @@
 namespace lucerna {
 namespace {
 
-// The disc of a place that may lie so far from a point, in radii of the point's disc, is taken to be as whole
-// as the point's: points stand nearer to each other, and this much more than the disc itself is asked about.
+// A place within this distance of a point, in radii of the point's disc, is assumed to have as complete a
+// disc as the point. Points are closer than that, and the test of a point covers a disc larger by this much.
 constexpr float kNeighbourhood = 0.35F;
-// Normals of two places on what counts as one plane.
+// Least cosine between the normals of two places that count as lying in one plane.
 constexpr float kSamePlane = 0.999F;
 
-// Every n-th photon: evenly spread, since a map is ordered in space.
+// Takes every n-th photon. They are evenly spread, since a map is ordered in space.
 Photons thinned(const PhotonMap& map, std::size_t points) {
     const std::size_t stride = std::max<std::size_t>((map.size() + points - 1) / points, 1);
     Photons some;
@@ -76,10 +76,10 @@ float LocalRadius::find_radius(const PhotonMap& map, const Parameters& parameter
     const V3f n = places_.normals()[point].unpack();
     const TangentMetric metric(x, n, how.metric, how.ratio);
     const auto radius_of = [&](float r2) { return r2 > 0 ? std::sqrt(r2) : largest_; };
-    // The photon that stands here is one of those found: k more beside it.
+    // The photon at this point is one of those found, hence k others.
     const auto k = static_cast<std::size_t>(how.k) + 1;
     if (!parameters.wider_where_even) {
-        // Where all of them lie at one point, a radius of 0 would never hold any other photon.
+        // If all of them lie at one point, a radius of 0 would never hold any other photon.
         return radius_of(NearPhotons(map, x, metric, k, sqr(how.radius)).radius2());
     }
     const NearPhotons near(map, x, metric, k * kWider, sqr(how.radius));

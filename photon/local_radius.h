@@ -1,4 +1,4 @@
-// How far one must look for k photons: known at some photons of a map, looked up anywhere.
+// Estimates the radius that holds k photons: computed at some photons of a map, looked up anywhere.
 #pragma once
 
 #include <cstddef>
@@ -15,28 +15,28 @@ class LocalRadius {
   public:
     struct Parameters {
         DensityEstimateSettings how;  // k, the largest radius, the metric
-        // Photons of the map, at most, spread evenly over them, that learn a radius.
+        // Largest number of photons of the map, spread evenly over them, at which radii are computed.
         std::size_t points = 8192;
-        // Where the light is even, up to kWider times as many photons as k. Without it k everywhere.
+        // Uses up to kWider times as many photons as k where the light is even; otherwise k everywhere.
         bool wider_where_even = false;
-        // Asked, if not null, where discs are whole: see At.
+        // If not null, rays in this scene find where discs are complete; see At.
         const Scene* scene = nullptr;
-        std::uint64_t seed = 0;  // of what is asked
+        std::uint64_t seed = 0;  // of these rays
     };
-    // The radius of each point is that of the k nearest of all photons, the point's own left out, or the
-    // largest where there are fewer.
+    // Computes the radius of each point, that of the k nearest photons other than the point's own, or the
+    // largest radius if there are fewer.
     LocalRadius(const PhotonMap& map, const Parameters& parameters, const Workers& workers);
 
     struct At {
         float radius;  // scene units, > 0
-        // Nothing cuts off a disc of that radius or a smaller one, and nothing stands between it and light:
-        // its boundary needs no correction, as far as rays could tell.
+        // No edge and no occluder cuts off a disc of that radius or a smaller one, so its boundary needs no
+        // correction, as far as a few rays can tell.
         bool whole;
     };
     // Returns the radius at the nearest point on the side of n (unit), or the largest radius if none is that
     // near.
     At at(const V3f& x, const V3f& n) const;
-    // Over the points; the largest radius if there are none.
+    // Returns the mean over the points, or the largest radius if there are none.
     double mean() const;
 
     static constexpr int kWider = 4;

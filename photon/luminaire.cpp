@@ -11,7 +11,7 @@ namespace {
 
 // Collects the rays in which the light of one chunk of paths leaves.
 struct EscapedRays : LightPathVisitor {
-    V3d origin{0, 0, 0};  // of the scene
+    V3d origin{0, 0, 0};  // origin of the scene
     WorkingSpace colours;
     SlabAxes side;
     LuminaireBlock block;
@@ -29,7 +29,7 @@ struct EscapedRays : LightPathVisitor {
         }
         block.flux.forward += V3d(at.power);
         const float flux = luminance(at.power);
-        // Power of no luminance has no colour.
+        // Power without luminance has no colour.
         block.tints.add(flux > 0 ? V3f(colours.light_to_xyz(at.power / flux)) : block.tints.first);
         const V3d from = V3d(at.from.p) + origin;
         block.rays.push_back({V3f(side.straight() ? from : side.to_slab(from)), d, flux});
@@ -69,14 +69,14 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& pa
     paths.count = count;
     paths.seed = parameters.seed;
     paths.purpose = Purpose::acquisition;
-    paths.interleaved = false;  // rays stand in the order of their paths
-    Monitor silent;             // the block's progress is the caller's
+    paths.interleaved = false;  // rays keep the order of their paths
+    Monitor silent;             // the caller reports the progress
     std::vector<EscapedRays> chunks;
     trace_light_paths({scene, workers, silent}, paths, chunks, [&](std::int64_t n) {
         EscapedRays chunk;
         chunk.origin = scene.origin();
         chunk.colours = parameters.colours;
-        chunk.block.rays.reserve(static_cast<std::size_t>(n));  // each path leaves once at most
+        chunk.block.rays.reserve(static_cast<std::size_t>(n));  // each path leaves at most once
         return chunk;
     });
     LuminaireBlock block;

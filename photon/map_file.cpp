@@ -1,6 +1,6 @@
-// The file: a head, then lines of text (what the maps were made for, "name<tab>value"), then for each map
-// that was built its positions, normals, photons and bounces. In this machine's byte order; a check over all
-// of it.
+// File format: a header, then lines of text "name<tab>value" that say what the maps were made for, then for
+// each map that was built its positions, normals, photons and bounces, in this machine's byte order. A check
+// value covers all of it.
 #include "photon/build_maps.h"
 
 #include <fmt/format.h>
@@ -32,20 +32,20 @@ struct Head {
     char magic[8];
     std::uint64_t byte_order;
     std::uint64_t text;                // bytes
-    V3d place;                         // MapOrigin's
-    std::uint64_t photons[kMapKinds];  // kNotBuilt where there is no map
+    V3d place;                         // as of MapOrigin
+    std::uint64_t photons[kMapKinds];  // kNotBuilt if there is no map
     DepositCount counts[kMapKinds];
     Ledger ledger;
-    std::uint64_t check;  // of all else
+    std::uint64_t check;  // of all other bytes
 };
-// Numbers and nothing else, so that their bytes are all there is to them. (Imath's vectors have constructors
-// of their own, which keeps them from being formally trivial.)
+// Types that consist of numbers alone, so that their bytes are their value. (Imath's vectors have
+// constructors of their own, so they are not formally trivial.)
 static_assert(std::is_standard_layout_v<Head> && std::is_standard_layout_v<Photon> &&
               std::is_standard_layout_v<PackedDirection> && sizeof(V3d) == 24);
 constexpr std::uint64_t kBytesOfPhoton =
     sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon) + sizeof(BounceCount);
 
-// Text names these before the facts.
+// Names of the text lines before the facts.
 constexpr std::string_view kScene = "file", kUnit = "unit";
 
 bool is_photon(const V3f& position, const Photon& photon) {
@@ -54,7 +54,7 @@ bool is_photon(const V3f& position, const Photon& photon) {
            std::isfinite(power.x + power.y + power.z) && std::min({power.x, power.y, power.z}) >= 0;
 }
 
-// Calls action(bytes) for each array of a map, in the order in which they lie in the file.
+// Calls action(bytes) for each array of a map, in the order of the file.
 template <typename Map, typename Action>
 void for_each_array(Map&& map, Action&& action) {
     action(std::as_bytes(std::span(map.positions())));
@@ -104,7 +104,8 @@ MapOrigin origin_in(std::string_view text, const V3d& place, const Location& at)
     return origin;
 }
 
-// Head and length agree; nothing is allocated before that is known.
+// Reads the header and checks that it agrees with the length of the file, before any memory is allocated for
+// the contents.
 Head read_head(std::ifstream& in, const std::filesystem::path& file) {
     const Location at{file.string()};
     Head head{};
@@ -121,7 +122,7 @@ Head read_head(std::ifstream& in, const std::filesystem::path& file) {
         left -= count * kBytesOfPhoton;
     }
     if (left != 0) input_error(at, "the file is damaged: {} bytes too long", left);
-    // Read, then put into the index's order.
+    // The photons are in memory twice: as read, and in the order of the index.
     require_memory(2 * std::filesystem::file_size(file), file.string() + ": its photons",
                    "use fewer photons");
     return head;

@@ -1,5 +1,5 @@
-// A photon as it is stored where a particle hits a surface or is scattered in a medium. 24 bytes; its
-// position is stored beside it.
+// A photon, stored where a particle hits a surface or is scattered in a medium: 24 bytes, with its position
+// stored separately.
 #pragma once
 
 #include <cmath>
@@ -10,9 +10,9 @@
 
 namespace lucerna {
 
-// A unit vector in 32 bits: the octahedral map [Meyer 2010], 16 bits a side. The angle is off by less than
-// 1e-4 rad, which moves the point at which the photon crosses a tangent plane by less than 1e-4 of its
-// distance from the plane along the path, over the cosine there (at least kGrazing).
+// A unit vector in 32 bits, by the octahedral map [Meyer 2010] with 16 bits a side. The error of the angle is
+// less than 1e-4 rad. It moves the point at which the photon crosses a tangent plane by less than 1e-4 of its
+// distance from the plane along the path, divided by the cosine there (at least kGrazing).
 class PackedDirection {
   public:
     PackedDirection() = default;
@@ -32,10 +32,10 @@ class PackedDirection {
         return V3f(p.x, p.y, z).normalized();  // never the null vector: |x|+|y|+|z| = 1
     }
 
-    // The same direction as it lies on the octahedron, |x| + |y| + |z| = 1: between 1/sqrt 3 and 1 long. For
-    // searches: it takes no root, and a compiler unpacks many at once.
+    // Returns the direction as a point of the octahedron |x| + |y| + |z| = 1, of length 1/sqrt 3 to 1.
+    // Searches use it, since it needs no square root and compilers vectorise it.
     static V3f along(std::uint32_t bits) {
-        // Through int: every processor turns those into floats.
+        // Converts through int, as every processor converts ints to floats.
         const float x = static_cast<float>(static_cast<std::int32_t>(bits & 0xffffU)) * (2 / 65535.0F) - 1;
         const float y = static_cast<float>(static_cast<std::int32_t>(bits >> 16)) * (2 / 65535.0F) - 1;
         const float z = 1 - std::fabs(x) - std::fabs(y);
@@ -49,7 +49,8 @@ class PackedDirection {
         return {std::copysign(1 - std::fabs(p.y), p.x), std::copysign(1 - std::fabs(p.x), p.y)};
     }
     static std::uint32_t quantise(float x) {
-        // As lround, which is a call: the sum is exact in double, and not negative but by rounding.
+        // Rounds as lround() does, which is a call: the sum is exact in double, and negative only by
+        // rounding.
         return static_cast<std::uint32_t>(static_cast<double>((x * 0.5F + 0.5F) * 65535.0F) + 0.5);
     }
 
@@ -67,10 +68,10 @@ struct Photon {
           cell(from_cell) {}
 
     PackedDirection direction;  // of travel
-    Rgb power;  // W, already divided by the number of emitted paths; in media, what was scattered
+    Rgb power;  // W, already divided by the number of emitted paths; in media, the scattered power
     std::uint32_t light : 31;   // index of the light it came from
-    std::uint32_t strayed : 1;  // some bounce of its path was not perfectly specular
-    CellId cell;                // and the cell of that light
+    std::uint32_t strayed : 1;  // some bounce of its path was not off a delta lobe
+    CellId cell;                // cell of that light
 };
 static_assert(sizeof(Photon) == 24);
 

@@ -9,7 +9,8 @@
 namespace lucerna {
 
 PhotonMap::PhotonMap(const Photons& deposited, IndexKind index, const Workers& workers) : kind_(index) {
-    // Neighbours in space become neighbours in memory: a search reads them straight through.
+    // Sorts photons so that neighbours in space are neighbours in memory, which a search then reads
+    // sequentially.
     const std::vector<std::uint32_t> order = box_order(deposited.positions, workers);
     all_.resize(order.size());
     std::vector<PackedDirection> directions(order.size());
@@ -28,13 +29,13 @@ PhotonMap::PhotonMap(const Photons& deposited, IndexKind index, const Workers& w
 
 namespace {
 
-// Squared distance of those that face the same way as n, within an angle. As the measure of a BoxTree, its
-// payloads being packed directions.
+// Measures the squared distance of points whose direction lies within an angle of n. Usable as the measure of
+// a BoxTree whose payloads are packed directions.
 class FacingMeasure {
   public:
     FacingMeasure(const V3f& x, const V3f& n, float cosine) : x_(x), n_(n), cosine2_(cosine * cosine) {}
 
-    // `d` of any length.
+    // `d` may have any length.
     float operator()(const V3f& d, float r2) const {
         const float along = n_.dot(d);
         const bool faces = along > 0 && along * along > cosine2_ * d.length2();
@@ -55,7 +56,7 @@ class FacingMeasure {
     float cosine2_;
 };
 
-// Squared distance alone.
+// Measures the squared distance alone.
 class SpaceMeasure {
   public:
     explicit SpaceMeasure(const V3f& x) : x_(x) {}
@@ -97,7 +98,7 @@ class BoxTreeIndex final : public PhotonIndex {
         search_nearest(tree_, FacingMeasure(x, n, cosine), best.key,
                        [&best](const BlockKeys& keys, std::uint32_t first) {
                            for (std::uint32_t i = 0; i < kBlock; ++i) {
-                               // NaN, a point that does not exist, is not <=.
+                               // NaN keys, of points that do not exist, compare false.
                                if (keys[i] <= best.key) best = std::min(best, Neighbour{first + i, keys[i]});
                            }
                            return best.key;
@@ -127,8 +128,9 @@ class BoxTreeIndex final : public PhotonIndex {
     BoxTree tree_;
 };
 
-// One visitor for all three questions: `key_of(index, r2)` and what to do with it. `take(key, index)` returns
-// the bound of the keys, `ball2(key)` the squared radius that holds all keys up to that one.
+// Visitor for all queries. `key_of(index, r2)` returns the key of a point, `take(key, index)` handles it and
+// returns the bound of the keys, and `ball2(key)` returns the squared radius that holds all keys up to that
+// one.
 template <typename KeyOf, typename Take, typename Ball>
 class Visitor final : public PointVisitor {
   public:
@@ -136,8 +138,8 @@ class Visitor final : public PointVisitor {
         : key_of_(std::move(key_of)), take_(std::move(take)), ball2_(std::move(ball2)) {}
 
     float visit(std::uint32_t index, float r2) override {
-        // A hair beyond the worst, so that ties are seen and decided by index, not by the order of the
-        // search.
+        // Returns slightly more than the bound, so that ties are seen and decided by index, not by the order
+        // of the search.
         return std::nextafter(ball2_(take_(key_of_(index, r2), index)), INFINITY);
     }
 
@@ -245,7 +247,7 @@ std::unique_ptr<PhotonIndex> make_photon_index(std::unique_ptr<PointTree> tree,
 
 NearPhotons::NearPhotons(const PhotonMap& map, const V3f& x, const TangentMetric& metric, std::size_t k,
                          float most2)
-    : nearest_(std::min(k, map.size()) + 1, most2), radius2_(most2) {  // one more than k: it fixes the radius
+    : nearest_(std::min(k, map.size()) + 1, most2), radius2_(most2) {  // one more than k, to fix the radius
     map.index().nearest(x, metric, nearest_);
     found_ = nearest_.sorted();
     if (found_.size() > std::min(k, map.size())) {

@@ -1,5 +1,6 @@
-// Divides the value of an estimate among its photons, by whether they have been scattered diffusely and by
-// light group. The shares of layers are the same, bit for bit, whether groups are wanted or not.
+// Divides the value of an estimate among its photons, by whether their paths have strayed from perfectly
+// specular surfaces and by light group. The shares of layers are the same, bit for bit, whether groups are
+// wanted or not.
 #pragma once
 
 #include <array>
@@ -13,10 +14,10 @@ namespace lucerna {
 
 class PhotonShares {
   public:
-    // Tells photons apart as `path` does. It outlives this.
+    // Distinguishes photons as `path` does, which must outlive this.
     explicit PhotonShares(const PathAccount& path) : path_(path) {}
 
-    // Counts a photon, and what it brings, in any unit.
+    // Adds the contribution of a photon, in any unit.
     void add(std::uint32_t light, bool strayed, const Rgb& brought) {
         by_straying_[strayed ? 1 : 0] += V3d(brought);
         if (!path_.tells_groups()) return;
@@ -30,9 +31,9 @@ class PhotonShares {
         by_group_.push_back({group, light, V3d(brought)});
     }
 
-    // The part of `value` that photons brought which have strayed, or which have not.
+    // Returns the part of `value` from photons that have strayed, or from those that have not.
     Rgb part(const Rgb& value, bool strayed) const { return share_of(value, by_straying_[strayed ? 1 : 0]); }
-    // Books `value` by light group alone.
+    // Books `value` by light group only.
     void book_groups(const Rgb& value) const {
         for (const Share& share : by_group_) path_.book_in_group(share_of(value, share.sum), share.light);
     }
@@ -52,7 +53,7 @@ class PhotonShares {
     }
 
     const PathAccount& path_;
-    std::array<V3d, 2> by_straying_{V3d(0.0), V3d(0.0)};  // of those that have not strayed, and that have
+    std::array<V3d, 2> by_straying_{V3d(0.0), V3d(0.0)};  // of photons that have not strayed, and that have
     std::vector<Share> by_group_;
 };
 

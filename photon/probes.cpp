@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace {
 
-// The squared distance from the centre below which a share u of the kernel lies; u in [0,1).
+// Returns the squared radius of the disc that holds a share u of the kernel; u in [0,1).
 float kernel_radius2(KernelShape kernel, float u) {
     switch (kernel) {
         case KernelShape::constant:
@@ -24,8 +24,8 @@ float kernel_radius2(KernelShape kernel, float u) {
     return 0;
 }
 
-// Place `i` of `count` in the kernel's own measure, from the middle outwards: a net of the square, moved
-// around its torus.
+// Returns sample `i` of `count` in the unit square, which the kernel's measure maps to the disc, from the
+// centre outwards: a golden-ratio lattice, shifted on the torus.
 V2f probe_place(int i, int count, const V2f& shift) {
     constexpr float kGolden = 0.61803399F;
     const V2f u((static_cast<float>(i) + shift.x) / static_cast<float>(count),
@@ -33,7 +33,7 @@ V2f probe_place(int i, int count, const V2f& shift) {
     return {u.x, u.y - std::floor(u.y)};
 }
 
-// The i-th of n picks out of `count`, one from each n-th of them, wherever in it `u` in [0,1) says.
+// Returns the i-th of n stratified picks out of `count`; u in [0,1) gives the position in each stratum.
 std::size_t pick(std::size_t i, std::size_t n, float u, std::size_t count) {
     const float place = (static_cast<float>(i) + u) * static_cast<float>(count) / static_cast<float>(n);
     return std::min(static_cast<std::size_t>(place), count - 1);
@@ -50,18 +50,18 @@ class Prober {
           near2_(sqr(1.005F * std::sqrt(disc.r2) + kErrors * disc.error)),
           eye_(disc.x + lift_ * disc.n) {}
 
-    // Where the kernel's own measure has the place u, from x.
+    // Returns the point, relative to x, that the kernel's measure assigns to u.
     V3f place(const V2f& u) const {
         const float rho = std::sqrt(kernel_radius2(disc_.kernel, u.x) * disc_.r2), phi = 2 * kPi * u.y;
         return rho * std::cos(phi) * frame_.s + rho * std::sin(phi) * frame_.t;
     }
-    // Whether nothing stands between the place and x.
+    // Returns whether x sees the point y, relative to it.
     bool is_open(const V3f& y) const { return sees(eye_ + y); }
-    // Whether a photon along d that crosses the disc at y, which is open or not, would have counted. Whatever
-    // is seen from x sends light on: through the place, if it is open; else onto a wall before it. Other
-    // surfaces on the way there do not matter, as the light may begin at one of them.
+    // Returns whether a photon along d that crosses the disc at y, open or not, would have counted. All
+    // points that x sees pass light on: if y is open, through it; otherwise onto a wall before it. Other
+    // surfaces on the way to it do not matter, as the light may begin at one of them.
     bool counts(const V3f& y, bool open, const V3f& d) const {
-        // Along the path, only what lies in the ball counts: from where it enters to where it leaves.
+        // Only the part of the path within the ball counts, from where it enters to where it leaves.
         const float middle = -y.dot(d);
         const float half = std::sqrt(std::max(0.0F, sqr(middle) + disc_.ball2 - y.length2()));
         const V3f p = disc_.x + y;
@@ -69,9 +69,10 @@ class Prober {
         return (open && rests_under({p - back * d, d, 2 * back + middle + half})) ||
                rests_over({p + (middle - half) * d, d, half - middle - rounding_along(d)});
     }
-    // Whether x sees the surface go on at y, in the disc's plane: there any photon would have counted.
+    // Returns whether x sees that the surface continues at y in the plane of the disc, where any photon would
+    // have counted.
     bool goes_on(const V3f& y) const {
-        constexpr float kFlat = 0.1F;  // of the eye's height
+        constexpr float kFlat = 0.1F;  // in units of the eye's height
         const V3f way = disc_.x + y - eye_;
         const float distance = way.length();
         if (!(distance > 0)) return false;
@@ -79,7 +80,7 @@ class Prober {
         return hit && std::fabs(disc_.n.dot(hit->at.p - disc_.x)) < kFlat * lift_ + disc_.error &&
                stores_photons(scene_, *hit);
     }
-    // Whether a photon that was found counts.
+    // Returns whether a photon that was found counts.
     bool counts(const ProbedPhoton& photon) const {
         const V3f back = back_along(photon.d) * photon.d;
         const V3f deposited = photon.p - back;
@@ -90,11 +91,11 @@ class Prober {
     }
 
   private:
-    // The surface's error, so many times: x is off by one, what a ray meets by another.
+    // Multiple of the surface's error: x is off by one, the hit of a ray by another.
     static constexpr float kErrors = 2;
 
-    // Whether a photon is stored on this way within the disc. Glass, and whatever else lets light
-    // through, is no edge: photons lie beyond it, if not by this way then by another that it bends.
+    // Returns whether a photon on this way is stored within the disc. Glass and other transmitting surfaces
+    // are no edge: photons lie beyond them, by this way or by another one that is refracted.
     bool rests_under(Ray way) const {
         for (int i = 0; i < kMaxSheets; ++i) {
             const auto hit = scene_.intersect(way);
@@ -105,8 +106,8 @@ class Prober {
         }
         return false;
     }
-    // Whether x sees a place where it may come to rest on this way, which ends over the plane: whether a ray
-    // that ends on a surface meets it is a matter of rounding.
+    // Returns whether x sees a point at which the photon may be stored on this way, which ends above the
+    // plane: whether a ray that ends on a surface hits it is a matter of rounding.
     bool rests_over(Ray way) const {
         for (int i = 0; i < kMaxSheets && way.t_max > 0; ++i) {
             const auto hit = scene_.intersect(way);
@@ -119,39 +120,42 @@ class Prober {
         }
         return false;
     }
-    // How far back along d a ray begins that is to meet what lies at a place: so far that it is over the
-    // place by more than rounding, however flat d is.
+    // Returns how far back along d a ray must begin to hit a surface at a given point: far enough to be above
+    // it by more than rounding, however flat d is.
     float back_along(const V3f& d) const { return std::max(lift_, rounding_along(d)); }
-    // Nearer to a place than this, whether a ray along d meets what lies there is a matter of rounding.
+    // Returns the distance from a point within which rounding decides whether a ray along d hits the surface
+    // there.
     float rounding_along(const V3f& d) const {
         constexpr float kOfRadius = 1e-3F;
         return std::max(kOfRadius * std::sqrt(disc_.r2),
                         kErrors * disc_.error / std::max(-disc_.n.dot(d), kGrazing));
     }
-    // A hair more than the disc: on a flat surface every probe counts, however it is rounded.
+    // The bound is slightly larger than the disc, so that on a flat surface every probe counts despite
+    // rounding.
     bool is_near(const Hit& hit, const V3f& d) const {
         return metric_(hit.at.p, d, (hit.at.p - disc_.x).length2()) <= near2_;
     }
     static Ray beyond(const Hit& hit, const Ray& way) {
         return {hit.at.towards(way.d), way.d, way.t_max - hit.t};
     }
-    // Whether nothing stands between a point and the one just over x.
+    // Returns whether the point is visible from the eye, just above x.
     bool sees(const V3f& p) const { return is_clear(eye_, p); }
     bool is_clear(const V3f& from, const V3f& to) const { return scene_.unoccluded_along(from, to - from); }
-    // Whether it lies over the disc's plane.
+    // Returns whether the point lies above the plane of the disc.
     bool rises(const V3f& p) const { return disc_.n.dot(p - disc_.x) > 0; }
 
     const Scene& scene_;
     const ProbedDisc& disc_;
     const TangentMetric& metric_;
     Frame frame_;
-    float lift_;   // of the eye over x, scene units
-    float near2_;  // squared distance up to which what is met lies in the disc
+    float lift_;   // height of the eye above x, scene units
+    float near2_;  // squared distance up to which a hit lies in the disc
     V3f eye_;
 };
 
-// Edges and walls cut off the rim first: where it is open, so is the rest. Each of two directions is asked at
-// opposite places, `places` being a multiple of 4: one of these is beyond any edge that comes near.
+// Returns whether the rim is open. Edges and walls cut off the rim first, so if it is open, so is the rest.
+// Each of two directions is tested at opposite points, since `places` is a multiple of 4; of two opposite
+// points one lies beyond any nearby edge.
 bool has_whole_rim(const Prober& prober, std::span<const ProbedPhoton> photons, const ProbeNumbers& u,
                    std::size_t places) {
     bool whole = true;
@@ -172,7 +176,7 @@ bool is_whole(const Scene& scene, const ProbedDisc& disc, const TangentMetric& m
               std::span<const ProbedPhoton> photons, const ProbeNumbers& u) {
     constexpr std::size_t kRimPlaces = 8;
     const Prober prober(scene, disc, metric);
-    // At the very rim.
+    // Tests points close to the rim itself.
     const ProbeNumbers outermost{u.first, {0.95F, u.place.y}};
     return has_whole_rim(prober, photons, outermost, kRimPlaces) &&
            std::all_of(photons.begin(), photons.end(),
@@ -186,7 +190,7 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
 
     const bool whole = has_whole_rim(prober, photons, u, 4);
     std::array<V3f, kProbedPhotons> seen;
-    // Where nothing is near that could hide any, a few will do.
+    // A few photons suffice if nothing near could occlude any.
     const std::size_t asked = whole ? (count + 3) / 4 : count;
     std::size_t counted = 0;
     for (std::size_t i = 0; i < asked; ++i) {
@@ -197,7 +201,7 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     const float part = static_cast<float>(counted) / static_cast<float>(asked);
     if (whole) return {1, part};
 
-    // The same places for all directions: what they have in common is no scatter between their shares.
+    // All directions use the same points, so that variation common to them does not scatter their shares.
     const std::size_t directions = std::min(counted, effort.directions);
     float sum = 0;
     std::array<int, kProbedPhotons> arrived{};
@@ -209,7 +213,7 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     }
     for (std::size_t j = 0; j < directions; ++j) {
         sum += static_cast<float>(effort.places) /
-               static_cast<float>(std::max(arrived[j], 1));  // the photon itself
+               static_cast<float>(std::max(arrived[j], 1));  // at least the photon itself
     }
     return {static_cast<float>(directions) / sum, part};
 }

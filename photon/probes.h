@@ -1,23 +1,25 @@
-// How much of an estimate's disc photons could have reached, and how many of those found reached it: the
-// boundary bias of density estimates [Jensen 2001, 7.2], mended by short rays.
+// Corrects the boundary bias of density estimates [Jensen 2001, 7.2] with short rays: estimates which share
+// of a disc photons could have reached, and which part of the photons found did reach it.
 //
-// A photon counts by where its path crosses the disc. Two things can be wrong with that. At the edge of a
-// surface the disc hangs over: no photon lies there, and the estimate is too dark by the part of the kernel
-// that hangs over (half of it on a straight edge, three quarters at a right corner). Divided by the share
-// that does not, it is right again as far as the light is even over the disc. And something may stand
-// between: the path ended on the far side of a thin wall, or of a rib, over the plane, or began behind one,
-// under it, and never crossed the disc. A few photons' paths, moved across the disc as the kernel has it, are
-// traced: does each end where the metric would have counted it? One rule decides for both, so that what is
-// divided by belongs to what is summed:
+// A photon counts by the point at which its path crosses the disc, which can be wrong in two ways. At the
+// edge of a surface the disc extends beyond it, where no photon can lie. The estimate is then too dark by the
+// part of the kernel beyond the edge (half of it on a straight edge, three quarters at a right-angled
+// corner); division by the remaining share corrects this, as far as the light is even over the disc.
+// Secondly, an occluder may separate a photon from the disc: its path ended on the far side of a thin wall or
+// rib that rises above the plane, or began behind one below the plane, and never crossed the disc. To find
+// both, the paths of a few photons are moved across the disc, distributed as the kernel, and traced to see
+// whether each ends where the metric would count it. One rule decides for probes and for photons found, so
+// that the divisor fits the sum:
 //
-//   a photon that lies over the plane counts if x sees where it lies (it would have gone on into the disc);
-//   one that lies under it, if x sees where it crossed the plane, and nothing stands from there to where it
-//   lies.
+//   a photon above the plane counts if x sees the photon, which would otherwise have gone on into the disc;
+//   a photon below it counts if x sees where it crossed the plane, and nothing stands from there to the
+//   photon.
 //
-// Rays begin a little over the surfaces they ask about: a share of the radius, and never less than what
-// rounding leaves open. A disc hardly wider than that is taken for flat as far as float32 can tell.
+// Rays begin slightly above the surfaces that they test: by a share of the radius, and by at least the
+// rounding error. A disc hardly wider than that counts as flat, as far as float32 can tell.
 //
-// A few photons, picked in proportion to what each brings, speak for all: their part is right in the mean.
+// A few photons, picked in proportion to their contributions, represent all; their estimate of the part is
+// unbiased.
 #pragma once
 
 #include <span>
@@ -35,38 +37,38 @@ struct ProbedDisc {
     KernelShape kernel;
     float error;  // how far x may lie off its surface, scene units
 };
-// Where it rests, and its direction of travel, unit, n·d < 0.
+// Position and direction of travel (unit, n·d < 0) of a photon.
 struct ProbedPhoton {
     V3f p, d;
 };
 struct Probed {
-    float share;  // of the kernel over places where photons like these would have counted, in (0,1]
-    float part;   // of the photons that count, in [0,1]
+    float share;  // of the kernel, over points at which such photons would have counted, in (0,1]
+    float part;   // fraction of the photons that count, in [0,1]
 };
 
-// Random numbers, in [0,1): which of the photons are asked first, and how the probes' places are turned.
+// Random numbers, in [0,1): `first` selects the photons that are tested, `place` shifts the points of the
+// probes.
 struct ProbeNumbers {
     float first;
     V2f place;
 };
 
-// How many rays an estimate asks. Fewer are right in the mean all the same: for estimates of which many are
-// averaged.
+// Number of rays of an estimate. Fewer rays are as good in the mean, for estimates that are averaged.
 inline constexpr std::size_t kProbedPhotons = 8;
 struct ProbeEffort {
     std::size_t photons = kProbedPhotons;  // 1 to kProbedPhotons
-    std::size_t directions = 2;            // of photons that count
-    int places = 16;                       // of each direction
+    std::size_t directions = 2;            // of photons that count, along which probes are traced
+    int places = 16;                       // probes for each direction
 };
 
-// `photons`: at least one, at most kProbedPhotons, each standing for as much of what was found as any other.
-// Photons' directions are found with a probability in proportion to their share: so shares are averaged
-// harmonically, which makes the mean of 1/share right.
+// Probes the disc of an estimate. `photons` are 1 to kProbedPhotons photons that each represent an equal part
+// of the value found. Directions are found with a probability proportional to their share, so shares are
+// averaged harmonically, which makes the mean of 1/share correct.
 Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
              std::span<const ProbedPhoton> photons, const ProbeNumbers& u, const ProbeEffort& effort = {});
 
-// Whether no place at the disc's rim is cut off, and all of the photons count: then probe() would find
-// nothing to correct, as far as few rays tell.
+// Returns whether no point at the rim of the disc is cut off and all photons count, so that probe() would
+// have nothing to correct, as far as a few rays can tell.
 bool is_whole(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
               std::span<const ProbedPhoton> photons, const ProbeNumbers& u);
 

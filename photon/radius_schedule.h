@@ -1,15 +1,13 @@
-// The schedule of radii of progressive photon mapping, which shrink from pass to pass, and the variance and
+// The schedule of radii of progressive photon mapping, which shrink from pass to pass, with the variance and
 // bias of the mean of the passes.
 //
-// Source: [Knaus and Zwicker 2011]. Pass i = 1,
-// 2 … estimates density within r_i. Each pass has its own photons, so passes are independent; within a small
-// disc the number of photons grows as r², so that
+// Source: [Knaus and Zwicker 2011]. Pass i = 1, 2 … estimates density within r_i. Each pass has its own
+// photons, so passes are independent. In a small disc the number of photons grows as r², so that
 //
-//   Var[pass i] = v / r_i²      (fewer photons)        Bias[pass i] = b r_i²      (the second order of
-//   Taylor)
+//   Var[pass i] = v / r_i²   (fewer photons)      Bias[pass i] = b r_i²   (second-order Taylor term)
 //
-// for some v, b of the place. The mean of N passes has variance (v/N²) Σ 1/r_i² and bias (b/N) Σ r_i². Let
-// the variance of a pass grow by (i+1)/(i+α) from one to the next [Knaus and Zwicker 2011]:
+// for some v, b at each point. The mean of N passes has variance (v/N²) Σ 1/r_i² and bias (b/N) Σ r_i². Let
+// the variance of a pass grow by (i+1)/(i+α) from one to the next:
 //
 //   r²_{i+1} = r²_i (i + α)/(i + 1),  so  s_i = r²_i/r²_1 = Γ(i+α) / (Γ(1+α) Γ(i+1)) ~ i^{α-1}/Γ(1+α).
 //
@@ -38,24 +36,25 @@ class RadiusSchedule {
         assert(alpha > 0 && alpha <= 1);
     }
 
-    // s: r² of pass `pass` (from 0 on) over that of the first. A pass needs no other to know it.
+    // Returns s = r² of pass `pass` (from 0 on) over that of the first. It does not depend on other passes.
     double r2_ratio(std::uint32_t pass) const {
         const double i = static_cast<double>(pass) + 1;
         return ratio(i + alpha_, i + 1) / gamma_;
     }
-    // Variance of the mean of so many passes (>= 1), over that of the first.
+    // Returns the variance of the mean of `passes` >= 1 passes over that of the first pass.
     double variance_of_mean(std::uint32_t passes) const {
         const double n = passes;
         return (gamma_ * ratio(n + 2, n + alpha_) - alpha_) / ((2 - alpha_) * n * n);
     }
-    // Bias of the mean of so many passes (>= 1), over that of the first.
+    // Returns the bias of the mean of `passes` >= 1 passes over that of the first pass.
     double bias_of_mean(std::uint32_t passes) const {
         const double n = passes;
         return (ratio(n + 1 + alpha_, n + 1) / gamma_ - 1) / (alpha_ * n);
     }
 
   private:
-    // Γ(a)/Γ(b), both far below where their logarithms' difference would lose more than 1e-6.
+    // Returns Γ(a)/Γ(b), for a and b far below the values at which the difference of logarithms loses more
+    // than 1e-6.
     static double ratio(double a, double b) {
         int sign = 0;  // Γ of a positive number is positive
         return std::exp(::lgamma_r(a, &sign) - ::lgamma_r(b, &sign));

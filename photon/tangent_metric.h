@@ -1,4 +1,4 @@
-// How far away a photon is: the distance at which its path crosses the tangent plane [Lastra 2002; Goesele
+// Measures the distance of a photon as that at which its path crosses the tangent plane [Lastra 2002; Goesele
 // 2003, 5.2].
 #pragma once
 
@@ -14,42 +14,42 @@ namespace lucerna {
 
 enum class MetricKind : std::uint8_t { projected, euclidean };
 
-// Photons flatter to the plane than about this slope (0.45°; up to sqrt 3 of it, by the photon's direction)
-// slide no further than one of exactly this slope. Without a bound the rounding of n·(x - x_i), divided by
-// n·d → 0, would push photons out of the disc on a perfectly flat surface; below it arrives less than 2e-4 of
-// a diffuse field's flux (sin² of the slope).
+// Bounds the slope of photons to the plane: flatter ones (0.45°, or up to sqrt 3 times that, depending on the
+// photon's direction) slide no further than one of exactly this slope. Without a bound, the rounding of n·(x
+// - x_i), divided by n·d → 0, would push photons out of the disc on a perfectly flat surface. Less than 2e-4
+// of a diffuse field's flux (sin² of the slope) arrives below it.
 inline constexpr float kGrazing = 1.0F / 128;
 
-// Squared distances from x, seen from the side of n (unit). Infinite: the photon does not count. Also the
-// measure by which a BoxTree is searched, its payloads being packed directions of travel.
+// Computes squared distances from x on the side of n (unit); infinite if the photon does not count. Also the
+// measure of a search in a BoxTree whose payloads are packed directions of travel.
 class TangentMetric {
   public:
-    // `ratio` >= 1: a photon counts within distance r only if it lies within ratio·r in space. That keeps
-    // the search a ball, and keeps out photons that project onto x from the other end of a long way.
+    // `ratio` >= 1: a photon counts within distance r only if it lies within ratio·r in space. This keeps the
+    // search a ball, and excludes photons that project onto x from far away.
     TangentMetric(const V3f& x, const V3f& n, MetricKind kind, float ratio)
         : x_(x), n_(n), kind_(kind), inverse_ratio2_(1 / (ratio * ratio)) {}
 
     MetricKind kind() const { return kind_; }
 
-    // Where a photon at x_i, on its way along d, crosses the plane through x: the offset from x. Agrees with
-    // the distance about grazing photons.
+    // Returns where a photon at x_i, travelling along d, crosses the plane through x, as the offset from x.
+    // Treats grazing photons as the distance does.
     V3f crossing(const V3f& x_i, const V3f& d) const {
         const V3f v = x_i - x_;
         if (kind_ == MetricKind::euclidean) return v;
         return v - n_.dot(v) / std::min(n_.dot(d), -kGrazing) * d;  // never divided by less than kGrazing
     }
 
-    // The larger of the projected distance and the Euclidean distance divided by `ratio`: `d` is the photon's
-    // direction of travel, 1/sqrt 3 to 1 long, `r2` its squared Euclidean distance. On a flat surface with
-    // ratio >= 1 this is r2 itself.
+    // Returns the larger of the projected distance and the Euclidean distance divided by `ratio`, squared.
+    // `d` is the photon's direction of travel, of length 1/sqrt 3 to 1, and `r2` its squared Euclidean
+    // distance. On a flat surface with ratio >= 1 the result is r2 itself.
     float operator()(const V3f& x_i, const V3f& d, float r2) const {
         const float slope = n_.dot(d);
-        if (!(slope < 0)) return INFINITY;  // arrived from behind: the surface-side filter
+        if (!(slope < 0)) return INFINITY;  // arrived from behind, so it lies on the other side
         return kind_ == MetricKind::euclidean ? r2 : projected(x_ - x_i, d, slope, r2);
     }
 
-    // The squared radius in space that holds every photon within squared distance d2; a little more, so that
-    // rounding loses none.
+    // Returns the squared radius in space that holds every photon within squared distance d2, with a margin
+    // for rounding.
     float ball2(float d2) const {
         return kind_ == MetricKind::euclidean ? d2 : d2 / inverse_ratio2_ * (1 + 4 * kRounding);
     }
@@ -70,14 +70,14 @@ class TangentMetric {
     [[gnu::always_inline]] Heights heights(const BoxNode8& node, std::size_t i, const V3f& from) const;
     Node8Keys from_behind(Node8Keys bounds, const BoxNode8& directions) const;
 
-    static constexpr float kRounding = 1.2e-7F;  // of one operation, generously: twice what float32 errs by
+    static constexpr float kRounding = 1.2e-7F;  // of one operation: twice the error of float32
 
-    // v = x - x_i, slope = n·d < 0. Sliding along d takes no unit vector, since its length cancels.
+    // v = x - x_i, slope = n·d < 0. The length of d cancels, so it need not be a unit vector.
     float projected(const V3f& v, const V3f& d, float slope, float r2) const {
         const float a =
             n_.dot(v) / std::min(slope, -kGrazing);  // the divisor is never closer to 0 than kGrazing
-        // |x_i + a d - x|². Taken from the vector: the expanded form a² - 2a(d·v) + v² cancels and can go
-        // negative.
+        // |x_i + a d - x|², computed from the vector: the expanded form a² - 2a(d·v) + v² suffers
+        // cancellation and can become negative.
         const float projected2 = (a * d - v).length2();
         return std::max(projected2, r2 * inverse_ratio2_);
     }
@@ -93,8 +93,8 @@ class TangentMetric {
             slopes[i] = n_.dot(d);
             keys[i] = kKind == MetricKind::euclidean ? r2 : projected(v, d, slopes[i], r2);
         }
-        // A loop of its own: within the first, a compiler would make it a branch around the work, and take
-        // the photons one by one.
+        // A separate loop: within the first, a compiler would make this a branch around the work and handle
+        // photons one by one.
         for (std::size_t i = 0; i < kBlock; ++i) keys[i] = slopes[i] < 0 ? keys[i] : INFINITY;
         return keys;
     }
@@ -104,7 +104,8 @@ class TangentMetric {
     float inverse_ratio2_;
 };
 
-// At every corner n·(p - from) lies between the sums of the lower and of the higher terms by axis.
+// At every corner, n·(p - from) lies between the sum over the axes of the lower terms and that of the higher
+// terms.
 inline TangentMetric::Heights TangentMetric::heights(const BoxNode8& node, std::size_t i,
                                                      const V3f& from) const {
     const V3f a((node.low_x[i] - from.x) * n_.x, (node.low_y[i] - from.y) * n_.y,
@@ -117,28 +118,28 @@ inline TangentMetric::Heights TangentMetric::heights(const BoxNode8& node, std::
                 std::max(std::fabs(a.z), std::fabs(b.z))};
 }
 
-// How near the photons in a box can be. In space, as near as the box. In the tangent plane: a photon at
-// height h over the plane lies sqrt(r² - h²) from x along it, and slides by at most |h|/kGrazing. So a box
-// that hardly rises from the plane, as all do on a flat surface, is as far as it lies, and the search looks
-// at the disc instead of the ball that is `ratio` times as wide.
+// Returns lower bounds of the distances of photons in boxes. In space, the bound is the distance of the box.
+// In the tangent plane, a photon at height h above the plane lies sqrt(r² - h²) from x along it and slides by
+// at most |h|/kGrazing. A box of small height, as all are on a flat surface, is thus about as far as it lies,
+// and the search visits the disc instead of the ball that is `ratio` times as wide.
 inline Node8Keys TangentMetric::bounds(const BoxNode8& node) const {
     Node8Keys bounds = box_distances2(node, x_);
     if (kind_ == MetricKind::euclidean) return bounds;
     for (std::size_t i = 0; i < kNodeWidth; ++i) {
         const auto [lowest, highest, terms] = heights(node, i, x_);
-        // The height that a photon's own n·v may come out as, with rounding.
+        // Bounds the height |n·v| as computed for a photon, with rounding.
         const float height = std::max(highest, -lowest) + 8 * kRounding * terms;
         const float along = std::sqrt(std::max(bounds[i] - height * height, 0.0F));
         const float least = std::max(along - height / kGrazing, 0.0F);
-        // A thousandth less, for the rounding of all this.
+        // The factor 0.999 allows for the rounding of all this.
         bounds[i] = std::max(bounds[i] * inverse_ratio2_, least * least * 0.999F);
     }
     return bounds;
 }
 
-// The same by the photons' directions, too, so that a search beside a narrow beam need not look at the beam
-// photon by photon. On the dark side of what stands in it all arrive from behind: infinitely far. Along a
-// surface, those that are high over it slide far past x.
+// Also uses the photons' directions, so that a search beside a narrow beam need not test the beam photon by
+// photon. On the dark side of an object in the beam all photons arrive from behind and are infinitely far;
+// along a surface, those high above it slide far past x.
 inline Node8Keys TangentMetric::bounds(const BoxNode8& node, const BoxNode8& directions) const {
     Node8Keys all = bounds(node);
     if (kind_ == MetricKind::euclidean) return from_behind(all, directions);
@@ -148,9 +149,9 @@ inline Node8Keys TangentMetric::bounds(const BoxNode8& node, const BoxNode8& dir
                       std::max(x_.z - node.low_z[i], node.high_z[i] - x_.z));
         const auto [lowest, highest, terms] = heights(node, i, x_);
         const float height = std::max(std::max(lowest, -highest) - 8 * kRounding * terms, 0.0F);
-        // The largest |n·d| in the box, at least kGrazing.
+        // Largest |n·d| in the box, at least kGrazing.
         const float steepest = std::max(kGrazing, 8 * kRounding - heights(directions, i, V3f(0)).lowest);
-        // Directions are 1/sqrt 3 long at least, and what is not steep of them lies along the plane.
+        // Directions are at least 1/sqrt 3 long, which bounds their component along the plane from below.
         const float along = std::sqrt(std::max(1.0F / 3 - steepest * steepest, 0.0F));
         const float least = std::max(0.999F * height * along / steepest - 1.001F * far.length(), 0.0F);
         all[i] = std::max(all[i], 0.999F * least * least);
@@ -160,7 +161,7 @@ inline Node8Keys TangentMetric::bounds(const BoxNode8& node, const BoxNode8& dir
 
 inline Node8Keys TangentMetric::from_behind(Node8Keys bounds, const BoxNode8& directions) const {
     for (std::size_t i = 0; i < kNodeWidth; ++i) {
-        // More than the rounding of a photon's own n·d.
+        // The threshold exceeds the rounding of n·d for a photon.
         if (heights(directions, i, V3f(0)).lowest > 8 * kRounding) bounds[i] = INFINITY;
     }
     return bounds;

@@ -1,10 +1,10 @@
-// The one driver of light paths: it emits them, traces them and hands what they meet to visitors. Photon maps
+// The common driver of light paths: emits them, traces them and passes their events to visitors. Photon maps
 // [Jensen 2001, 5], virtual point lights [Keller 1997], guides, importance pre-passes and luminaires are all
 // visitors of the same paths.
 //
-// Work is chunks of a fixed number of paths, so that results do not depend on the number of threads; each
-// chunk has a visitor of its own, and the visitors, joined in order, are the result. The ranks of a parallel
-// job share out the chunks, and each gets all visitors.
+// The work is divided into chunks of a fixed number of paths, so that results do not depend on the number of
+// threads. Each chunk has its own visitor, and the visitors in order are the result. The ranks of a parallel
+// job share the chunks, and each gets all visitors.
 #pragma once
 
 #include <algorithm>
@@ -21,19 +21,20 @@
 namespace lucerna {
 
 struct LightPaths : LightPathLimits {
-    std::int64_t first = 0;  // number of the first path
-    std::int64_t count = 0;  // total, with those of chunks traced before; first + count <= 2^32
+    std::int64_t first = 0;  // index of the first path
+    std::int64_t count = 0;  // total, including chunks traced before; first + count <= 2^32
     std::uint64_t seed = 0;
     Purpose purpose = Purpose::emission;
     std::uint32_t pass = 0;
-    const LearnedEmission* emission = nullptr;  // by which paths are emitted; null: by the lights' power
+    const LearnedEmission* emission = nullptr;  // density of emission; null: by the lights' power
     std::int64_t per_chunk = 4096;
-    // Several paths under way at a time: faster, and a visitor sees their hits in turns. Else one by one.
+    // Traces several paths at a time, which is faster, but visitors see their hits in turns. Otherwise one by
+    // one.
     bool interleaved = true;
-    std::string_view phase = "photons";  // as progress names it
+    std::string_view phase = "photons";  // name in progress reports
 };
 
-// The random numbers of all of them: made once, as a chunk may be no more than a few paths.
+// Returns the random numbers of all paths. They are made once, since a chunk may be as small as a few paths.
 inline SamplerFamily samplers_of(const LightPaths& paths) {
     return {paths.seed, paths.purpose, paths.pass};
 }
@@ -59,15 +60,15 @@ void trace_chunk(const Scene& scene, const LightPaths& paths, const SamplerFamil
     group.finish();
 }
 
-// Throws InputError unless so many paths, which `what` asks for, have numbers of their own.
+// Throws InputError unless `paths`, which `what` asks for, is in the range of path numbers.
 inline void require_path_numbers(std::string_view what, std::int64_t paths) {
     constexpr std::int64_t kMostPaths = std::int64_t{1} << 32;
     if (paths >= 1 && paths <= kMostPaths) return;
     throw InputError(fmt::format("{}: {} light paths; expected 1 to {}", what, paths, kMostPaths));
 }
 
-// How many things so many paths will leave, where count_of(visitor) of them are in each visitor of the `done`
-// that have been traced.
+// Extrapolates from the first `done` paths, whose visitors each hold count_of(visitor) items, to the number
+// of items of `paths` paths.
 template <typename Visitor, typename CountOf>
 double expected_of(const std::vector<Visitor>& chunks, std::int64_t done, std::int64_t paths,
                    CountOf&& count_of) {
@@ -76,18 +77,18 @@ double expected_of(const std::vector<Visitor>& chunks, std::int64_t done, std::i
     return static_cast<double>(found) * static_cast<double>(paths) / static_cast<double>(done);
 }
 
-// Where light paths are traced, and by whom.
+// The scene in which light paths are traced, the threads and ranks that trace them, and their monitor.
 struct LightPathWork {
     const Scene& scene;
     const Workers& workers;
     Monitor& monitor;
 };
 
-// Continues until paths.count light paths are traced: `chunks` holds the visitors of those traced before, in
-// whole chunks, and gets those of all others. make_visitor(n) makes the visitor of a chunk of n paths. The
+// Continues until paths.count light paths are traced: `chunks` holds the visitors of the whole chunks traced
+// before, and receives those of all others. make_visitor(n) makes the visitor of a chunk of n paths. The
 // memory of the first 65,536 paths predicts that of all (expected_of): require_memory(chunks, done > 0,
-// count) throws InputError if there is less. Stopped early (monitor), visitors of chunks that were not traced
-// are as the default constructor makes them, and the caller must not use the result.
+// count) throws InputError if there is less. If the monitor stops it early, visitors of untraced chunks are
+// default-constructed, and the caller must not use the result.
 template <typename Visitor, typename MakeVisitor, typename RequireMemory>
 void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::vector<Visitor>& chunks,
                        MakeVisitor&& make_visitor, RequireMemory&& require_memory) {
@@ -124,13 +125,13 @@ void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::
                 if constexpr (kIsShared) visitor.fields(archive);
             },
             [&](std::int64_t more) {
-                // The last chunk may have fewer.
+                // The last chunk may have fewer paths.
                 const std::int64_t before = told.fetch_add(more);
                 phase.advance(static_cast<std::uint64_t>(std::min(to, begin_of(before + more)) -
                                                          std::min(to, begin_of(before))));
             });
     };
-    // Whole chunks, so that those after them begin where they would.
+    // The sample consists of whole chunks, so that those after them begin at the same paths as without it.
     const std::int64_t sample = std::min(paths.count, std::max(first, kFirstPaths));
     trace(first, sample);
     if (sample > 0 && !work.monitor.stopped()) require_memory(chunks, sample, paths.count);

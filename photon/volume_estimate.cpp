@@ -11,11 +11,11 @@
 namespace lucerna {
 namespace {
 
-// Directions in which the ball is looked through, times the eight signs of each: an edge or a corner of walls
-// along the axes is then told nearly without chance.
+// Number of directions in which the ball is probed, times the eight sign combinations of each; edges and
+// corners of axis-parallel walls are thus resolved almost without noise.
 constexpr std::uint32_t kAppearances = 2;
 constexpr unsigned kSigns = 8;
-// However narrow the place, so much of the ball is taken to be open.
+// Least share of the ball that is assumed to be open.
 constexpr float kLeastFilling = 1.0F / 64;
 constexpr std::uint32_t kBranch = 0xba;
 
@@ -25,7 +25,7 @@ float unit_part(float x) {
 
 }  // namespace
 
-// ∫ σ_s t² dt over the ray up to t_max, in luminance.
+// Returns ∫ σ_s t² dt over the ray up to t_max, in luminance.
 double VolumeDensityEstimate::scattered_along(const ScatteringPoint& at, const Ray& ray,
                                               Sampler& sampler) const {
     double sum = 0;
@@ -34,8 +34,8 @@ double VolumeDensityEstimate::scattered_along(const ScatteringPoint& at, const R
         while (piece.along.next()) {
             const double a = before + piece.along.begin(), b = before + piece.along.end();
             const double a3 = a * a * a, b3 = b * b * b;
-            // Where the density varies, one place stands for the stretch, chosen as evenly as the ball has
-            // them.
+            // Where the density varies, one point represents the stretch, drawn in proportion to the ball's
+            // volume.
             const double place = std::cbrt(a3 + static_cast<double>(sampler.next()) * (b3 - a3)) - before;
             const Rgb sigma_s(V3f(piece.along.at(place).sigma_s));
             sum += static_cast<double>(luminance(sigma_s)) * (b3 - a3) / 3;
@@ -45,11 +45,12 @@ double VolumeDensityEstimate::scattered_along(const ScatteringPoint& at, const R
     return sum;
 }
 
-// Along the first direction and those that belong to it: a lattice of the octant that moves with it, so that
-// from each of its points the others are the same, and all signs of each.
+// Probes the ball along `first` and the directions that belong to it: a lattice over the octant, shifted so
+// as to contain `first`, with all signs of each point. Starting from any of its points gives the same
+// lattice.
 VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPoint& at, float radius,
                                                               const V3f& first, Sampler sampler) const {
-    // Where `first`, folded into the octant, lies on the unit square of equal areas.
+    // Position of `first`, folded into the octant, under the equal-area map to the unit square.
     const V2f place(std::fabs(first.z), std::atan2(std::fabs(first.y), std::fabs(first.x)) / (0.5F * kPi));
     double sum = 0;
     bool obstructed = false;
@@ -74,7 +75,7 @@ VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPo
     return {std::max(static_cast<float>(sum / open), kLeastFilling), obstructed};
 }
 
-// One of the photons, in proportion to what it brings; the last where none brings anything.
+// Picks a photon in proportion to its contribution, or the last one if none contributes.
 std::size_t VolumeDensityEstimate::pick(std::span<const Brought> found, float u) {
     float total = 0;
     for (const Brought& photon : found) total += luminance(photon.value);
@@ -101,7 +102,7 @@ VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPo
     if (!seen.obstructed) return seen;
     std::erase_if(found,
                   [&](const Brought& photon) { return !scene_.unoccluded_along(at.p, photon.from - at.p); });
-    // One that does not count says nothing of those that do.
+    // A photon that does not count gives no direction for those that do.
     return found.empty() || scene_.unoccluded_along(at.p, first - at.p) ? seen : look(found[pick(found, u)]);
 }
 
@@ -125,7 +126,7 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::found_around(const Scatteri
         map_.index().within_in_space(at.p, most2, all);
         return sum(at, all, most2, sampler, path);
     }
-    // One more than k: it fixes the radius.
+    // Searches one more photon than k, to fix the radius.
     const std::size_t k = std::min(static_cast<std::size_t>(settings_.k), map_.size());
     Nearest nearest(k + 1, most2);
     map_.index().nearest_in_space(at.p, nearest);
@@ -138,7 +139,7 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& 
                                                          std::span<const Neighbour> found, float radius2,
                                                          const Sampler& sampler,
                                                          const PathAccount* path) const {
-    // Photons all at one point: no nearer than float32 can tell.
+    // If all photons lie at one point, the radius is the smallest distance that float32 resolves there.
     const float r2 = std::max(radius2, sqr(surface_error(at.p, 0)));
     if (!(r2 > 0) || found.empty()) return {};
     Result result;
@@ -155,7 +156,7 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& 
     result.filled = filling(at, result.radius, brought, sampler.split(kBranch)).share;
     result.photons = static_cast<int>(brought.size());
     for (const Brought& photon : brought) result.value += photon.value;
-    // By r² and by r, one after the other: r³ of a tiny scene would vanish.
+    // Divides by r² and by r separately, because r³ of a tiny scene would underflow.
     result.value = result.value * (0.75F * kInvPi / r2) / (result.radius * result.filled);
     if (!path) return result;
     path->book_in_layer(Layer::indirect, result.value);

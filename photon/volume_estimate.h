@@ -1,21 +1,22 @@
-// In-scattered light from the photons of a Volume map: density estimation in space.
+// Estimates in-scattered light from the photons of a Volume map, by density estimation in space.
 //
-// Source: [Jensen and Christensen 1998]. It estimates ∇·L per scattering coefficient, from photons that count
-// what arrives; here photons count what was scattered (albedo taken off), so their density times the phase
-// function is what a ray gains per unit of length, and coefficients need not be known at the photons.
+// Source: [Jensen and Christensen 1998], which estimates ∇·L per scattering coefficient from photons that
+// carry the arriving power. Here photons carry the scattered power (after multiplication by the albedo), so
+// that their density times the phase function is the radiance that a ray gains per unit of length, and the
+// coefficients need not be known at the photons.
 //
-// Where we differ: a ball that reaches into a wall, or over the end of the medium, holds fewer photons than
-// one in the open. The estimate is divided by the integral of σ_s over the part of the ball that is
-// visible from its centre, over σ_s(centre) times the ball's volume; and photons that are not visible from
-// the centre do not count. So fog is as bright at a wall as it is, and light does not leak through thin ones.
+// Difference from the source: a ball that reaches into a wall, or beyond the end of the medium, holds fewer
+// photons than one in the open. The estimate is therefore divided by the integral of σ_s over the part of the
+// ball that is visible from its centre, over σ_s(centre) times the volume of the ball. Photons that are not
+// visible from the centre do not count. Fog is thus correct beside a wall, and no light leaks through thin
+// walls.
 //
-// That part is not known, it is looked for along a few directions; and the mean of 1/X is more than 1 over
-// the mean of X, by as much as X scatters. So one of the directions is that in which a photon was found that
-// counts, as for the probes of surfaces (probes.h): parts that are small are found as seldom as they are
-// small. In symbols: let X_1 ... X_n be the parts along n directions, of mean m, and one of these drawn in
-// proportion to its part, as evenly lit photons draw it. Then all of them together are drawn with the density
-// X/m, X their mean, and the mean of 1/X is 1/m, exactly, but for the chance that n directions find nothing
-// at all.
+// This part is estimated along a few directions, and the mean of 1/X exceeds 1 over the mean of X, the more X
+// scatters. One of the directions is therefore that of a photon that was found and counts, as for the probes
+// of surfaces (probes.h), so that small parts are found as rarely as they are small. In symbols, let X_1 ...
+// X_n be the parts along n directions, of mean m, one of them drawn in proportion to its part, as evenly lit
+// photons draw it. Then all of them together have the density X/m, with X their mean, and the mean of 1/X is
+// exactly 1/m, except for the probability that all n directions find nothing.
 #pragma once
 
 #include <span>
@@ -31,12 +32,12 @@
 namespace lucerna {
 
 struct VolumeDensityEstimateSettings {
-    int k = 100;                     // photons in an estimate, >= 1; 0: all within the radius
+    int k = 100;                     // photons in an estimate, >= 1; 0: all photons within the radius
     float radius = 1;                // the largest radius, scene units, > 0
-    int most_bounces = kMaxBounces;  // DensityEstimateSettings'
+    int most_bounces = kMaxBounces;  // as of DensityEstimateSettings
 };
 
-// Where in-scattered light is asked for.
+// The point at which in-scattered light is estimated.
 struct ScatteringPoint {
     V3f p;
     HenyeyGreenstein phase;
@@ -45,9 +46,10 @@ struct ScatteringPoint {
     Rgb sigma_s;          // of all media there, not black
 };
 
-// Conventions, as those of DensityEstimate: the k nearest count, and the next one fixes the radius r; for
-// photons spread evenly k / (4/3 π r³) is then unbiased. With no more than k within the largest radius, that
-// is the radius and all count; with k = 0 that holds wherever it is asked. The kernel is constant.
+// Conventions are as for DensityEstimate: the k nearest photons count, and the next one fixes the radius r;
+// for uniformly distributed photons k / (4/3 π r³) is then unbiased. If no more than k lie within the largest
+// radius, that is the radius and all count; with k = 0 the radius is always the largest. The kernel is
+// constant.
 class VolumeDensityEstimate {
   public:
     VolumeDensityEstimate(const Scene& scene, const PhotonMap& map,
@@ -57,18 +59,18 @@ class VolumeDensityEstimate {
     struct Result {
         Rgb value{0.0F};   // radiance gained per unit of length towards wo, W/(m² sr) per scene unit
         float radius = 0;  // of the ball, scene units
-        float filled = 1;  // its share that scatters and is seen, by what is scattered there
-        int photons = 0;   // that counted
+        float filled = 1;  // visible share of the ball, weighted by σ_s
+        int photons = 0;   // number of photons that count
     };
-    // Takes numbers from a branch of the sampler.
+    // Returns the in-scattered radiance, with random numbers from a branch of the sampler.
     Result in_scattered(const ScatteringPoint& at, const Sampler& sampler) const;
-    // Books the value, too, on the path that the medium scatters there.
+    // Also books the value on the path that the medium scatters there.
     Result in_scattered(const ScatteringPoint& at, const Sampler& sampler, const PathAccount& path) const;
 
   private:
-    // A photon that was found, and what it brings towards the eye.
+    // A photon that was found, with its contribution towards the eye.
     struct Brought {
-        V3f from;  // its place
+        V3f from;  // its position
         Rgb value;
         std::uint32_t light;
     };
@@ -78,7 +80,7 @@ class VolumeDensityEstimate {
     };
     static std::size_t pick(std::span<const Brought> found, float u);
     Filling filling(const ScatteringPoint& at, float radius, const V3f& first, Sampler sampler) const;
-    // Takes out those that are hidden.
+    // Also removes hidden photons.
     Filling filling(const ScatteringPoint& at, float radius, std::vector<Brought>& found,
                     const Sampler& sampler) const;
     double scattered_along(const ScatteringPoint& at, const Ray& ray, Sampler& sampler) const;

@@ -58,7 +58,7 @@ void SampleAllocation::for_each_pixel(int block, Visit&& visit) const {
     }
 }
 
-// The block and those beside it.
+// Visits the block and its neighbours.
 template <typename Visit>
 void SampleAllocation::for_each_around(int block, Visit&& visit) const {
     const int x = block % across_, y = block / across_;
@@ -73,7 +73,7 @@ int SampleAllocation::pixels(int block) const {
 }
 
 void SampleAllocation::look_at(const Image& features) {
-    constexpr double kOfNormals = 0.3;  // a curved surface is not all edges
+    constexpr double kOfNormals = 0.3;  // less weight, as a curved surface is not all edges
     structure_.resize(static_cast<std::size_t>(blocks()));
     for (int b = 0; b < blocks(); ++b) {
         RunningStats albedo, depth;
@@ -86,7 +86,7 @@ void SampleAllocation::look_at(const Image& features) {
         });
         const auto relative = [](const RunningStats& of) {
             const double square = sqr(of.mean());
-            return square > 0 ? std::min(1.0, of.variance() / square) : 0;  // the albedo's is
+            return square > 0 ? std::min(1.0, of.variance() / square) : 0;  // the mean albedo is > 0
         };
         const double normals = normal[0].variance() + normal[1].variance() + normal[2].variance();
         structure_[static_cast<std::size_t>(b)] =
@@ -106,14 +106,15 @@ void SampleAllocation::see(int block, int half, int count) {
     });
     const double across = n > 1 ? (squares - sqr(sum) / n) / (n - 1) : 0;
     const double structure = across - variance / n / count;
-    // The one that varies most is left out: a firefly says nothing of the others.
+    // The pixel with the largest variance is left out, because a firefly tells nothing about the others.
     if (n > 1) variance = (variance - most) / (n - 1);
     levels_[static_cast<std::size_t>(level_of(count, kFirstSeen))][slot(block, half)] = {
         static_cast<float>(sum / n), static_cast<float>(std::max(0.0, variance)),
         static_cast<float>(structure)};
 }
 
-// In each block, from what its neighbourhood saw in `half`: few samples tell a variance badly.
+// Estimates the error of each block from what its neighbourhood saw in `half`, since few samples estimate a
+// variance badly.
 std::vector<double> SampleAllocation::errors(int half, const std::vector<Seen>& level) const {
     double mean = 0, all = 0;
     for (int b = 0; b < blocks(); ++b) {
@@ -133,7 +134,7 @@ std::vector<double> SampleAllocation::errors(int half, const std::vector<Seen>& 
             ++count;
         });
         const double scale = count * error_scale2(luminance / count, mean);
-        // A black image has nothing to divide by, and nothing that varies.
+        // In a black image the scale is 0, and nothing varies.
         if (!(scale > 0)) continue;
         const double across = std::max(0.0, structure) / scale + of_features / count;
         errors[static_cast<std::size_t>(b)] =
@@ -146,7 +147,7 @@ std::vector<double> SampleAllocation::errors(int half, const std::vector<Seen>& 
 // bounds and given the samples taken so far.
 void SampleAllocation::allocate(int half, int done, const std::vector<double>& errors) {
     const double least = 2.0 * done / 2 / kLeastShare, most = 2.0 * done / 2 * kMost;
-    constexpr double kNone = 1e-6;  // of what varies most; what does not vary comes last
+    constexpr double kNone = 1e-6;  // share of the largest error given to blocks without variance
     double budget = 0, there = 0, largest = 0;
     for (int b = 0; b < blocks(); ++b) {
         budget += pixels(b) * (done / 2.0);
@@ -167,14 +168,15 @@ void SampleAllocation::allocate(int half, int done, const std::vector<double>& e
         for (int b = 0; b < blocks(); ++b) shares_[slot(b, half)].more = done / 2;
         return;
     }
-    // The scale at which the sum rises to there + budget. It does: far enough up, all have the most.
+    // Finds by bisection the scale at which the sum reaches there + budget. It exists, since for large scales
+    // all blocks have the most.
     double below = 0, above = most / largest;
     while (sum(above) < there + budget) above *= 2;
     for (int step = 0; step < 60; ++step) {
         const double middle = (below + above) / 2;
         (sum(middle) < there + budget ? below : above) = middle;
     }
-    // Whole numbers of samples: what rounding leaves goes to the next block.
+    // Rounds to whole numbers of samples, and passes the remainder to the next block.
     double left = 0;
     for (int b = 0; b < blocks(); ++b) {
         const double more = wanted(b, below) - shares_[slot(b, half)].there + left / pixels(b);
@@ -184,7 +186,7 @@ void SampleAllocation::allocate(int half, int done, const std::vector<double>& e
     }
 }
 
-// All blocks have been seen with so many samples of each half: kLeastShare.
+// Returns the level with which all blocks have been seen at that decision, which kLeastShare guarantees.
 std::size_t SampleAllocation::level_for_decision(int done) {
     const int seen = std::max(kFirstSeen, done / 2 / kLeastShare);
     return static_cast<std::size_t>(level_of(seen, kFirstSeen));

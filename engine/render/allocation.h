@@ -1,4 +1,4 @@
-// Adaptive sampling: which pixels get the next samples.
+// Adaptive sampling: decides which pixels get the next samples.
 //
 // A pixel of n samples has a squared error e²/n. For a given total number of samples the sum over the image
 // is least if n is proportional to e. For the measured image e is the standard deviation of one sample. For
@@ -8,15 +8,15 @@
 //
 //     e = (s²)^0.35 (g + 0.0001)^0.1
 //
-// with the relative variance s² of a sample, and the relative variance g of features and of light from pixel
-// to pixel, of blocks of these; the powers are those of denoised errors (docs/explanation/denoising.md). It
-// is taken anew whenever the number of samples has doubled.
+// with the relative variance s² of a sample and the relative variance g of features and light between the
+// pixels of a block; the powers are those of denoised errors (docs/explanation/denoising.md). A new decision
+// is made whenever the number of samples has doubled.
 //
-// It keeps the image unbiased: the samples of one half are allocated by what those of the other saw. (Were a
-// pixel's own samples to decide, one that has met no caustic yet would be left as it is, and the mean of such
-// pixels too dark.) For the same reason each decision is taken from samples of a number that is fixed
+// The image stays unbiased, because the samples of one half are allocated by those of the other. (If a
+// pixel's own samples decided, a pixel that has met no caustic yet would get no more samples, and the mean of
+// such pixels would be too dark.) For the same reason each decision uses a number of samples that is fixed
 // beforehand, whatever had been allocated; and the image is the plain mean of its halves, whichever of them
-// has more samples. All of it depends on sums alone, at numbers of samples that do not depend on time.
+// has more samples. Decisions depend on sums alone, at numbers of samples that do not depend on time.
 #pragma once
 
 #include <cstddef>
@@ -39,31 +39,35 @@ class SampleAllocation {
     int blocks() const { return across_ * down_; }
     int block_of(const V2i& at) const { return at.y / kBlock * across_ + at.x / kBlock; }
 
-    // The samples of that half that a block's pixels have when the image has `end` per pixel: in the mean of
-    // all of them, and of both halves. From the last decision's number of samples to twice that.
+    // Returns the number of samples of that half that a block's pixels have when the image has `end` per
+    // pixel, on average over all pixels and both halves. `end` lies between the number of samples at the last
+    // decision and twice that.
     int upto(int block, int half, int end) const;
 
-    // Where upto() next stops to see: the first power of two after `count`, at least kFirstSeen.
+    // Returns the next number of samples at which see() is due: the first power of two after `count`, at
+    // least kFirstSeen.
     static int next_seen(int count);
     // Takes the features that the camera sees (render_features). Called before the first decision.
     void look_at(const Image& features);
 
-    // The block's pixels have so many samples of that half, a next_seen(). Blocks may be told at once.
+    // Evaluates a block whose pixels have `count` samples of that half, where `count` is a next_seen().
+    // Different blocks may be evaluated by different threads.
     void see(int block, int half, int count);
 
-    // The image has `done` samples per pixel, all blocks have theirs. Decides on the next `done` where that
-    // is a power of two and at least kFirst; else nothing changes. Called at every such number, in order.
+    // Decides on the next `done` samples per pixel, once all blocks have theirs, if `done` is a power of two
+    // and at least kFirst; otherwise changes nothing. Must be called at every such number, in order.
     void decide(int done);
-    // The number of samples after which there is a decision again: the least that is more than `done`.
+    // Returns the number of samples at the next decision, the least greater than `done`.
     static int next_decision(int done);
 
-    // All that upto() and later decisions go by, as bytes; and an allocation of the same film that had them.
+    // Returns the state on which upto() and later decisions depend, as bytes.
     std::vector<std::byte> state() const;
-    // False, and unchanged, if these are none of such a film.
+    // Restores the state of an allocation of the same film. Returns false and changes nothing if the bytes do
+    // not fit.
     bool restore(std::span<const std::byte> state);
 
-    // For the same allocation on other ranks: what all of them go by; what a block was seen with, by all that
-    // later decisions may ask of it, or by the next one alone, at `done` samples per pixel.
+    // State for the same allocation on other ranks: that common to all blocks; that of a block for all later
+    // decisions; and that of a block for the decision at `done` samples per pixel alone.
     template <typename Archive>
     void fields(Archive& archive) {
         std::size_t levels = levels_.size();
@@ -84,8 +88,8 @@ class SampleAllocation {
   private:
     static constexpr int kFirstSeen = 4;           // samples of a half
     static constexpr int kFirst = 2 * kFirstSeen;  // samples of a pixel
-    // No block gets less than this share of the mean, so that it is looked at again; nor more than so many
-    // times the mean, however it stands out.
+    // A block gets at least 1/kLeastShare of the mean, so that it is evaluated again, and at most kMost times
+    // the mean, however large its error.
     static constexpr int kLeastShare = 4, kMost = 16;
 
     // Estimates from a block's first samples of a half: the mean luminance, the mean variance of one sample,

@@ -19,8 +19,8 @@
 namespace lucerna {
 namespace {
 
-constexpr std::int64_t kPaths = 1 << 17, kMostPaths = 1 << 21;  // the latter: seconds
-constexpr std::int64_t kPathsPerChunk = 2048;                   // 64 chunks tell the standard error
+constexpr std::int64_t kPaths = 1 << 17, kMostPaths = 1 << 21;  // the latter takes seconds
+constexpr std::int64_t kPathsPerChunk = 2048;                   // 64 chunks give the standard error
 
 LightPaths light_paths(const ChanceLightWork& work) {
     LightPaths paths;
@@ -30,7 +30,7 @@ LightPaths light_paths(const ChanceLightWork& work) {
     paths.purpose = Purpose::importance;
     paths.pass = 1;
     paths.use = PathUse::began_specular;
-    paths.longest = work.longest - 1;  // one more where it arrives
+    paths.longest = work.longest - 1;  // one more follows at the receiver or surface
     paths.phase = "cross-check by light paths";
     return paths;
 }
@@ -56,8 +56,9 @@ double response(const Receiver& receiver, const V3f& w) {
     return 0;
 }
 
-// Sums of each receiver: by balls of half the radius; by whole ones, of what comes from lamps over specular
-// surfaces alone. Those by light groups follow (one where the scene has none).
+// Columns of sums of each receiver: by balls of half the radius; by whole balls, of light that came from
+// lamps over specular surfaces alone. One column for each light group follows, or one in total if the scene
+// has none.
 constexpr std::size_t kHalf = 0, kSeen = 1, kColumns = 2;
 
 struct Ball {
@@ -65,8 +66,8 @@ struct Ball {
     float radius;
 };
 
-// Finds the balls that a segment comes near. A test is repeated with each ball's own radius, so the tree may
-// give too many but never too few.
+// Finds the balls that a segment comes near. Each ball is tested again with its own radius, so the tree may
+// return too many balls but never too few.
 class BallTree {
   public:
     BallTree(std::span<const Ball> balls, const Workers& workers) {
@@ -80,7 +81,7 @@ class BallTree {
         tree_ = build_box_tree(centres, order, workers);
     }
 
-    // Calls visit(ball) for all balls that the ray comes near before `length`.
+    // Calls visit(ball) for all balls that the ray comes near within `length`.
     template <typename Visit>
     void near(const V3f& o, const V3f& d, float length, Visit&& visit) const {
         const Measure measure{o, d, length + largest_};
@@ -118,7 +119,7 @@ class BallTree {
                 const float along = std::min(std::max(way.dot(d), 0.0F), end);
                 const float reach = 0.5F * (high - low).length();
                 const float beside = (way - along * d).length() - reach - kRounding * (way.length() + reach);
-                keys[i] = beside * std::max(beside, 0.0F);  // not a number where there is no box
+                keys[i] = beside * std::max(beside, 0.0F);  // NaN if there is no box
             }
             return keys;
         }
@@ -128,18 +129,18 @@ class BallTree {
     float largest_ = 0;
 };
 
-// Adds up what the segments of a chunk of paths bring to balls around receivers: a segment that comes nearer
-// to the centre than the radius brings its power over the ball's cross-section.
+// Sums the contributions of a chunk's path segments to balls around receivers: a segment that comes nearer to
+// the centre than the radius contributes its power over the cross-section of the ball.
 struct BallVisitor : LightPathVisitor {
-    // The centre must see the segment in it: light behind a wall does not count.
+    // For visibility from the centre to the segment, since light behind a wall does not count.
     const Scene* scene = nullptr;
     std::span<const Receiver> receivers;
     std::span<const Ball> balls;
     const BallTree* tree = nullptr;  // of the balls
     const LightGroups* light_groups = nullptr;
-    std::size_t columns = 0;       // of each receiver: kColumns, then one for each group
+    std::size_t columns = 0;       // for each receiver: kColumns, then one for each group
     std::vector<double> sums;      // row by row
-    std::size_t group_column = 0;  // of the path's light
+    std::size_t group_column = 0;  // column of the path's light
     SurfacePoint from;
 
     template <typename Archive>
@@ -155,8 +156,8 @@ struct BallVisitor : LightPathVisitor {
         return true;
     }
     void hit(const LightPathHit& at) {
-        // Beyond a surface that lets it pass straight on comes the next segment; before any other the last
-        // part of the ball lies behind the surface, and counts.
+        // If the surface lets the path pass straight on, the next segment continues there; otherwise the rest
+        // of the ball lies behind the surface, and counts.
         const bool passes = !is_black(at.bsdf.straight_share(-at.d));
         add(at, at.hit.t, !passes);
         from = at.hit.at;
@@ -179,7 +180,7 @@ struct BallVisitor : LightPathVisitor {
             if (!(along > 0) || !(along <= length + (beyond ? r : 0))) return;
             const float beside2 = way.length2() - along * along;
             if (!(beside2 < r * r)) return;
-            // Both a little off the surfaces that they may lie on.
+            // Both points are moved slightly off the surfaces on which they may lie.
             constexpr float kOff = 1e-3F;
             const V3f eye = balls[i].centre + kOff * r * receivers[i].normal;
             const V3f seen = from.p + (std::min(along, length) - kOff * r) * d;
@@ -226,7 +227,7 @@ bool has_chance_light(const Scene& scene) {
 
 ChanceLightAt::Mean ChanceLightAt::mean(std::size_t first, std::size_t count) const {
     constexpr double kTold = 2;          // standard errors
-    constexpr double kOfHalf = 4 / 3.0;  // where the blur grows with the square of the radius
+    constexpr double kOfHalf = 4 / 3.0;  // for blur that grows with the square of the radius
     Mean mean;
     mean.groups.resize(groups_);
     RunningStats whole, beside, seen;
@@ -264,7 +265,7 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
     ChanceLightAt result;
     result.groups_ = std::max<std::size_t>(1, groups.names.size());
     LightPaths paths = light_paths(work);
-    paths.interleaved = false;  // a segment begins where the one before it ended
+    paths.interleaved = false;  // BallVisitor follows the segments of one path at a time
     std::vector<BallVisitor> chunks;
     constexpr double kTold = 5, kLittle = 0.1;
     const auto is_known = [&] {
@@ -351,7 +352,7 @@ ChanceLight chance_light_in_view(const Job& job, const ChanceLightWork& work) {
              view_of(job), {kRays, kRaysPerChunk, work.seed}, work.workers, look)) {
         for (const double value : chunk) rays.add(value);
     }
-    // The photons' own number is uncertain, too, and each is seen by many rays.
+    // The number of photons is uncertain, too, and each is seen by many rays.
     const double of_photons = 2 * rays.mean() / std::sqrt(static_cast<double>(photons));
     return {rays.mean(), std::hypot(rays.standard_error(), of_photons)};
 }

@@ -1,11 +1,12 @@
-// A cross-check of path tracing by light paths.
+// Cross-checks path tracing by light paths.
 //
-// Light that leaves a lamp and goes over mirrors, lenses or solid glass before it reaches a surface is found
-// by no sampling of lights. A path from the eye meets the lamp over such a chain by chance alone: seldom
-// where the lamp is small, and never where it is a point or a sun. Such a path tracer's samples agree with
-// each other, and their interval says nothing of what none of them met. Paths from the lamps find that light
-// easily. Here they estimate how much of it arrives, blurred over a neighbourhood of the places that are
-// looked at; beside it stands what the path tracer met by chance (SampleAccount::by_chance).
+// Light that goes from a lamp over mirrors, lenses or solid glass to a surface cannot be found by sampling
+// lights. A path from the eye meets the lamp over such a chain by chance alone: rarely if the lamp is small,
+// and never if it is a point or a sun. The samples of such a path tracer agree with each other, and their
+// confidence interval does not include the light that none of them met. Paths from the lamps find that light
+// easily. They are used here to estimate how much of it arrives, blurred over a neighbourhood of the
+// receivers or visible surfaces, for comparison with the light that the path tracer met by chance
+// (SampleAccount::by_chance).
 #pragma once
 
 #include <cstdint>
@@ -34,12 +35,12 @@ double missing_light(const ChanceLight& by_light_paths, const ChanceLight& met, 
 struct ChanceLightWork {
     const Scene& scene;
     std::uint64_t seed;
-    int longest;  // bounces of a whole path at the most
+    int longest;  // largest number of bounces of a complete path
     const Workers& workers;
     Monitor& monitor;
 };
 
-// Whether a path tracer could miss light there: some light goes over a surface that is specular.
+// Returns whether a path tracer could miss light in the scene, because some surfaces are specular.
 bool has_chance_light(const Scene& scene);
 
 // The illuminance at receivers by paths whose first bounce was specular, each blurred over a ball around the
@@ -48,9 +49,9 @@ class ChanceLightAt {
   public:
     struct Mean {
         ChanceLight light;
-        ChanceLight seen;            // of it: from lamps over specular surfaces alone
+        ChanceLight seen;            // its part from lamps over specular surfaces alone
         std::vector<double> groups;  // its parts, by light group of the scene
-        double blur = 0;             // by how much the blur may change it: balls of half the radius tell
+        double blur = 0;             // error bound for blur, from balls of half the radius
     };
     // Returns the mean over consecutive receivers.
     Mean mean(std::size_t first, std::size_t count) const;
@@ -62,34 +63,33 @@ class ChanceLightAt {
     std::vector<std::vector<double>> chunks_;  // each chunk of paths' BallVisitor::sums
 };
 
-// Radii of balls are in scene units, > 0. More paths are traced, up to a bound, until each receiver's
-// standard error is less than that share of all its light, of which `others` are the rest, or of the mean
-// receiver's. All zero where the monitor stopped it.
+// Estimates the light at receivers. Radii of balls are in scene units, > 0. Traces more paths, up to a bound,
+// until each receiver's standard error is less than `share` of its total light, which includes `others`, or
+// of that of the mean receiver. All values are 0 if the monitor stopped it.
 ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
                               std::span<const double> others, double share, const ChanceLightWork& work);
 
 // Estimates the mean over a view of such light that surfaces send to the eye, by density estimation at the
-// first diffuse surface that a camera ray meets. The job's integrator is a path tracer.
+// first diffuse surface that a camera ray meets. The job's integrator must be a path tracer.
 ChanceLight chance_light_in_view(const Job& job, const ChanceLightWork& work);
-// The mean luminance of an image's pixels, but for few that stand apart from all others (a lamp in view), and
-// the standard error by which they scatter: wide, as it holds what they show.
+// Returns the mean luminance of an image's pixels without a few outliers (a lamp in view), and its standard
+// error from their scatter, which is large because it includes the variation of the image itself.
 ChanceLight mean_of(const Image& image);
 
-// Light that its path tracer hardly finds and that a rendered image lacks.
+// Light that an image lacks because its path tracer hardly finds it.
 struct MissingInImage {
-    double missing = 0;  // in the image's mean; 0: nothing that could be told
+    double missing = 0;  // in the image's mean; 0: none that is significant
     double mean = 0;     // of the image
     double share() const { return missing / (mean + missing); }  // missing > 0
 };
-// `there`: chance_light_in_view()'s. The result is of a film that tells what chance finds.
+// `there` is from chance_light_in_view(). The result must be of a film with chance light.
 MissingInImage missing_in(const Job& job, const RenderResult& result, const ChanceLight& there);
 
-// For a render of the job: chance_light_in_view() of a path tracer, whose film is told to note what it finds
-// by chance. None where no light goes over specular surfaces, or only a part of the image is rendered here.
-// All ranks call this.
+// Returns chance_light_in_view() of a path tracer's job and sets its film to record chance light. Returns
+// none if no light goes over specular surfaces or if only a crop is rendered. Collective over ranks.
 std::optional<ChanceLight> light_that_paths_hardly_find(Job& job, const RenderOptions& options,
                                                         Monitor& monitor);
-// Warns of what the result lacks of it; then no error is stated.
+// Warns of the light that the result lacks, and then removes its stated errors.
 void warn_of_missing_light(const Job& job, const ChanceLight& there, RenderResult& result, Monitor& monitor);
 
 }  // namespace lucerna

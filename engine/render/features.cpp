@@ -16,7 +16,7 @@
 namespace lucerna {
 namespace {
 
-// So many mirrors and panes, one behind the other.
+// Largest number of mirrors and panes, one behind the other.
 constexpr int kMostSpecular = 16;
 
 struct Seen {
@@ -34,7 +34,8 @@ Rgb feature_albedo(const Bsdf& bsdf, const V3f& wo) {
     return {std::min(albedo.x, 1.0F), std::min(albedo.y, 1.0F), std::min(albedo.z, 1.0F)};
 }
 
-// By the brighter way at smooth boundaries: what is seen, as far as one surface can tell.
+// Follows the brighter path at smooth boundaries to the first other surface, which represents what the pixel
+// shows.
 Seen first_surface(const Scene& scene, Ray ray) {
     Seen seen;
     for (int specular = 0; specular < kMostSpecular; ++specular) {
@@ -67,14 +68,14 @@ Seen first_surface(const Scene& scene, Ray ray) {
     return seen;
 }
 
-// Unit axes of the camera in the scene: to the right, up, and towards the viewer.
+// Returns unit axes of the camera in the scene: to the right, up, and towards the viewer.
 std::array<V3f, 3> camera_axes(const Camera& camera) {
     const M44d& m = camera.settings().world_from_camera;
     const auto axis = [&m](int row) { return V3f(V3d(m[row][0], m[row][1], m[row][2]).normalized()); };
     return {axis(0), axis(1), -axis(2)};
 }
 
-// The id that most of them are; of several the one that comes first.
+// Returns the most frequent id, and of equally frequent ones the first.
 std::uint32_t most_frequent(std::span<const std::uint32_t> ids) {
     std::uint32_t best = 0;
     std::ptrdiff_t most = 0;
@@ -85,7 +86,7 @@ std::uint32_t most_frequent(std::span<const std::uint32_t> ids) {
     return best;
 }
 
-// Means of so many values, and the variances of these means.
+// Means of n quantities, and the variances of these means.
 template <std::size_t n>
 class Means {
   public:
@@ -101,12 +102,12 @@ class Means {
     std::array<RunningStats, n> of_;
 };
 
-// Samples of every pixel; more only where these disagree.
+// Number of samples of every pixel; more are taken only where these disagree.
 constexpr int kFirstSamples = 4;
 
-// Whether pixels differ by what samples of this one disagree on: an edge, or a texture as fine as pixels.
+// Returns whether the samples of a pixel disagree, at an edge or in a texture as fine as pixels.
 bool disagree(const Means<kFeatureChannels>& means) {
-    // Standard errors, of albedo and depth relative to them.
+    // Limits of standard errors, relative for albedo and depth.
     constexpr float kAlbedoError = 0.01F, kLeastAlbedo = 0.01F, kDepthError = 0.01F, kError = 0.01F;
     const auto beyond = [&means](std::size_t i, float error) { return means.variance(i) > sqr(error); };
     for (const std::size_t c : {0, 1, 2}) {

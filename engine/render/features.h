@@ -1,5 +1,6 @@
-// A picture's features: what it shows beside light (engine/denoise/denoise.h). They have next to no noise,
-// and tell a denoiser where pictures of light have edges [Rousselle et al. 2013, section 4].
+// Renders the features of an image, the properties of visible surfaces besides light
+// (engine/denoise/denoise.h). They have almost no noise, and tell a denoiser where the image has edges
+// [Rousselle et al. 2013, section 4].
 #pragma once
 
 #include <cstdint>
@@ -15,14 +16,14 @@ struct Features {
     Image image;  // feature_channels() of engine/denoise/denoise.h
     // Channels that a denoiser does not use: the variances of these means, under their names with "variance"
     // before the last part (albedo.variance.R, variance.Z); and
-    //   Nc.X .Y .Z   N in the camera's axes: to the right, up, and towards the viewer; its variances, too
-    //   id.object    Scene::object_of() where most samples of the pixel see it; 0: where the sky is seen
+    //   Nc.X .Y .Z   N in the camera's axes, right, up and towards the viewer, also with variances
+    //   id.object    Scene::object_of() of the object that most samples of the pixel see; 0: the sky
     //   id.material  likewise the number of its material, from 1, in the order of the scene's text
     Image more;
 };
 
-// At the places of the render's own first samples: four of each pixel, and up to `most_samples` > 0 where
-// these disagree, at edges and fine textures. The monitor may stop it: what is missing then is 0.
+// Uses the positions of the render's own first samples: four of each pixel, and up to `most_samples` > 0
+// where these disagree, at edges and fine textures. If the monitor stops it, missing values are 0.
 Features render_features(const Job& job, std::uint64_t seed, int most_samples, const Workers& workers,
                          Monitor& monitor);
 

@@ -22,7 +22,7 @@ double sinc(double x) {
     return at < 1e-5 ? 1 : std::sin(at) / at;
 }
 
-// [Mitchell and Netravali 1988], over [-2, 2].
+// The filter of [Mitchell and Netravali 1988], over [-2, 2].
 double mitchell(double x, double b, double c) {
     x = std::fabs(x);
     if (x >= 2) return 0;
@@ -34,7 +34,7 @@ double mitchell(double x, double b, double c) {
     return ((12 - 9 * b - 6 * c) * x * x * x + (-18 + 12 * b + 6 * c) * x * x + (6 - 2 * b)) / 6;
 }
 
-// One axis of the filter at x in [-radius, radius], as pbrt defines it.
+// Returns the filter along one axis at x in [-radius, radius], as pbrt defines it.
 double filter_value(const FilterSettings& s, double x, double radius) {
     switch (s.kind) {
         case FilterSettings::Kind::box:
@@ -42,7 +42,7 @@ double filter_value(const FilterSettings& s, double x, double radius) {
         case FilterSettings::Kind::triangle:
             return radius - std::fabs(x);
         case FilterSettings::Kind::gaussian: {
-            // Lowered so that it reaches 0 at the radius.
+            // The Gaussian is lowered so that it reaches 0 at the radius.
             const double two_variance = 2 * sqr(static_cast<double>(s.sigma));
             return std::exp(-x * x / two_variance) - std::exp(-radius * radius / two_variance);
         }
@@ -54,7 +54,8 @@ double filter_value(const FilterSettings& s, double x, double radius) {
     return 0;
 }
 
-// Welford's step, on the root of the sum: before and after have one sign, so that their product is a square.
+// Makes Welford's step on the root of the sum: `before` and `after` have the same sign, so their product is
+// not negative.
 void update_root_m2(V3f& root_m2, const V3f& before, const V3f& after) {
     for (int c = 0; c < 3; ++c) {
         root_m2[c] = static_cast<float>(
@@ -96,8 +97,8 @@ void Film::add_pass(int x, int y, std::span<const Sample> samples, int half) {
     const std::size_t at = static_cast<std::size_t>(half) * size_ + place(x, y);
     Pixel& pixel = pixels_[at];
     const auto n = static_cast<float>(samples.size());
-    // The pass's own E[wL], measured from what is known of L so far: as E[w] = 1 that has no bias, and
-    // nothing varies where L does not.
+    // Estimates the pass's own E[wL] relative to the previous mean of L. As E[w] = 1 this adds no bias, and
+    // there is no variance where L does not vary.
     V3f centre = pixel.mean;
     if (pixel.count == 0) {
         for (const Sample& sample : samples) centre += sample.radiance / n;
@@ -117,7 +118,7 @@ void Film::add_pass(int x, int y, std::span<const Sample> samples, int half) {
     update_half_buffers(place(x, y));
 }
 
-// [Chan et al. 1983, (2.1)]: the sums of two samples, from those of each.
+// Merges the sums of two sets of samples [Chan et al. 1983, (2.1)].
 Film::Pixel Film::merged(const Pixel& a, const Pixel& b) {
     if (b.count == 0) return a;
     if (a.count == 0) return b;
@@ -179,7 +180,7 @@ std::size_t Film::without_sample() const {
     return without;
 }
 
-// The pixel whose value stands for one without a sample: its own place if no other can.
+// Returns the pixel whose value represents a pixel without a sample, or the pixel itself if there is none.
 std::size_t Film::shown_at(std::size_t pixel) const {
     if (count(pixel) > 0) return pixel;
     const int x = static_cast<int>(pixel % static_cast<std::size_t>(width_));
@@ -218,7 +219,7 @@ Image Film::develop_half(int half, float scale, const WorkingSpace& colours) con
     if (!colours.is_srgb()) image.space = &colours.space();
     const V3f scales = colours.light_to_rgb(Rgb(scale));
     for (std::size_t i = 0; i < size_; ++i) {
-        // One half has no sample yet where the other has one: then that is all that is known.
+        // If this half has no sample yet, the pixel shows the other half's.
         const Pixel& of_half = pixels_[static_cast<std::size_t>(half) * size_ + shown_at(i)];
         const Pixel pixel = of_half.count > 0 ? of_half : whole(shown_at(i));
         float* const to = &image.data[kHalfChannels * i];
@@ -229,7 +230,7 @@ Image Film::develop_half(int half, float scale, const WorkingSpace& colours) con
 }
 
 Film::Halves Film::halves(std::size_t pixel) const {
-    const double n = count(pixel);  // >= 2: asked of no other
+    const double n = count(pixel);  // >= 2, as the caller ensures
     if (kind_.two_halves) {
         const Pixel &a = pixels_[pixel], &b = pixels_[size_ + pixel];
         const double n_a = a.count, n_b = b.count;
@@ -238,7 +239,7 @@ Film::Halves Film::halves(std::size_t pixel) const {
         return {first, second, both * sqr(first - second)};
     }
     const HalfBuffers& half_buffers = half_buffers_[pixel];
-    // The larger of the two is n/2 at least, and less than n if it is the better.
+    // The larger of the two is at least n/2, and it is less than n if it is chosen.
     const double last = std::bit_floor(count(pixel)), before = last / 2;
     const bool by_last = last * (n - last) > before * (n - before);
     const double first = by_last ? last : before;
@@ -277,7 +278,7 @@ std::optional<Film::Brightness> Film::brightness() const {
     for (const double level : levels) {
         if (level <= brightest) sum += level, ++known;
     }
-    return Brightness{sum / known, levels.size()};  // most pixels are not apart
+    return Brightness{sum / known, levels.size()};  // known > 0, as most pixels are no outliers
 }
 
 Film::ErrorEstimate Film::error() const {
@@ -287,13 +288,13 @@ Film::ErrorEstimate Film::error() const {
     std::vector<double> shown(size_);
     for (std::size_t i = 0; i < size_; ++i) shown[i] = this->shown(i);
 
-    // Squares of the errors, over those of the luminances.
+    // Compute squared errors over squared luminances.
     std::vector<double> by_halves(size_), by_samples(size_);
     double blur = 0;
     for (std::size_t i = 0; i < size_; ++i) {
         if (count(i) == 0) continue;
         const double own = luminance_variance(variance(i));
-        // Where nothing varies there may be nothing to divide by.
+        // Where nothing varies, the divisor may be 0.
         if (own <= 0) continue;
         const Halves halves = this->halves(i);
         const auto width = static_cast<std::size_t>(width_);
@@ -319,10 +320,10 @@ Film::ErrorEstimate Film::error() const {
         halves_fourth += sqr(by_halves[i]);
         samples_fourth += sqr(by_samples[i]);
     }
-    if (samples_sum <= 0) return estimate;  // known: there is none
-    // A squared difference scatters by twice its mean's square, a third of which is the mean of its fourth
-    // power; and where few pixels decide, theirs may be small by chance: the second is the variance of one of
-    // so many.
+    if (samples_sum <= 0) return estimate;  // known to be 0
+    // The variance of a squared difference is twice the square of its mean, a third of which is the mean of
+    // its fourth power. Where few pixels dominate, their differences may be small by chance; the second term
+    // is the variance of one of so many.
     const double margin = std::sqrt(2.0 / 3 * halves_fourth) + samples_fourth / samples_sum;
     const auto counted = static_cast<double>(known->pixels - estimate.apart.size());
     estimate.relative = std::sqrt(std::min(samples_sum, halves_sum + margin) / counted);
@@ -361,7 +362,7 @@ FilterSampler::FilterSampler(const FilterSettings& settings) : settings_(setting
     y_ = axis(settings.radius.y);
 }
 
-// In steps fine enough that nobody sees them: a thousandth of the filter's width.
+// Divides the filter into steps of a thousandth of its width, too fine to be visible.
 FilterSampler::Axis FilterSampler::axis(float radius) const {
     Axis result;
     std::vector<double> weights(kSteps);
@@ -374,7 +375,7 @@ FilterSampler::Axis FilterSampler::axis(float radius) const {
         result.negative.push_back(value < 0);
     }
     result.steps = Cdf(weights);
-    // Far from 0, so that the division below stays small.
+    // The bound is far from 0, so that the quotient below stays moderate.
     if (!(sum > 0.05 * result.steps.total())) {
         throw InputError("the integral of this filter is not positive, as its negative lobes are too large");
     }

@@ -19,14 +19,14 @@
 namespace lucerna {
 namespace {
 
-constexpr double kTrialShare = 0.15;  // of all time
+constexpr double kTrialShare = 0.15;  // of the total time
 constexpr double kLongestTrial = 15;  // seconds, all methods together
-constexpr double kSecondLook = 0.35;  // of the trial, for the two that look best
-constexpr double kFirstLook = 0.5;    // seconds, before anything is known of how long an error takes
-// In less, trials tell nothing, and take half of the time that is asked for.
+constexpr double kSecondLook = 0.35;  // of the trials' time, for the two best methods
+constexpr double kFirstLook = 0.5;    // seconds, before the time to an error can be estimated
+// With less time, trials are meaningless and take half of the time available.
 constexpr double kLeastTrial = 0.25;
 
-// Photons of a trial, at the most.
+// Photons of a trial, and most photons of a render; likewise sets of VPLs.
 constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
 constexpr int kTrialSets = 16, kMostSets = 4096;
 constexpr std::int64_t kPrePassPaths = 65'536;
@@ -49,12 +49,12 @@ IgiSettings igi_like(const IntegratorSettings& asked) {
     settings.max_depth = max_depth_of(asked);
     settings.nsets = kTrialSets;
     settings.caustic_paths = kTrialPhotons;
-    // Without these no number of lights gives the whole picture.
+    // Without gather samples no number of VPLs renders all of the light.
     settings.gather_samples = std::max(settings.gather_samples, 1);
     return settings;
 }
 
-// Whether no other method shows the same.
+// Returns whether no other method renders the same image.
 bool is_its_own(const IntegratorSettings& asked) {
     if (std::holds_alternative<DirectSettings>(asked)) return true;
     if (const auto* maps = std::get_if<PhotonMapSettings>(&asked))
@@ -84,7 +84,8 @@ std::string short_text(const IntegratorSettings& settings) {
     return std::string(integrator_name(settings));
 }
 
-// Methods whose errors have one cause: what one of a family misses or blurs, the others may, too.
+// Methods whose errors have the same cause: what one of a family misses or blurs, the others may miss or
+// blur, too.
 enum Family : std::size_t { kRays, kVirtualLights, kPhotons, kFamilies };
 Family family_of(const IntegratorSettings& settings) {
     if (std::holds_alternative<PathSettings>(settings)) return kRays;
@@ -96,7 +97,7 @@ struct Level {
     double mean = 0, variance = 0;
 };
 
-// A family's, over its trials that have looked at the block.
+// Returns the level by a family, over its trials that have rendered the block.
 std::optional<Level> level_by(Family family, const std::vector<const Trial*>& trials, std::size_t block) {
     Level sum;
     double count = 0;
@@ -133,7 +134,7 @@ class Consensus {
             mean_ += std::fabs(level.mean) / static_cast<double>(levels_.size());
     }
     const Level& level(std::size_t block) const { return levels_[block]; }
-    // A squared error as a share; 0 where all is black, and nothing can be told.
+    // Returns a squared error as a relative one, or 0 where the image is black.
     double share(std::size_t block, double square) const {
         const double scale = error_scale2(levels_[block].mean, mean_);
         return scale > 0 ? square / scale : 0;
@@ -144,7 +145,7 @@ class Consensus {
     double mean_ = 0;
 };
 
-// Relative deviations of its samples.
+// Returns the relative deviations of the trial's samples.
 std::vector<double> deviations_of(const Trial& trial, const Consensus& agreed) {
     std::vector<double> deviations;
     for (std::size_t b = 0; b < trial.blocks().size(); ++b) {
@@ -173,7 +174,7 @@ double variance_of(const Trial& trial, const Consensus& agreed, bool denoised) {
     return shares.mean() + (shares.count() > 1 ? shares.standard_error() : 0);
 }
 
-// The squared difference from what is agreed on that noise does not explain, and one standard error more.
+// Returns the squared difference from the consensus that noise does not explain, plus one standard error.
 double beyond_noise(const Trial& trial, const Consensus& agreed) {
     RunningStats shares;
     for (std::size_t b = 0; b < trial.blocks().size(); ++b) {
@@ -193,10 +194,10 @@ double blur2_of(const Trial& trial, const Consensus& agreed) {
     return std::max(0.0, shares.mean()) + (shares.count() > 1 ? shares.standard_error() : 0);
 }
 
-// The variance of a sample that comes from light which samples without bias have not met, though others have
-// seen it. Where N samples have looked in vain for light of mean D, their chance of meeting it is 1/N at the
-// most, and its variance D² N at the least. N is a block's own samples, or those of all blocks, as far as
-// what they lack no other block has too much of.
+// Returns the variance of a sample from light that unbiased samples have not met, though other methods have.
+// If N samples have missed light of mean D, their probability of meeting it is at most 1/N, and its variance
+// at least D² N. N is the number of a block's own samples, or of those of all blocks, as far as other blocks
+// have no excess to balance what this one lacks.
 double variance_of_missed_light(const Trial& trial, const Consensus& agreed) {
     RunningStats missed;
     double lacking = 0, signed_sum = 0, noise = 0, samples = 0;
@@ -219,7 +220,7 @@ double variance_of_missed_light(const Trial& trial, const Consensus& agreed) {
     return square * samples * (1 + in_vain * (blocks - 1));
 }
 
-// Whether photons make a part of the picture, whose number alone mends what they blur.
+// Returns whether the image includes density estimates, whose blur only more photons reduce.
 bool estimates_from_photons(const IntegratorSettings& settings, const Scene& scene) {
     if (std::holds_alternative<PhotonMapSettings>(settings)) return true;
     const auto* igi = std::get_if<IgiSettings>(&settings);
@@ -234,8 +235,8 @@ double left_by_denoiser(const Trial& trial) {
     return family_of(trial.settings()) == kRays ? 0.1 : 0.25;
 }
 
-// `speed`: of all who render together, where the trial's is 1. Preparation is shared out in part; the rest
-// takes as long.
+// Returns the cost of a method after its trial. `speed` is that of all ranks together over that of the trial.
+// Preparation is shared in part; the rest takes as long.
 MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, double speed) {
     const V2i size = job.film.rendered_size();
     const double pixels = static_cast<double>(size.x) * size.y;
@@ -249,7 +250,7 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     cost.tail = tail_exponent(deviations);
     if (job.film.two_halves) {
         cost.variance *= left_by_denoiser(trial);
-        // It knows rare samples by their variance, and what is left of them does not grow.
+        // The denoiser recognises rare samples by their variance, and their remainder does not grow.
         cost.tail = 0;
     }
     if (family_of(trial.settings()) == kRays) {
@@ -264,7 +265,7 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
         cost.kind = MethodCost::Kind::passes;
         cost.sample *= make_integrator(trial.settings())->samples_per_pass();
         cost.passes = trial.passes();
-        // The radius' square falls by the number of passes to the power of alpha - 1, the bias with it.
+        // The squared radius falls with the number of passes to the power of alpha - 1, and so does the bias.
         const auto& settings = std::get<ProgressiveSettings>(trial.settings());
         cost.power = 2 * (1 - double{settings.alpha});
         return cost;
@@ -300,12 +301,12 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     IgiSettings igi = igi_like(asked), pre_pass = igi;
     igi.pre_pass = 0;
     pre_pass.pre_pass = kPrePassPaths;
-    // Where little of the light reaches what the camera sees, as in a close view of a caustic, most photons
-    // of a pass are wasted without it.
+    // If little of the light reaches the visible surfaces, as in a close view of a caustic, most photons of a
+    // pass are wasted without a pre-pass.
     ProgressiveSettings aimed = progressive;
     progressive.pre_pass = 0;
     aimed.pre_pass = kPrePassPaths;
-    // Two passes take what they take: they come after the others that are always worth a look.
+    // Two passes cannot be shortened, so progressive follows the other methods that are always tried.
     return {{path, 0, true}, {igi, 0.05, true}, {maps, 0.05}, {progressive, 0.05, true},
             {pre_pass, 0.3}, {aimed, 0.3},      {guided, 0.3}};
 }
@@ -338,7 +339,8 @@ class Choosing {
         }
         if (!by_error() && budget(limits_.seconds) < kLeastTrial) return in_a_second(methods);
         for (std::size_t m = 0; m < methods.size(); ++m) {
-            // More than that share of what the best one needs would not come back.
+            // Trials never take more than their share of the time that the best method needs, since more
+            // would not pay off.
             const bool unknown = m == 0 && by_error();
             const double all = unknown ? kFirstLook : budget(by_error() ? soonest() : limits_.seconds);
             const double left = (1 - kSecondLook) * all - clock_.seconds();
@@ -375,8 +377,8 @@ class Choosing {
         return by_error() ? a.seconds < b.seconds : a.error < b.error;
     }
 
-    // The two that look best get the rest of the time: of what few samples told of them, the lucky part is
-    // what put them there. False if the user stopped it.
+    // Gives the rest of the time to the two best methods, because with few samples luck may have put them
+    // there. Returns false if the user stopped it.
     bool look_again_at_the_best() {
         const std::vector<Expectation> expected = expect();
         std::vector<std::size_t> order(expected.size());
@@ -422,7 +424,7 @@ class Choosing {
         return result;
     }
 
-    // Progressive passes, which are seldom far from the best, and have an image of everything soonest.
+    // Chooses progressive passes, which are rarely far from the best, and show a complete image soonest.
     MethodChoice in_a_second(const std::vector<Method>& methods) const {
         const auto passes = std::find_if(methods.begin(), methods.end(), [](const Method& method) {
             return std::holds_alternative<ProgressiveSettings>(method.settings);
@@ -460,11 +462,11 @@ class Choosing {
     const Job& job_;
     const Limits& limits_;
     std::uint64_t seed_;
-    Workers workers_;  // of trials
-    double speed_;     // of all ranks of a parallel job together, where this one's is 1
+    Workers workers_;  // for trials
+    double speed_;     // of all ranks of a parallel job together, relative to this one
     Monitor& monitor_;
     Stopwatch clock_;
-    SmallLamps lamps_{job_};  // of all trials
+    SmallLamps lamps_{job_};  // shared by all trials
     std::vector<std::unique_ptr<Trial>> trials_;
     std::vector<std::string> untried_;
 };
@@ -478,7 +480,7 @@ std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, 
 
 namespace {
 
-constexpr double kMostPreparation = 0.25;  // of the time
+constexpr double kMostPreparation = 0.25;  // share of the time
 // The share of a requested error that may be of a kind that is estimated once and does not fall visibly.
 constexpr double kBeyondShare = 0.5;
 
@@ -490,7 +492,7 @@ double variance_in(double samples, const MethodCost& cost) {
 
 double tail_exponent(std::vector<double> deviations) {
     constexpr std::size_t kShare = 50, kLeast = 8;
-    constexpr double kMostExponent = 0.9;  // with 1 no number of samples makes an error smaller
+    constexpr double kMostExponent = 0.9;  // with 1 no number of samples reduces an error
     const std::size_t largest = std::max(deviations.size() / kShare, kLeast);
     if (deviations.size() <= largest) return 0;
     const auto threshold = deviations.begin() + static_cast<std::ptrdiff_t>(largest);
@@ -500,7 +502,7 @@ double tail_exponent(std::vector<double> deviations) {
     for (auto d = deviations.begin(); d != threshold; ++d) sum += std::log(*d / *threshold);
     if (!(sum > 0)) return 0;
     const double index = static_cast<double>(largest) / sum;
-    // Blocks of different noise look like that, too, all together.
+    // Blocks of different noise show a small exponent, too, when taken together.
     constexpr double kLeastExponent = 0.2;
     const double exponent = 2 / index - 1;
     return exponent < kLeastExponent ? 0 : std::min(exponent, kMostExponent);
@@ -532,7 +534,7 @@ Expectation soonest_below(double error, const MethodCost& cost) {
         if (samples > 0 && seconds < best.seconds) best = {error, seconds, beyond, work};
     };
     if (cost.kind == MethodCost::Kind::passes) {
-        // Where both have become small enough; doubling finds it near enough.
+        // Both errors must be small enough; doubling finds the number of passes accurately enough.
         for (double passes = 2; passes < 1e9; passes *= 2) {
             const double beyond = cost.beyond * std::pow(cost.passes / passes, cost.power);
             if (beyond > sqr(kBeyondShare) * square || beyond + variance_in(passes, cost) / passes > square)

@@ -1,5 +1,6 @@
-// Which method, with which settings, makes the best image in a time, or one that is good enough soonest: by a
-// short trial of each and by how errors are known to fall with more work (docs/explanation/choosing.md).
+// Chooses the method, with its settings, that renders the best image in a given time or reaches a given error
+// soonest: by a short trial of each method, and by how errors are known to fall with more work
+// (docs/explanation/choosing.md).
 #pragma once
 
 #include <cstdint>
@@ -17,74 +18,76 @@ namespace lucerna {
 
 struct MethodChoice {
     IntegratorSettings settings;
-    // Expected, as Film::relative_error() counts it (not a number where nothing was tried); and seconds of
-    // preparation and image.
+    // Expected error, as of Film::relative_error() (NaN without trials), and expected seconds of preparation
+    // and rendering.
     double error = 0, seconds = 0;
-    // The part of the error that more samples do not mend, as large as it may well be: what photons or
-    // VPLs of their number leave. 0 where there is none.
+    // The part of the error that more samples do not reduce, estimated on the safe side: that of the finite
+    // number of photons or VPLs. 0 if there is none.
     double beyond_noise = 0;
-    std::string tried;  // every method and what was expected of it, for people
+    std::string tried;  // every method and its expected result, as text
 };
 
 struct Method {
-    IntegratorSettings settings;  // of its trial: few photons, few sets of VPLs
-    double least_seconds;         // with which it is worth trying
-    // One of each kind looks at every picture whose error is asked for: what the others cannot see, none of
-    // their errors tells.
+    IntegratorSettings settings;  // for its trial: few photons, few sets of VPLs
+    double least_seconds;         // least time of a useful trial
+    // Whether it is always tried if an error is requested. One method of each kind is, since no error of the
+    // other methods reveals light that they all miss.
     bool always = false;
 };
 // Returns the methods that show the same image as `asked`, the unbiased one first; `asked` alone if there are
 // none.
 std::vector<Method> methods_like(const IntegratorSettings& asked);
 
-// By limits.error if there is one, else by limits.seconds. Takes a seventh of the time, or of what the best
-// method is expected to need, or little more; of a second or two nothing, and takes progressive passes
-// unseen, or paths where a medium glows. Where the job asks for light groups, what cannot tell of them is
-// left aside. None if there is nothing to choose from or the user stopped it.
+// Chooses by limits.error if there is one, else by limits.seconds. Trials take about a seventh of the time,
+// or of the time that the best method is expected to need. With a second or two there are no trials: it
+// chooses progressive passes, or path tracing if a medium emits light. If the job requests light groups,
+// methods that do not support them are left out. Returns none if there is only one method or the user stopped
+// it.
 std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, std::uint64_t seed,
                                           const Workers& workers, Monitor& monitor);
 
-// How a method's error falls with time: laws known beforehand (docs/explanation/choosing.md), with what a
-// trial measured.
+// Model of how a method's error falls with time: known laws (docs/explanation/choosing.md) with the
+// measurements of a trial.
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // The estimates of a method after its trial; errors are relative to luminance.
 struct MethodCost {
     enum class Kind {
-        rays,    // every sample is worth the same, and nothing else matters
-        maps,    // photons or VPLs are made once: more of them, or more samples
-        passes,  // all is made anew in every pass
+        rays,    // all samples are alike, and there is no other cost
+        maps,    // photons or VPLs are made once; more of them, or more samples, help
+        passes,  // every pass makes new photons
     } kind = Kind::rays;
-    double once = 0;      // seconds before it that do not grow with the work: a pre-pass, guides
-    double prepare = 0;   // seconds; of a pass
-    double sample = 0;    // seconds, of one sample of every pixel of the image; of a pass, all of its samples
-    double variance = 0;  // of one sample (pass), squared share, mean over pixels
-    // Where rare samples have most of it: the variance of N times as many samples, as they show it, is N^tail
-    // times as large. The trial's were `seen` samples of each pixel of the image, on average: far fewer
-    // than 1.
+    double once = 0;      // seconds that do not grow with the work: a pre-pass, guides
+    double prepare = 0;   // seconds of preparation, or of that of a pass
+    double sample = 0;    // seconds for one sample of every pixel, or for all samples of a pass
+    double variance = 0;  // of one sample (pass), relative, mean over pixels
+    // If rare samples dominate, the variance found by N times as many samples is N^tail times as large. The
+    // trial had `seen` samples per pixel of the image, on average far fewer than 1.
     double tail = 0, seen = 1;
-    double beyond = 0;     // squared share: of what was made for `prepare`; of the passes of the trial
-    double power = 0;      // `beyond` falls with so much more work by that power
-    double passes = 0;     // of the trial
-    double most_work = 1;  // times that of the trial, for maps
+    double beyond = 0;     // squared relative error beyond noise, of the trial's photons, VPLs or passes
+    double power = 0;      // `beyond` falls with the work to this power
+    double passes = 0;     // passes of the trial
+    double most_work = 1;  // largest work relative to the trial, for maps
 };
 
 // Returns the variance of one sample as it appears in an image of `samples` samples per pixel.
 double variance_in(double samples, const MethodCost& cost);
 
-// The exponent `tail` of MethodCost for samples that deviate from their means by so much, relative to them,
-// not negative: 2/a - 1 where the largest are as a distribution of tail index a < 2, whose variance is
-// infinite; else 0. The index is Hill's estimate [Hill 1975] from the largest fiftieth.
+// Returns the exponent `tail` of MethodCost for samples with these absolute relative deviations from their
+// means: 2/a - 1 if the largest follow a distribution of tail index a < 2, whose variance is infinite; else
+// 0. The index is Hill's estimate [Hill 1975] from the largest fiftieth.
 double tail_exponent(std::vector<double> deviations);
 
 struct Expectation {
-    double error = 0, seconds = 0;  // infinite: cannot be done
-    double beyond = 0;              // squared share
-    double work = 1;                // times the trial's, a power of two: photons or sets of VPLs
+    double error = 0, seconds = 0;  // infinite: not attainable
+    double beyond = 0;              // squared relative error
+    double work = 1;                // photons or sets of VPLs relative to the trial, a power of two
 };
-// The least error in the time; infinite where it is too short for one sample of every pixel, or two passes.
+// Returns the least error in the time; infinite if it is too short for one sample of every pixel, or two
+// passes.
 Expectation best_in(double seconds, const MethodCost& cost);
-// The shortest time to the error, of which at most half is beyond noise; infinite where no work gets there.
+// Returns the shortest time to the error, at most half of which may be beyond noise; infinite if no work
+// reaches it.
 Expectation soonest_below(double error, const MethodCost& cost);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// How a render reports its progress, and the clocks that it goes by.
+// Reports the progress of a render, and measures its time.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class Progress {
   public:
     struct Span {
         std::uint64_t asked = 0;  // samples of all tiles together; 0 means no end
-        std::uint64_t there = 0;  // of these, at the beginning
+        std::uint64_t there = 0;  // samples at the beginning
         double seconds = 0;       // at the beginning
     };
     Progress(Monitor& monitor, std::string_view name, const Span& span, const Limits& limits)
@@ -67,14 +67,14 @@ class Progress {
     Phase phase_;
 };
 
-// Says when to repeat something: at intervals of `every` seconds at least, and, if it may wait, so rarely
-// that it takes no more than a twentieth of all time.
+// Schedules a repeated task: at intervals of at least `every` seconds and, if it may wait, so rarely that it
+// takes at most a twentieth of the total time.
 class Recurring {
   public:
     explicit Recurring(double every, bool may_wait = false)
         : every_(every), next_(every), may_wait_(may_wait) {}
     bool is_due(double now) const { return now >= next_; }
-    // Records that it was done from one time to another.
+    // Records that the task was done from one time to another.
     void done(double begin, double end) {
         next_ = end + (may_wait_ ? std::max(every_, 19 * (end - begin)) : every_);
     }
@@ -84,7 +84,7 @@ class Recurring {
     bool may_wait_;
 };
 
-// The time that an image has taken.
+// Measures the time that an image has taken.
 class RenderClock {
   public:
     // `earlier`: seconds of the renders that this one continues.

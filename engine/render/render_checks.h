@@ -1,4 +1,4 @@
-// Checks a render before it begins: its method, its memory, and light that the picture will lack.
+// Checks a render before it begins: its method, its memory, and light that its image will lack.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace lucerna {
 
-// Throws InputError if the job's method can neither use the files of maps nor measure the receivers that are
-// asked for.
+// Throws InputError if the job's method cannot use the requested files of maps or cannot measure the
+// requested receivers.
 void require_fitting_method(const Job& job, const RenderOptions& options);
 
-// Returns the bytes that an image takes at most while it is made: the film's sums, the image that is
-// developed from them, and, if checkpoints are kept or resumed, the sums once more. The scene and a method's
-// maps come on top.
+// Returns the peak memory of an image, in bytes: the film's sums, the image that is developed from them and,
+// for each of saving and resuming checkpoints, the sums once more. It excludes the scene and the method's
+// maps.
 std::uint64_t image_memory(const Job& job, const RenderOptions& options);
 
 // Throws InputError if there is less memory than that.
@@ -25,7 +25,7 @@ void require_image_memory(const Job& job, const RenderOptions& options);
 // Warns if the method misses the direct light, or all light, of a lamp that only particles carry.
 void warn_of_unseen_lights(const Scene& scene, const IntegratorSettings& method, Monitor& monitor);
 
-// Warns if media glow and the method does not look for that.
+// Warns if media emit light and the method does not include it.
 void warn_of_glowing_media(const Scene& scene, const IntegratorSettings& method, Monitor& monitor);
 
 }  // namespace lucerna

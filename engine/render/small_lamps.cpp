@@ -12,11 +12,11 @@ namespace {
 // Distance by which rounding may move a lamp on the film, pixels.
 constexpr float kSlack = 0.01F;
 
-// The least share of the importance of a lamp in reach, where its bounds lie at the filter's edge, because
+// Least share of a lamp's importance that counts where its bounds lie at the edge of the filter, because
 // bounds are wider than lamps.
 constexpr float kLeastShare = 0.1F;
 
-// The length that two intervals share.
+// Returns the length of the intersection of two intervals.
 float overlap(float a_begin, float a_end, float b_begin, float b_end) {
     return std::max(0.0F, std::min(a_end, b_end) - std::max(a_begin, b_begin));
 }
@@ -135,7 +135,7 @@ void SmallLamps::add(const InReach& lamps, const V2i& pixel, Sampler& sampler,
     const int asked = lamps.by_power ? kMostAsked : static_cast<int>(lamps.end - lamps.begin);
     for (int i = 0; i < asked; ++i) {
         std::size_t chosen = static_cast<std::size_t>(i);
-        float expected = 1;  // how often a sample asks this lamp
+        float expected = 1;  // expected number of samples of this lamp per camera sample
         if (lamps.by_power) {
             const float u = (static_cast<float>(i) + sampler.next()) / static_cast<float>(asked);
             const Cdf::Draw draw = lamps.by_power->draw(std::min(u, 0x1.fffffep-1F));
@@ -147,9 +147,9 @@ void SmallLamps::add(const InReach& lamps, const V2i& pixel, Sampler& sampler,
     }
 }
 
-// One lamp, asked from one place of the lens. Divided by are: `expected`, which is positive; within
-// sample_Li() the density of the direction, whose distance from the lens is at least that of the lamp's box,
-// and that is its diagonal; within project() the cosine to the film's plane, positive for the same reason.
+// Samples one lamp from one point of the lens. The divisors are `expected`, which is positive; in sample_Li()
+// the density of the direction, where the distance of the lens is at least that of the lamp's box, which is
+// at least the box's diagonal; and in project() the cosine to the film plane, positive for the same reason.
 Rgb SmallLamps::draw(const Lamp& lamp, float expected, const V2i& pixel, Sampler& sampler,
                      std::uint32_t branch) const {
     const V2f u_lens = sampler.next2(), u_place = sampler.next2();
@@ -160,7 +160,8 @@ Rgb SmallLamps::draw(const Lamp& lamp, float expected, const V2i& pixel, Sampler
     if (!seen) return Rgb(0);
     const float filter = filter_.value(seen->film - centre_of(pixel));
     if (filter == 0) return Rgb(0);
-    // As a camera ray sees it: by closest hits, since cut-outs may treat shadow rays otherwise.
+    // Visibility is tested by closest hits, as for a camera ray, since cut-outs may treat shadow rays
+    // differently.
     const Ray ray{lens, from_lamp->w, from_lamp->distance};
     Sampler more = sampler.split(branch);
     return from_lamp->weight * (filter * seen->pixels2_per_sr / expected) *

@@ -1,4 +1,5 @@
-// When a render ends: it has its samples, its time is up, its error is small enough; whichever comes first.
+// Decides when a render ends: when it has its samples, its time is up or its error is small enough, whichever
+// comes first.
 #pragma once
 
 #include <algorithm>
@@ -12,19 +13,20 @@ struct Limits {
     double error = 0;  // Film::relative_error() at which to end; 0: none
 };
 
-// Counts in units of work that are worth something only when whole: a sample of every pixel, a pass.
+// Counts in units of work that are useful only when complete: a sample of every pixel, or a pass.
 class StopRule {
   public:
-    // The error is an estimate too: of fewer units it is not believed.
+    // The error is an estimate, too, and is not trusted with fewer units.
     static constexpr int kLeastForError = 8;
 
     StopRule(const Limits& limits, int most) : limits_(limits), most_(most) {}
 
     bool wants_error() const { return limits_.error > 0; }
 
-    // Returns how many units to do next, at most `wanted` (>= 1); 0: end. It is called with all units done so
-    // far and the seconds since the beginning, before the first unit and after the work of every answer.
-    // Units that would not end in time at the pace of the last answer are not begun, except for the first.
+    // Returns the number of units to do next, at most `wanted` (>= 1), or 0 to end. Called with the number of
+    // units done and the seconds since the beginning, before the first unit and after the work of every
+    // answer. Units that would not end in time at the pace of the last answer are not begun, except for the
+    // first.
     int next(int done, int wanted, double seconds) {
         int units = std::min(wanted, most_ - done);
         if (units <= 0) {
@@ -41,15 +43,15 @@ class StopRule {
         last_seconds_ = seconds;
         return units;
     }
-    // True if so many units with that error are enough.
+    // Returns whether `done` units with that error suffice.
     bool satisfied(int done, double error) {
         const bool enough = wants_error() && done >= kLeastForError && error <= limits_.error;
         if (enough) reason_ = "error";
         return enough;
     }
-    // There was too little time for another unit; there may be enough for a part of one.
+    // Returns whether there was too little time for another unit. There may be enough for a part of one.
     bool out_of_time() const { return reason_ == kTime; }
-    // Time is up in the middle of a unit.
+    // Records that time is up within a unit.
     const char* time_is_up() { return reason_ = kTime; }
     // Returns what ended it: "samples", "time" or "error"; "user" as long as none of them did.
     const char* reason() const { return reason_; }

@@ -11,9 +11,9 @@ namespace lucerna {
 namespace {
 
 constexpr std::size_t kMostBlocks = 256;
-constexpr double kPreparing = 0.6;  // at the most, of a trial's time
+constexpr double kPreparing = 0.6;  // largest share of a trial's time
 
-constexpr std::size_t kBlocksAtOnce = 32;  // enough that all threads have some, few enough to stop in time
+constexpr std::size_t kBlocksAtOnce = 32;  // enough for all threads, few enough to stop in time
 
 V2i block_size(const FilmSettings& film) {
     const V2i size = film.rendered_size();
@@ -22,8 +22,8 @@ V2i block_size(const FilmSettings& film) {
 
 }  // namespace
 
-// Multiples of the plastic number's inverse powers, which any first few of spread over the square [Roberts
-// 2018].
+// Places blocks by multiples of the inverse powers of the plastic number, of which any first few spread over
+// the square [Roberts 2018].
 std::vector<V2i> trial_blocks(const FilmSettings& film) {
     const V2i size = film.rendered_size(), block = block_size(film);
     const auto room = static_cast<std::size_t>(size.x / block.x) * static_cast<std::size_t>(size.y / block.y);
@@ -129,7 +129,7 @@ bool Trial::prepare(double seconds) {
     PassStatistics statistics;
     estimator_ = session_->pass(passes_, quiet, statistics);
     preparing_ += clock.seconds();
-    // There may have been time for fewer than asked for.
+    // There may have been time for fewer photons than requested.
     if (auto* maps = std::get_if<PhotonMapSettings>(&settings_); maps && statistics.ledger)
         maps->photons = static_cast<std::int64_t>(statistics.ledger->paths_emitted);
     return estimator_ != nullptr;
@@ -169,7 +169,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
                     add(block, pixel, value);
                 }
             }
-            // The samples of a pass are one: they look at the same photons.
+            // The samples of a pass count as one, since they use the same photons.
             if (!in_passes() || seen.count() == 0) continue;
             add(block, pixel, seen.mean());
             of_pass.add(seen.mean());

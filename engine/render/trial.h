@@ -16,10 +16,10 @@
 
 namespace lucerna {
 
-// Blocks of kTrialBlock x kTrialBlock pixels, spread evenly over the image by any first few of them. Fewer
-// where the image has no room.
+// Returns the first pixels of blocks of kTrialBlock x kTrialBlock pixels, any first few of which are spread
+// evenly over the image. There are fewer blocks in a small image.
 inline constexpr int kTrialBlock = 4;
-std::vector<V2i> trial_blocks(const FilmSettings& film);  // their first pixels
+std::vector<V2i> trial_blocks(const FilmSettings& film);
 
 class Trial {
   public:
@@ -28,14 +28,14 @@ class Trial {
     Trial(const Job& job, const SmallLamps& lamps, const IntegratorSettings& settings, std::uint64_t seed,
           const Workers& workers, Monitor& monitor);
 
-    // Prepares if need be, and looks until so many seconds are over, preparation included; at some blocks, or
-    // for two passes, in any case. False if the user stopped it.
+    // Prepares the method if necessary, and samples until `seconds` are over, including preparation, but at
+    // least some blocks, or two passes. Returns false if the user stopped it.
     bool run(double seconds);
 
     const IntegratorSettings& settings() const { return settings_; }
     bool in_passes() const { return integrator_->samples_per_pass() > 0; }
-    // Seconds, all workers at it: of preparation (of one pass, where it works in passes), and of one sample
-    // of one pixel.
+    // Seconds, with all workers: of preparation (of one pass, if the method works in passes), and of one
+    // sample of one pixel.
     double prepare_seconds() const;
     // Returns the part of the preparation that would take as long with more photons or sets of VPLs; 0 in
     // passes.
@@ -46,21 +46,22 @@ class Trial {
     struct Block {
         explicit Block(std::size_t count) : pixels(count), blur(count) {}
         std::vector<RunningStats> pixels;
-        // Where it works in passes: the block's means by each. Its pixels see the same photons, and the mean
-        // varies by more than they tell.
+        // The block's mean in each pass, if the method works in passes. The pixels of a block share photons,
+        // so the mean varies by more than they suggest.
         RunningStats passes;
         // The sums of Film::Sample::blur over the samples of each half, if the job's film has two.
         struct HalfBlur {
             double sum = 0;
             int samples = 0;
         };
-        std::vector<std::array<HalfBlur, 2>> blur;  // of the pixels
-        // The mean of its pixels' squares (Film::ErrorEstimate::blur); 0 where nothing is known of it.
+        std::vector<std::array<HalfBlur, 2>> blur;  // by pixel
+        // Returns the mean of the squared blur of its pixels (Film::ErrorEstimate::blur), or 0 if it is
+        // unknown.
         double blur2() const;
-        std::vector<float> values;  // that they are of, in no order that matters
+        std::vector<float> values;  // luminances of all samples or passes, in any order
         double mean() const;
         double variance() const;              // of mean()
-        double variance_of_a_sample() const;  // the pixels' mean; of a pass, where it works in passes
+        double variance_of_a_sample() const;  // mean over pixels; of a pass, if in passes
     };
     const std::vector<Block>& blocks() const { return blocks_; }
 
@@ -69,7 +70,7 @@ class Trial {
   private:
     static constexpr int kSamplesAtOnce = 2;
 
-    // Within so many seconds, with less than the settings ask for if need be.
+    // Prepares within `seconds`, with less work than the settings ask for if necessary.
     bool prepare(double seconds);
     // Takes the samples [first, last) of every pixel of the blocks [begin, end).
     void sample_blocks(std::size_t begin, std::size_t end, int first, int last);
@@ -85,11 +86,11 @@ class Trial {
     std::unique_ptr<const Estimator> estimator_;
     std::vector<V2i> places_;
     std::vector<Block> blocks_;
-    std::size_t next_ = 0;  // block to look at
-    int sweep_ = 0;         // over all blocks
+    std::size_t next_ = 0;  // next block to sample
+    int sweep_ = 0;         // sweeps completed over all blocks
     std::uint32_t passes_ = 0;
     double preparing_ = 0, once_ = 0, sampling_ = 0;  // seconds
-    std::uint64_t samples_ = 0;                       // of all pixels
+    std::uint64_t samples_ = 0;                       // summed over pixels
 };
 
 }  // namespace lucerna

@@ -58,7 +58,7 @@ Connection::Connection(Endpoint to, double patience) : to_(std::move(to)), patie
     if (unknown != 0) fail(gai_strerror(unknown));
     const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> all(first, freeaddrinfo);
 
-    // The first address that answers.
+    // Connect to the first address that answers.
     std::string cause = "no address";
     for (const addrinfo* at = all.get(); at; at = at->ai_next) {
         socket_ = socket(at->ai_family, at->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, at->ai_protocol);
@@ -90,7 +90,7 @@ Connection::~Connection() {
 
 void Connection::send(std::span<const std::byte> bytes) {
     while (!bytes.empty()) {
-        // No signal if the other side has gone: an error like any other.
+        // MSG_NOSIGNAL turns a closed connection into an error like any other.
         const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
         if (sent > 0) {
             bytes = bytes.subspan(static_cast<std::size_t>(sent));
@@ -104,7 +104,7 @@ void Connection::send(std::span<const std::byte> bytes) {
 
 void Connection::wait_until_writable() const {
     pollfd wanted{socket_, POLLOUT, 0};
-    // At least 1 ms; at most what an int of them can say, 24 days.
+    // At least 1 ms, and at most what an int holds, 24 days.
     const int milliseconds = static_cast<int>(std::clamp(patience_ * 1000, 1.0, 2e9));
     int ready = 0;
     do {

@@ -1,4 +1,4 @@
-// A TCP connection that sends: to a viewer on this machine or another, which may be slow, or go away.
+// Sends data over TCP to a viewer on this machine or another, which may be slow or disappear.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +14,15 @@ struct Endpoint {
     std::string host;  // a name or an address
     int port = 0;
 };
-// "host:port", "host" or ":port"; "[::1]:port" for an address with colons. No host: this machine. Throws
-// InputError.
+// Parses "host:port", "host", ":port", or "[::1]:port" for an address with colons. Without a host it is this
+// machine. Throws InputError.
 Endpoint parse_endpoint(const Location& at, std::string_view word, int default_port);
 std::string to_string(const Endpoint& endpoint);
 
 class Connection {
   public:
-    // Both throw InputError that names the endpoint and the cause, also when nothing moved for `patience`
-    // seconds (> 0). (A name is asked for without that limit.)
+    // Both throw InputError with the endpoint and the cause, also if nothing is transferred for `patience` >
+    // 0 seconds. (Name resolution has no such limit.)
     Connection(Endpoint to, double patience);
     void send(std::span<const std::byte> bytes);
 

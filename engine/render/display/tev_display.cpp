@@ -17,15 +17,15 @@ constexpr std::uint8_t kUpdateImage = 3;
 constexpr std::uint8_t kCreateImage = 4;
 
 constexpr const char* kChannels[] = {"R", "G", "B"};
-constexpr int kTile = 64;  // pixels: the unit of what has changed
+constexpr int kTile = 64;  // pixels, the unit of updates
 
-constexpr double kPatience = 2;                    // seconds that a viewer may take for anything
-constexpr std::chrono::seconds kUntilNextTry{10};  // a lost one is not asked all the time
+constexpr double kPatience = 2;                    // seconds to wait for a viewer
+constexpr std::chrono::seconds kUntilNextTry{10};  // pause before a lost viewer is tried again
 
 class Packet {
   public:
     explicit Packet(std::uint8_t kind) {
-        put(std::uint32_t{0});  // the length, put right at the end
+        put(std::uint32_t{0});  // the length, set in finished()
         put(kind);
     }
     template <typename Number>
@@ -55,7 +55,7 @@ TevDisplay::TevDisplay(Endpoint to, std::string name, Monitor& monitor)
     : to_(std::move(to)), name_(std::move(name)), monitor_(monitor) {}
 
 void TevDisplay::show(const Image& image) {
-    if (image.space) return show(brought_to_srgb(image, true));  // what the viewer takes it for
+    if (image.space) return show(brought_to_srgb(image, true));  // the viewer assumes sRGB
     if (!connection_ && std::chrono::steady_clock::now() < next_try_) return;
     try {
         send(image);
@@ -84,7 +84,7 @@ void TevDisplay::send(const Image& image) {
     sent_ = image;
 }
 
-// A new image is black everywhere.
+// Creates the image in the viewer, black everywhere.
 void TevDisplay::create(const Image& image) {
     Packet packet(kCreateImage);
     packet.put(std::uint8_t{0});  // the viewer stays in the background

@@ -1,9 +1,9 @@
-// The image as it converges, in a viewer that runs beside the render: tev, by its TCP protocol.
+// Shows the image as it converges in tev, a viewer that runs beside the render, by its TCP protocol.
 //
-// https://github.com/Tom94/tev (include/tev/Ipc.h). A packet is its length in bytes, its own four included,
-// and a byte that says what it is; numbers are little-endian, texts end in a zero byte. Two of its packets do
-// all that is needed: an image is created by name with its channels (4), and a rectangle of one channel is
-// updated (3), row by row.
+// Source: https://github.com/Tom94/tev (include/tev/Ipc.h). A packet consists of its length in bytes,
+// including these four, a byte for its type, and its contents; numbers are little-endian, and texts end with
+// a zero byte. Two types of packets suffice: one creates an image by name with its channels (4), the other
+// updates a rectangle of one channel, row by row (3).
 #pragma once
 
 #include <chrono>
@@ -21,11 +21,11 @@ inline constexpr int kTevPort = 14158;
 
 class TevDisplay {
   public:
-    // `name`: under which the viewer lists the image. Connects when there is something to show.
+    // The viewer lists the image as `name`. Connects when there is an image to show.
     TevDisplay(Endpoint to, std::string name, Monitor& monitor);
 
-    // Sends what has changed since the last time, R, G and B. Never throws: a viewer that is absent or lost
-    // is a warning, and asked again some seconds later.
+    // Sends the changes since the last call, R, G and B. Never throws: if the viewer is absent or lost, it
+    // warns and tries again some seconds later.
     void show(const Image& image);
 
   private:
