@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kFloats = 12;
 constexpr std::size_t kBytes = kFloats * sizeof(float) + sizeof(std::int32_t) + 2;
 
-std::string sensor_of(std::size_t photons) {
+std::string ply_header(std::size_t photons) {
     constexpr bool kLittle = std::endian::native == std::endian::little;
     std::string head = fmt::format("ply\nformat binary_{}_endian 1.0\ncomment photon maps of lucerna; map is",
                                    kLittle ? "little" : "big");
@@ -66,7 +66,7 @@ void write_map_points(const std::filesystem::path& file, const PhotonMaps& maps,
     for (const auto& map : maps.maps) photons += map ? map->size() : 0;
     require_memory(bytes_of(photons, kBytes), fmt::format("{} photons as points", photons),
                    "use fewer photons");
-    const std::string head = sensor_of(photons);
+    const std::string head = ply_header(photons);
     std::vector<std::byte> points;
     points.reserve(photons * kBytes);
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {

@@ -33,7 +33,7 @@ struct Expected {
     int frames = 1;
 };
 
-Expected sensor_of(const std::filesystem::path& file) {
+Expected expectation_in(const std::filesystem::path& file) {
     Expected expected;
     std::istringstream text(read_text(file));
     for (std::string line; std::getline(text, line) && line.starts_with("#");) {
@@ -74,7 +74,7 @@ std::string name_of(const ::testing::TestParamInfo<std::filesystem::path>& info)
 class LenientScene : public ::testing::TestWithParam<std::filesystem::path> {};
 
 TEST_P(LenientScene, IsRenderedWithOneWarningForEachDeparture) {
-    const Expected expected = sensor_of(GetParam());
+    const Expected expected = expectation_in(GetParam());
     ASSERT_GT(expected.least, 0) << "every one of them says what it shows";
     RecordingMonitor monitor;
     SceneOverrides overrides;
@@ -99,7 +99,7 @@ TEST_P(LenientScene, IsRenderedWithOneWarningForEachDeparture) {
 }
 
 TEST_P(LenientScene, IsRefusedByAStrictReaderForTheSameReason) {
-    const Expected expected = sensor_of(GetParam());
+    const Expected expected = expectation_in(GetParam());
     RecordingMonitor monitor;
     SceneOverrides overrides;
     overrides.strict = true;
