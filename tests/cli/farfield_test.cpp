@@ -57,7 +57,7 @@ TEST_F(FarFieldCommand, PhotometricFile_BecomesADiagramAndIsDescribed) {
     }
 }
 
-TEST_F(FarFieldCommand, OpeningOfALamp_IsWhatOfItShines) {
+TEST_F(FarFieldCommand, Long_OpeningOfALamp_IsWhatOfItShines) {
     const Outcome acquired = lucerna_run({"light", "acquire", "--radius", "3mm", "--flux", "1000", "--unit",
                                           "lm", "--views", "45x57", "--pixels", "24x24", "-o", "disc.exr"});
     ASSERT_EQ(acquired.code, 0) << acquired.err;

@@ -32,7 +32,7 @@ class LightRays : public testing::RunTest {
     double flux_ = 0;
 };
 
-TEST_F(LightRays, EmitThenImport_KeepsTheLumensInEveryFormat) {
+TEST_F(LightRays, Long_EmitThenImport_KeepsTheLumensInEveryFormat) {
     for (const std::string name : {"out.tm25ray", "out.dat", "out.ray"}) {
         const Outcome emitted = lucerna_run({"light", "emit", "lamp.exr", "--rays", "20000", "-o", name});
         ASSERT_EQ(emitted.code, 0) << emitted.err;

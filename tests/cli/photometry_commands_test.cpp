@@ -64,7 +64,7 @@ TEST_F(RunPhotometry, Glare_UnderASky_HasDgpAndAView) {
     EXPECT_EQ(lucerna_run({"falsecolour", "view.exr", "-o", "view.svg", "--layer", "denoised"}).code, 0);
 }
 
-TEST_F(RunPhotometry, Glare_OnAGridUnderASky_HasAPlanOfDgp) {
+TEST_F(RunPhotometry, Long_Glare_OnAGridUnderASky_HasAPlanOfDgp) {
     write_house();
     const Outcome glare =
         lucerna_run({"glare", "house.pbrt", "--floors", "1.2", "--margin", "1", "--spacing", "9", "--view",
@@ -100,7 +100,7 @@ TEST_F(RunPhotometry, Lux_OfAKindWithoutAFacing_RefusesOne) {
     write_point();
     const auto lux = [](const std::string& kind, const std::string& facing) {
         std::vector<std::string> line{"lux",     "point.pbrt", "--surface", "p=0,0,0:0,0,1e-5:1e-5,0,0",
-                                      "--kind",  kind,         "--samples", "1024",
+                                      "--kind",  kind,         "--samples", "4",
                                       "--quiet", "--json",     "-"};
         if (!facing.empty()) line.insert(line.end(), {"--facing", facing});
         return lucerna_run(line);

@@ -140,7 +140,7 @@ void expect_unbiased(const Scene& scene, const char* name) {
     }
 }
 
-TEST(GuidedLight, MeasuredLamp_IsUnbiased) {
+TEST(GuidedLight, Long_MeasuredLamp_IsUnbiased) {
     expect_unbiased(lamp_over_floor(), "lamp");
 }
 

@@ -122,7 +122,7 @@ TEST_F(Compensation, ByMoreRays_OfIlluminance_AgreesWithPath) {
                   "illuminance", 0.006);
 }
 
-TEST(CompensationInFog, AgreesWithPath_AndWithoutItLightIsMissing) {
+TEST(CompensationInFog, Long_AgreesWithPath_AndWithoutItLightIsMissing) {
     const auto foggy = [] {
         return testing::small_cornell_with([](SceneMaker& make) {
             make.region(testing::in_box(testing::homogeneous(Rgb(0.1F), Rgb(1, 0.8F, 0.6F), 0.4F), V3d(0.0),

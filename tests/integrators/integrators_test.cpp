@@ -161,7 +161,7 @@ TEST(Render, SmallCornell_EveryMethodAgreesWithPathInTheMean) {
 
 // Surfaces that are diffuse and something else (varnish, gloss, a mirror under it): photons are gathered for
 // the one part, rays traced for the other, and together they are what the path tracer sees.
-TEST(Render, VarnishAndGloss_EveryMethodAgreesWithPath) {
+TEST(Render, Long_VarnishAndGloss_EveryMethodAgreesWithPath) {
     const auto make_scene = [] {
         SceneMaker make;
         const auto white = make.diffuse(Rgb(0.7F));

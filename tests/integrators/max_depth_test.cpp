@@ -66,7 +66,7 @@ std::vector<Named> methods() {
 class MaxDepth : public ::testing::TestWithParam<int> {};
 
 // Twelve seeds and twelve comparisons for each depth: a right method fails once in a hundred depths.
-TEST_P(MaxDepth, EveryMethod_ShowsTheLightOfTheSamePaths) {
+TEST_P(MaxDepth, Long_EveryMethod_ShowsTheLightOfTheSamePaths) {
     const int depth = GetParam();
     const RegionMeans path = means(cornell_with_glass(), PathSettings{}, depth, 128);
     for (const Named& method : methods()) {
@@ -78,7 +78,7 @@ TEST_P(MaxDepth, EveryMethod_ShowsTheLightOfTheSamePaths) {
 INSTANTIATE_TEST_SUITE_P(Bounces, MaxDepth, ::testing::Values(1, 2, 3, 5));
 
 // The same test, given paths of one bounce more.
-TEST(MaxDepthIsSeen, OneBounceMore_IsRefused) {
+TEST(MaxDepthIsSeen, Long_OneBounceMore_IsRefused) {
     const RegionMeans path = means(cornell_with_glass(), PathSettings{}, 3, 128);
     for (const Named& method : methods()) {
         testing::expect_differs(means(cornell_with_glass(), method.settings, 4, 8), path, method.name);
@@ -86,7 +86,7 @@ TEST(MaxDepthIsSeen, OneBounceMore_IsRefused) {
 }
 
 // In fog scattering counts as well.
-TEST(MaxDepthInFog, EveryMethod_ShowsTheLightOfTheSamePaths) {
+TEST(MaxDepthInFog, Long_EveryMethod_ShowsTheLightOfTheSamePaths) {
     const RegionMeans path = means(testing::foggy_cornell(1, 0.3F), PathSettings{}, 2, 128);
     for (const Named& method : methods()) {
         if (method.name == "gather without points") continue;

@@ -206,7 +206,7 @@ class VarianceOfPasses {
     std::vector<std::vector<double>> errors_;
 };
 
-TEST(Progressive, IntegratingSphere_VarianceFallsAsPredicted) {
+TEST(Progressive, Long_IntegratingSphere_VarianceFallsAsPredicted) {
     const VarianceOfPasses shrinking(2.0F / 3), constant(1);
     EXPECT_GT(shrinking.p_value(2.0 / 3), testing::kFalseAlarm);
     EXPECT_GT(constant.p_value(1), testing::kFalseAlarm);

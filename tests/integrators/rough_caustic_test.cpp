@@ -52,7 +52,7 @@ Measured measure(const MaterialModel& plate, const IntegratorSettings& settings,
 
 class RoughCaustic : public ::testing::TestWithParam<bool> {};
 
-TEST_P(RoughCaustic, WhicheverMapHoldsIt_IsThereOnce) {
+TEST_P(RoughCaustic, Long_WhicheverMapHoldsIt_IsThereOnce) {
     const MaterialModel plate = GetParam() ? MaterialModel(varnished()) : MaterialModel(rough_metal());
     const double truth = measure(plate, PathSettings{}, 1024).mean;
     for (const IndirectMethod indirect : {IndirectMethod::gather, IndirectMethod::map}) {

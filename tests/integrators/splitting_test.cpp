@@ -148,7 +148,7 @@ testing::RegionMeans means(int gather_rays, int spp) {
 }
 
 // Numbers that differ from place to place, and chances below 1, change no mean: 4 sigmas, 2 comparisons.
-TEST(Splitting, OfAPhotonMapImage_ChangesNoMean) {
+TEST(Splitting, Long_OfAPhotonMapImage_ChangesNoMean) {
     testing::expect_agrees(means(0, 32), means(8, 16), "split", 0.01);
 }
 

@@ -69,7 +69,7 @@ double misfit(const PlaneIrradiance& field, const PlaneIrradiance& counted, doub
 
 // The functions Φ̃⊗Φ̃ of all filters sum to 1 between the outermost, so on the plane M, in its own pixels,
 // the field gives the mean irradiance without blur, and only noise remains.
-TEST(ThreeLeds, FieldOnItsOwnScreen_IsTheLuminairesLightWithinTheNoise) {
+TEST(ThreeLeds, Long_FieldOnItsOwnScreen_IsTheLuminairesLightWithinTheNoise) {
     const Scene lamp = read_lamp();
     constexpr std::int64_t kPaths = 1 << 20;
     const RaySet measured = rays_of_lamp(lamp, 1, kPaths);

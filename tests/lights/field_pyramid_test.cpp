@@ -163,7 +163,7 @@ testing::ChiSquare draws_against(const FieldPyramid& pyramid, const Rig& rig, co
     return testing::chi_square(observed, expected);
 }
 
-TEST(FieldPyramid, Points_FallByTheirDensity_AndAWrongOneIsSeen) {
+TEST(FieldPyramid, Long_Points_FallByTheirDensity_AndAWrongOneIsSeen) {
     for (const auto& [name, field] : cases()) {
         const FieldPyramid pyramid(field, table_of(field), 16, {});
         for (const V3d& x : {kPlaces[0], kPlaces[1], kPlaces[5]}) {

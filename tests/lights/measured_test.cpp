@@ -124,7 +124,7 @@ void expect_moments(const LightField& field, EmissionMode mode, bool expected_to
     EXPECT_EQ(all, expected_to_hold);
 }
 
-TEST(MeasuredLight, ExactEmission_OfASignedField_MeetsItsMoments) {
+TEST(MeasuredLight, Long_ExactEmission_OfASignedField_MeetsItsMoments) {
     for (const Rig& rig : all_rigs()) expect_moments(random_field(rig, -1, 2, 31), EmissionMode::exact, true);
 }
 
@@ -347,7 +347,7 @@ void expect_same(const RunningStats& a, const RunningStats& b) {
     EXPECT_LT(sigma, 0.05 * a.mean());
 }
 
-TEST(MeasuredLight, Irradiance_BySampleLeSampleLiAndLe_IsOne) {
+TEST(MeasuredLight, Long_Irradiance_BySampleLeSampleLiAndLe_IsOne) {
     for (const Rig& rig : all_rigs()) {
         const LightField field = random_field(rig, -1, 2, 34);
         for (const double scale : {1.0, 20.0}) {

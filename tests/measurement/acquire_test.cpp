@@ -299,7 +299,7 @@ TEST(ProjectRays, OneRay_FillsItsFourByFourFilters) {
                 bell_dual(0.25) / 0.004 * bell_dual(0.2) / 0.005 / (0.03 * 0.02), 100);
 }
 
-TEST(ChoosePlanes, WideAndNarrowLobes_CatchTheShareAskedFor) {
+TEST(ChoosePlanes, Long_WideAndNarrowLobes_CatchTheShareAskedFor) {
     Monitor silent;
     for (const double exponent : {1.0, 5.0, 200.0}) {
         const RaySet set = rays_of(Outline::rectangle, {0.002, 0.001}, 10, exponent, 50000, 4);

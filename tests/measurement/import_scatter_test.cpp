@@ -100,7 +100,7 @@ bool one_variance(double a, double freedom_a, double b, double freedom_b) {
 
 // U is twice the standard deviation of replicates, and replicates must scatter as independent files do.
 // Replicates that keep the lamp's planes fixed do not (F = 6.4 of 158 files) and must be rejected.
-TEST(ImportScatter, OfReplicates_IsThatOfIndependentRayFiles) {
+TEST(ImportScatter, Long_OfReplicates_IsThatOfIndependentRayFiles) {
     constexpr int kRays = 10'000, kFiles = 60, kSets = 8, kReplicates = 8;
     RunningStats files;
     double anew = 0, on_planes_of_the_lamp = 0;
@@ -130,7 +130,7 @@ TEST(ImportScatter, OfReplicates_IsThatOfIndependentRayFiles) {
 // The errors that an import states are unbiased against fresh rays. Estimates by the rays that chose the
 // resolution are biased and must be rejected: the least of many estimates is too small, and cells weighted by
 // the very rays that are counted in them make it too large, which is the stronger effect.
-TEST(ImportScatter, ErrorsStated_AreNotTheLeastOfManyEstimates) {
+TEST(ImportScatter, Long_ErrorsStated_AreNotTheLeastOfManyEstimates) {
     constexpr int kRays = 20'000, kFiles = 40, kFresh = 200'000;
     Monitor silent;
     const RaySet fresh = disc_rays(kFresh, 1000);

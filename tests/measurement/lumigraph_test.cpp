@@ -174,7 +174,7 @@ TEST(FitLumigraph, LampThatShinesUp_NeedsNoSlabBelow) {
 
 // A share of 1e-3 of the light leaves at random, also from far outside the lamp; the flux account must
 // contain it.
-TEST(FitLumigraph, StrayRays_AreAccountedFor) {
+TEST(FitLumigraph, Long_StrayRays_AreAccountedFor) {
     RaySet set = sphere_rays(1 << 13);
     for (std::size_t i = 0; i < set.rays.size(); i += 1024) set.rays[i].o += V3f(0.7F, -0.4F, 0.2F);
     set.flux += 2, set.skipped_flux = 2;
@@ -187,7 +187,7 @@ TEST(FitLumigraph, StrayRays_AreAccountedFor) {
 }
 
 // One ray in a hundred starts metres away, more of them on one side than on the other.
-TEST(FitLumigraph, StrayRaysFromFarAround_DoNotMakeTheBox) {
+TEST(FitLumigraph, Long_StrayRaysFromFarAround_DoNotMakeTheBox) {
     RaySet set = sphere_rays(1 << 13);
     for (std::size_t i = 0; i < set.rays.size(); i += 100) {
         Sampler sampler(12, Purpose::test, 0, i);
@@ -237,7 +237,7 @@ TEST(FitLumigraph, DiscThatShinesSideways_IsHeld) {
     }));
 }
 
-TEST(FitLumigraph, TwoBulbsAMetreApart_AreHeld) {
+TEST(FitLumigraph, Long_TwoBulbsAMetreApart_AreHeld) {
     expect_held(lamp_of(1 << 13, [](Sampler& sampler) {
         const V2f u = sampler.next2();
         const V3d n = V3d(square_to_sphere({std::fmod(2 * u.x, 1.0F), u.y}));
@@ -246,7 +246,7 @@ TEST(FitLumigraph, TwoBulbsAMetreApart_AreHeld) {
     }));
 }
 
-TEST(FitLumigraph, ThinRing_IsHeld) {
+TEST(FitLumigraph, Long_ThinRing_IsHeld) {
     expect_held(lamp_of(1 << 13, [](Sampler& sampler) {
         const V2f u = sampler.next2();
         const double around = 2 * M_PI * double{u.x}, across = 2 * M_PI * double{u.y};
@@ -360,7 +360,7 @@ Irradiance irradiance_at(const Light& light, const V3d& x, int samples) {
     return e;
 }
 
-TEST(Lumigraph, IrradianceAroundASphere_IsThatOfTheFormula) {
+TEST(Lumigraph, Long_IrradianceAroundASphere_IsThatOfTheFormula) {
     const auto light = light_of(sphere().lamp);
     RunningStats error;
     for (const V3d& x : places_around()) {
@@ -397,7 +397,7 @@ TEST(Lumigraph, DrawnDirections_AreSeenAsTheyWereDrawn) {
     }
 }
 
-TEST(Lumigraph, Parts_AddUpToTheWhole) {
+TEST(Lumigraph, Long_Parts_AddUpToTheWhole) {
     const auto light = light_of(sphere().lamp);
     std::size_t cells = 0;
     for (const Slab& slab : sphere().lamp.slabs()) {
@@ -460,7 +460,7 @@ TEST(Lumigraph, Particles_MadeManyAtOnce_AreTheSingleOnes) {
 
 // --- no seams ---
 
-TEST(Lumigraph, FarFieldOfASphere_HasNoSeams) {
+TEST(Lumigraph, Long_FarFieldOfASphere_HasNoSeams) {
     const auto intensity = [&](const V3d& d) {
         double sum = 0;
         for (const Slab& slab : sphere().lamp.slabs()) {

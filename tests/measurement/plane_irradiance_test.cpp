@@ -68,7 +68,7 @@ TEST(PlaneIrradiance, ApproximateReconstruction_IsTheIntegralOfItsRadiance) {
     }
 }
 
-TEST(PlaneIrradiance, Point_RandomFieldsOfBothSetups_IsTheIntegralOfTheirRadiance) {
+TEST(PlaneIrradiance, Long_Point_RandomFieldsOfBothSetups_IsTheIntegralOfTheirRadiance) {
     for (const Rig& rig : all_rigs()) {
         const LightField field = random_field(rig, -0.3F, 1.0F, 11);
         for (const V3d& point : {V3d(0.003, -0.004, 0.02), V3d(-0.01, 0.012, 0.05), V3d(0.004, 0.01, 0.08),

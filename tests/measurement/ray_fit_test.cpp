@@ -51,7 +51,7 @@ TEST(Waist, ParallelRays_IsWhereTheyStart) {
     EXPECT_NEAR(waist_of(set).z, 2, 1e-12);
 }
 
-TEST(ChoosePlanes, S_StandsAtTheWaistButNotBehindWhatEmits) {
+TEST(ChoosePlanes, Long_S_StandsAtTheWaistButNotBehindWhatEmits) {
     Monitor silent;
     // The plane goes to a waist in front of the lamp, and to the lamp's front if the waist lies behind it (a
     // virtual focus).
@@ -63,7 +63,7 @@ TEST(ChoosePlanes, S_StandsAtTheWaistButNotBehindWhatEmits) {
     EXPECT_NEAR(choose_planes(bundle(0.001, 0, 0.3, 5, 20000, 14), {}, {}, silent).rig.centre.z, 0, 1e-4);
 }
 
-TEST(ChoosePlanes, MoreRays_MakeAFieldOfLessError) {
+TEST(ChoosePlanes, Long_MoreRays_MakeAFieldOfLessError) {
     Monitor silent;
     double error = INFINITY;
     for (const int count : {2000, 20000, 200000}) {
@@ -74,7 +74,7 @@ TEST(ChoosePlanes, MoreRays_MakeAFieldOfLessError) {
 }
 
 // The error stated for a field from its own rays must be the error that two million other rays find.
-TEST(ChoosePlanes, ErrorStated_IsWhatFreshRaysFind) {
+TEST(ChoosePlanes, Long_ErrorStated_IsWhatFreshRaysFind) {
     Monitor silent;
     const RaySet fresh = bundle(0.002, 0, 0, 1, 2'000'000, 39);
     std::vector<std::size_t> all(fresh.rays.size());

@@ -96,7 +96,7 @@ void read_without_a_warning(const std::filesystem::path& file) {
 }
 
 // Runs in CI only, because the generators take half a minute.
-TEST(ScenesWithTheirMeshes, All_AreReadWithoutAWarning) {
+TEST(ScenesWithTheirMeshes, Long_All_AreReadWithoutAWarning) {
     make_what_is_missing();
     const auto files = main_files();
     EXPECT_GE(files.size(), 40U);

@@ -186,7 +186,7 @@ std::string told(const Room& room, const Coverage& coverage, const RunningStats&
 
 // Where a table, a partition or a lens hides small lamps from most of the floor, paths from the floor rarely
 // meet them.
-TEST(LuxCoverage, WhereLampsAreMetSeldom_IsAsStated) {
+TEST(LuxCoverage, Long_WhereLampsAreMetSeldom_IsAsStated) {
     constexpr int kSeeds = 12;
     for (const Room& room : rooms()) {
         if (room.name != "glass partition" && room.name != "spot behind a lens") continue;
@@ -198,7 +198,7 @@ TEST(LuxCoverage, WhereLampsAreMetSeldom_IsAsStated) {
     }
 }
 
-TEST(LuxCoverage, OfSixRooms_IsAsStated) {
+TEST(LuxCoverage, Nightly_OfSixRooms_IsAsStated) {
     constexpr int kSeeds = 40;
     int held = 0, by_half = 0, of = 0;
     for (const Room& room : rooms()) {

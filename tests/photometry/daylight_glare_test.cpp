@@ -226,7 +226,7 @@ TEST(DaylightGlare, OfASkyThroughFog_IsWeakenedOnTheWay) {
 
 // The intervals of DGP in a white room lit through a hole contain the noise of the picture and of the
 // illuminance.
-TEST(DaylightGlare, Intervals_HoldTheTruthAsOftenAsStated) {
+TEST(DaylightGlare, Long_Intervals_HoldTheTruthAsOftenAsStated) {
     Job job = job_of(
         "LightSource \"infinite\" \"rgb L\" [8000 8000 8000]\nMaterial \"diffuse\" \"rgb reflectance\" "
         "[0.7 0.7 0.7]\nShape \"sphere\" \"float radius\" 3 \"float zmax\" 2\n");

@@ -77,7 +77,7 @@ class OfASmallLamp : public ::testing::Test {
     }
 };
 
-TEST_F(OfASmallLamp, FarAway_IsNoMoreThanTheFloor) {
+TEST_F(OfASmallLamp, Long_FarAway_IsNoMoreThanTheFloor) {
     const Found far = error_at(2, true);
     EXPECT_GT(far.floor, 0);
     EXPECT_LT(far.floor, 0.01);
@@ -89,7 +89,7 @@ TEST_F(OfASmallLamp, FarAway_IsNoMoreThanTheFloor) {
 }
 
 // On the axis of a disc of radius r, E = Φ/π / (r² + z²), so the error is (r/z)².
-TEST_F(OfASmallLamp, NearBy_IsItsClosedForm) {
+TEST_F(OfASmallLamp, Long_NearBy_IsItsClosedForm) {
     const double z = 0.02;
     const Found near = error_at(z, true);
     EXPECT_NEAR(near.error.points[4].value, std::pow(0.0015 / z, 2), near.floor + 2e-3);

@@ -118,7 +118,7 @@ TEST(Glare, Precision_HoldsForTheBackgroundAndTheEye) {
 }
 
 // A chip much smaller than the filter appears as a Gaussian, whose squared integral is (L a)² / (4 pi s²).
-TEST(Glare, OfAChip_IsThatOfTheFilteredLuminance) {
+TEST(Glare, Long_OfAChip_IsThatOfTheFilteredLuminance) {
     const Disc chip{0.0005, 1e8, 1, 10};
     const GlareReport sharp = rate({chip}), blurred = rate({chip}, 0.012);
     const double area = kPiD * chip.r * chip.r;  // sr, from 1 m
@@ -131,7 +131,7 @@ TEST(Glare, OfAChip_IsThatOfTheFilteredLuminance) {
     EXPECT_LT(blurred.sources[0].seen.half_width, 0.2 * expected);
 }
 
-TEST(Glare, OfWhatIsHiddenOrBehind_IsNone) {
+TEST(Glare, Long_OfWhatIsHiddenOrBehind_IsNone) {
     EXPECT_TRUE(std::isinf(rate({{0.1, 1e4, 2, 180}}).ugr.value));
     std::string hidden = sphere_with({{0.1, 1e4, 3, 0}});
     hidden += "Translate 0 0 1 Shape \"disk\" \"float radius\" 0.5\n";
@@ -145,7 +145,7 @@ TEST(Glare, OfWhatIsHiddenOrBehind_IsNone) {
 
 // A far field of I = 400 cd in all directions, 3 m away, has an opening of 0.6 m x 0.3 m x 0.1 m seen from
 // below at 30 degrees from its nadir: L = I / A, ω = A / d².
-TEST(Glare, OfAPhotometricFile_IsByItsLuminousOpening) {
+TEST(Glare, Long_OfAPhotometricFile_IsByItsLuminousOpening) {
     const testing::TemporaryFolder folder;
     const auto rating = [&](const std::string& opening) {
         std::ofstream(folder / "lamp.ies")
@@ -247,7 +247,7 @@ GlareOptions with_blur(double blur, double precision = 0.03) {
 
 // The eye is in a ball of absorbing fog, with the camera and the luminaires outside. L is attenuated along
 // the way through the fog, and nothing else in the sum changes.
-TEST(Glare, ThroughFog_IsWeakenedOnTheWay) {
+TEST(Glare, Long_ThroughFog_IsWeakenedOnTheWay) {
     constexpr double kSigma = 0.4, kBall = 1.5;
     const std::string fog = fmt::format(
         "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [{0} {0} {0}] \"rgb "
@@ -343,7 +343,7 @@ double background_by_light_paths(bool pane) {
 
 // The light of a luminaire behind a clear pane is attenuated by the pane's transmittance, and still counts as
 // the luminaire's, not as background.
-TEST(Glare, BehindAPane_IsTheLuminairesStill) {
+TEST(Glare, Long_BehindAPane_IsTheLuminairesStill) {
     const auto world = [](bool pane) {
         return std::string(
                    "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5] ReverseOrientation "
@@ -440,7 +440,7 @@ class OfAMeasuredDisc : public ::testing::Test {
     }
 };
 
-TEST_F(OfAMeasuredDisc, SolidAngleAndRating_AreTheDiscs) {
+TEST_F(OfAMeasuredDisc, Long_SolidAngleAndRating_AreTheDiscs) {
     const GlareReport report = rate_scene(world, with_blur(0));
     ASSERT_EQ(report.sources.size(), 1U);
     const double solid_angle = kPiD * sqr(kR / kD), l = kFlux / (sqr(kPiD) * sqr(kR));
@@ -452,7 +452,7 @@ TEST_F(OfAMeasuredDisc, SolidAngleAndRating_AreTheDiscs) {
 }
 
 // Tests the intervals of both terms, of the background and of both ratings, over 40 seeds.
-TEST_F(OfAMeasuredDisc, Intervals_HoldTheTruthAsOftenAsStated) {
+TEST_F(OfAMeasuredDisc, Long_Intervals_HoldTheTruthAsOftenAsStated) {
     constexpr std::size_t kReadings = 5;
     const auto readings = [&](std::uint64_t seed, int samples, double precision) {
         GlareOptions options = with_blur(0.012, precision);

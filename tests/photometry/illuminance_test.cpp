@@ -144,7 +144,7 @@ TEST(Illuminance, UnderAnEvenSky_IsPiL) {
 }
 
 // In a sphere that emits L and reflects rho, E = pi L / (1 - rho), of which pi L is direct.
-TEST(Illuminance, InAGlowingSphere_IsASeriesOfReflections) {
+TEST(Illuminance, Long_InAGlowingSphere_IsASeriesOfReflections) {
     const std::string sphere =
         "Material \"diffuse\" \"rgb reflectance\" [0.6 0.6 0.6]\n"
         "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] ReverseOrientation\n"
@@ -253,7 +253,7 @@ TEST(Illuminance, Statistics_AreThoseOfThePoints) {
     EXPECT_NEAR(found.uniformity.value, least / (sum / 35), 1e-12);
 }
 
-TEST(Illuminance, ToAPrecision_IsThatPreciseAndNoMore) {
+TEST(Illuminance, Long_ToAPrecision_IsThatPreciseAndNoMore) {
     Monitor silent;
     IlluminanceOptions options;
     options.workers = {2};

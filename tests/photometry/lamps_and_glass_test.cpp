@@ -291,7 +291,7 @@ std::string cell(const Lamp& lamp, const Glass& glass, const std::string& method
     return lamp.name + ", " + glass.name + ", " + method;
 }
 
-TEST(LampsAndGlass, BehindPanes_EveryMethodFindsEveryLamp) {
+TEST(LampsAndGlass, Long_BehindPanes_EveryMethodFindsEveryLamp) {
     const TemporaryFolder folder;
     for (const Lamp& lamp : every_lamp(folder.path())) {
         for (const Glass& glass : kStraight) {
@@ -329,7 +329,7 @@ TEST(LampsAndGlass, BehindPanes_EveryMethodFindsEveryLamp) {
     }
 }
 
-TEST(LampsAndGlass, BehindMirrorsAndThickGlass_MethodsWithPhotonsFindEveryLamp) {
+TEST(LampsAndGlass, Long_BehindMirrorsAndThickGlass_MethodsWithPhotonsFindEveryLamp) {
     const TemporaryFolder folder;
     for (const Lamp& lamp : every_lamp(folder.path())) {
         for (const Glass& glass : kBent) {
@@ -348,7 +348,7 @@ TEST(LampsAndGlass, BehindMirrorsAndThickGlass_MethodsWithPhotonsFindEveryLamp) 
     }
 }
 
-TEST(LampsAndGlass, BehindMirrorsAndThickGlass_PathsFindTheLampOrSayWhatIsMissing) {
+TEST(LampsAndGlass, Long_BehindMirrorsAndThickGlass_PathsFindTheLampOrSayWhatIsMissing) {
     const TemporaryFolder folder;
     for (const Lamp& lamp : every_lamp(folder.path())) {
         for (const Glass& glass : kBent) {
@@ -411,7 +411,7 @@ EyeTruth eye_truth(const Lamp& lamp, const Glass& glass, const std::filesystem::
     return truth;
 }
 
-TEST(LampsAndGlass, Glare_IsRatedOrSaysWhatItHasNoTermFor) {
+TEST(LampsAndGlass, Long_Glare_IsRatedOrSaysWhatItHasNoTermFor) {
     const TemporaryFolder folder;
     constexpr double kOfPhotons = 0.03;  // bias of density estimation
     Observer observer;

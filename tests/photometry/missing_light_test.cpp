@@ -118,7 +118,7 @@ TEST(MissingLight, BehindAPane_NothingIsMissing) {
 }
 
 // The lamp is large enough to be met, over a mirror and behind glass.
-TEST(MissingLight, LampThatPathsMeet_IsNotCalledMissing) {
+TEST(MissingLight, Long_LampThatPathsMeet_IsNotCalledMissing) {
     const std::string world =
         "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb "
         "L\" [10 "

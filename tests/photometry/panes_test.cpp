@@ -92,7 +92,7 @@ double behind_two_panes(const Lamp& lamp, const V3d& p, double distance) {
 
 // Behind an IES lamp 1 lx is 1 lm/m², and the other lamps' numbers are in W; each lamp is alone in its scene,
 // so the readings compare directly.
-TEST(IlluminanceBehindPanes, OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
+TEST(IlluminanceBehindPanes, Long_OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
     const TemporaryFolder folder;
     const CalculationSurface surface = plane(0, 3, {12, 12});
     const V3d turned(std::sin(20 * kPiD / 180), 0,
@@ -135,7 +135,7 @@ TEST(IlluminanceBehindPanes, OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatAr
 }
 
 // A measured lamp's light has no closed form, so the lamp without a pane is the reference.
-TEST(IlluminanceBehindPanes, OfAMeasuredLamp_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
+TEST(IlluminanceBehindPanes, Long_OfAMeasuredLamp_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
     const TemporaryFolder folder;
     write_light_field(folder / "field.exr", lambertian_disc(rig_b(), 0.008));
     const std::string lamp = fmt::format(

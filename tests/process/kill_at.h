@@ -1,10 +1,8 @@
 // Starts the built command and kills it without warning (SIGKILL) at a verified moment: while a phase is
-// running, or while a file is being written.
+// running, or when a file has been written and has not yet replaced the old one.
 #pragma once
 
 #include <fcntl.h>
-#include <poll.h>
-#include <sys/inotify.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,12 +15,13 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace lucerna::testing {
 
-// When to kill: at the beginning of the phase (by the command's name for it), or when the temporary file of
-// `file` ("*": any file) is created; the `count`-th time, from 1.
+// When to kill: at the beginning of the phase (by the command's name for it), or when `file` ("out/": any
+// file of that folder) is complete under its temporary name; the `count`-th time, from 1.
 struct KillAt {
     std::string phase, file;
     int count = 1;
@@ -32,7 +31,7 @@ struct Ended {
     int code = 0;           // 128 + the signal if one ended it
     std::string said;       // standard output
     bool killed = false;    // by the test
-    bool in_place = false;  // the phase had not ended, or the temporary file existed
+    bool in_place = false;  // the phase had not ended, or the file had not been replaced
     std::vector<std::string> lines() const {
         std::vector<std::string> all;
         for (std::size_t at = 0, end = 0; at < said.size(); at = end + 1) {
@@ -72,30 +71,25 @@ class Handle {
 
 class KillableCommand {
   public:
-    // Runs in `folder` and watches `watched` for files.
-    KillableCommand(std::filesystem::path folder, std::filesystem::path watched)
-        : folder_(std::move(folder)), watched_(std::move(watched)) {}
-    explicit KillableCommand(const std::filesystem::path& folder) : KillableCommand(folder, folder) {}
+    explicit KillableCommand(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
     // Runs the command to its end, or to the moment of the kill.
     Ended run(const std::vector<std::string>& words, const std::optional<KillAt>& when = {}) const {
-        const Handle events(inotify_init1(IN_NONBLOCK | IN_CLOEXEC));
-        if (inotify_add_watch(events, watched_.c_str(), IN_CREATE) < 0) throw std::runtime_error("no watch");
         std::array<int, 2> ends{};
         if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
         const Handle from(ends[0]);
         pid_t child = 0;
         {
             const Handle to(ends[1]);
-            child = start(words, to);
+            child = start(words, to, when);
         }
-        Ended ended = watch(child, from, events, when);
+        Ended ended = watch(child, from, when);
         int status = 0;
         waitpid(child, &status, 0);
         ended.code = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
         // The command may end before the signal arrives.
         ended.killed = ended.code == 128 + SIGKILL;
-        if (ended.killed && when) ended.in_place = in_place(ended, child, *when);
+        if (ended.killed && when) ended.in_place = in_place(ended, *when);
         return ended;
     }
 
@@ -111,7 +105,7 @@ class KillableCommand {
     }
 
   private:
-    pid_t start(std::vector<std::string> words, int to) const {
+    pid_t start(std::vector<std::string> words, int to, const std::optional<KillAt>& when) const {
         words.insert(words.begin(), LUCERNA_COMMAND);
         std::vector<char*> argv;
         for (std::string& word : words) argv.push_back(word.data());
@@ -120,70 +114,43 @@ class KillableCommand {
         if (child < 0) throw std::runtime_error("no process");
         if (child == 0) {
             dup2(to, STDOUT_FILENO);
+            if (when && !when->file.empty()) kill_at_file(*when);
             if (chdir(folder_.c_str()) == 0) execv(argv[0], argv.data());
             _exit(127);
         }
         return child;
     }
 
-    // Watches the output until it is closed.
-    static Ended watch(pid_t child, int from, int events, const std::optional<KillAt>& when) {
+    // Has the library tests/process/preload/kill_at_file.cpp kill this process.
+    void kill_at_file(const KillAt& when) const {
+        const std::string file = (std::filesystem::canonical(folder_) / when.file).string();
+        setenv("LD_PRELOAD", LUCERNA_KILL_AT_FILE, 1);
+        setenv("LUCERNA_TEST_KILL_FILE", (file.ends_with('/') ? file : file + ".").c_str(), 1);
+        setenv("LUCERNA_TEST_KILL_COUNT", std::to_string(when.count).c_str(), 1);
+    }
+
+    // Reads the output until it is closed.
+    static Ended watch(pid_t child, int from, const std::optional<KillAt>& when) {
         Ended ended;
         bool sent = false;
         std::array<char, 4096> buffer{};
-        int files = 0;
         for (;;) {
-            std::array<pollfd, 2> both{pollfd{from, POLLIN, 0}, pollfd{events, POLLIN, 0}};
-            poll(both.data(), both.size(), -1);
-            if (both[1].revents != 0) files += files_made(events, child, when ? when->file : "");
-            bool closed = false;
-            if (both[0].revents != 0) {
-                const ssize_t got = read(from, buffer.data(), buffer.size());
-                closed = got <= 0;
-                if (got > 0) ended.said.append(buffer.data(), static_cast<std::size_t>(got));
-            }
-            if (when && !sent && !closed && is_time(ended, files, *when)) {
+            const ssize_t got = read(from, buffer.data(), buffer.size());
+            if (got <= 0) return ended;
+            ended.said.append(buffer.data(), static_cast<std::size_t>(got));
+            if (when && !when->phase.empty() && !sent && times_begun(ended, when->phase) >= when->count) {
                 ::kill(child, SIGKILL);
                 sent = true;
             }
-            if (closed) return ended;
         }
-    }
-
-    // Returns whether the name is that of a temporary file of replace_file().
-    static bool is_unfinished(std::string_view name, pid_t child, const std::string& file) {
-        const std::string suffix = "." + std::to_string(child) + ".part";
-        return file == "*" ? name.ends_with(suffix) : name == file + suffix;
-    }
-
-    static int files_made(int events, pid_t child, const std::string& file) {
-        alignas(inotify_event) std::array<char, 4096> buffer{};
-        int count = 0;
-        for (ssize_t got = 0; (got = read(events, buffer.data(), buffer.size())) > 0;) {
-            for (ssize_t at = 0; at < got;) {
-                const auto* event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
-                const std::string_view name = event->len > 0 ? event->name : "";
-                count += !file.empty() && is_unfinished(name, child, file) ? 1 : 0;
-                at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
-            }
-        }
-        return count;
     }
 
     static int times_begun(const Ended& ended, const std::string& phase) {
         const std::vector<std::string> lines = ended.lines();
         return static_cast<int>(std::count(lines.begin(), lines.end(), phase + " …"));
     }
-    static bool is_time(const Ended& ended, int files, const KillAt& when) {
-        return when.phase.empty() ? files >= when.count : times_begun(ended, when.phase) >= when.count;
-    }
-    bool in_place(const Ended& ended, pid_t child, const KillAt& when) const {
-        if (when.phase.empty()) {
-            for (const auto& entry : std::filesystem::directory_iterator(watched_)) {
-                if (is_unfinished(entry.path().filename().string(), child, when.file)) return true;
-            }
-            return false;
-        }
+    static bool in_place(const Ended& ended, const KillAt& when) {
+        if (when.phase.empty()) return true;
         const std::vector<std::string> lines = ended.lines();
         const auto ends = std::count_if(lines.begin(), lines.end(), [&](const std::string& line) {
             return line.starts_with(when.phase + ": ") && line.find(" left") == line.npos;
@@ -191,7 +158,7 @@ class KillableCommand {
         return times_begun(ended, when.phase) == when.count && ends == when.count - 1;
     }
 
-    std::filesystem::path folder_, watched_;
+    std::filesystem::path folder_;
 };
 
 // Removes the temporary files that killed commands leave.

@@ -60,7 +60,7 @@ std::vector<Case> cases() {
 
 // With 8 pairs of renders the measured bias is known to about 5 %, and the mean of the stated values to about
 // 15 %.
-TEST(BlurOfPhotons, OfAShadowsEdge_IsWhatIsStated) {
+TEST(BlurOfPhotons, Long_OfAShadowsEdge_IsWhatIsStated) {
     const Job exact = job_of(PathSettings{}, 256);
     Monitor silent;
     RenderOptions options;

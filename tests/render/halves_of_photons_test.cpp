@@ -108,7 +108,7 @@ RunningStats correlation(const Scene& scene, const Case& which, bool two_halves)
     return correlations;
 }
 
-TEST(HalvesOfPhotons, ErrorsOfBothHalves_DoNotDependOnEachOther) {
+TEST(HalvesOfPhotons, Long_ErrorsOfBothHalves_DoNotDependOnEachOther) {
     for (const Case& which : cases()) {
         SCOPED_TRACE(which.name);
         const Scene scene = which.scene();
@@ -142,7 +142,7 @@ double sigmas(const RunningStats& a, const RunningStats& b) {
     return std::fabs(a.mean() - b.mean()) / std::hypot(a.standard_error(), b.standard_error());
 }
 
-TEST(HalvesOfPhotons, TheirMean_IsThatOfOneMapAndAsGood) {
+TEST(HalvesOfPhotons, Long_TheirMean_IsThatOfOneMapAndAsGood) {
     constexpr std::uint64_t kSeeds = 40;
     for (const Case& which : cases()) {
         SCOPED_TRACE(which.name);

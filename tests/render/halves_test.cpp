@@ -47,7 +47,7 @@ TEST(Halves, TogetherAreTheFilmOfAllSamples) {
 
 // The halves must differ by the image's noise only: none of it is common to both, and none is subtracted
 // twice.
-TEST(Halves, OfAPathTracersImage_DoNotDependOnEachOther) {
+TEST(Halves, Long_OfAPathTracersImage_DoNotDependOnEachOther) {
     constexpr int kSize = 48, kSamples = 8, kReference = 2048;
     const auto image = [](int samples, bool halves) {
         Job job = testing::make_job(testing::integrating_sphere(0.5F, 1),

@@ -281,10 +281,10 @@ void expect_parts_of_path(bool fog) {
     }
 }
 
-TEST(LayersBesidePath, OfEveryMethod_AreThoseOfPath) {
+TEST(LayersBesidePath, Long_OfEveryMethod_AreThoseOfPath) {
     expect_parts_of_path(false);
 }
-TEST(LayersBesidePath, OfEveryMethodInFog_AreThoseOfPath) {
+TEST(LayersBesidePath, Nightly_OfEveryMethodInFog_AreThoseOfPath) {
     expect_parts_of_path(true);
 }
 
@@ -360,7 +360,7 @@ TEST(LightLayers, Media_AreWhatIsSeenInARoomOfBlackWalls) {
     }
 }
 
-TEST(LightGroups, EachIsTheImageOfItsLampsAlone) {
+TEST(LightGroups, Long_EachIsTheImageOfItsLampsAlone) {
     const auto all = over_seeds([] { return room(true); }, PathSettings{}, 128, kSeeds);
     for (const bool wide : {true, false}) {
         const auto alone = [wide] {

@@ -208,7 +208,7 @@ TEST(ChooseMethod, AMethodThatIsWrong_IsNotTakenForItsQuiet) {
 
 // A point light inside a glass ball: no camera path finds it, and the path tracer's image is black without
 // any noise. The light that photons find must count against it.
-TEST(ChooseMethod, LightThatPathsCannotFind_IsNotTakenForDarkness) {
+TEST(ChooseMethod, Long_LightThatPathsCannotFind_IsNotTakenForDarkness) {
     Monitor silent;
     testing::SceneMaker make;
     make.room({1, 1, 1}, make.diffuse(Rgb(0.6F)));

@@ -120,7 +120,7 @@ void expect_same(const RenderResult& a, const RenderResult& b) {
 
 class RanksOfEveryMethod : public ::testing::TestWithParam<Case> {};
 
-TEST_P(RanksOfEveryMethod, MakeTheImageOfOneProcess_BitForBit) {
+TEST_P(RanksOfEveryMethod, Long_MakeTheImageOfOneProcess_BitForBit) {
     const RenderResult expected = alone(GetParam(), 12);
     for (const int size : {1, 2, 3, 8}) {
         for (const std::vector<int>& threads : {std::vector{1}, std::vector{2}}) {
@@ -166,7 +166,7 @@ class StopAt final : public Monitor {
     std::atomic<int> left_;  // samples of a tile
 };
 
-TEST(Ranks, StoppedAnywhere_GoOnOnAnyNumberOfRanks) {
+TEST(Ranks, Long_StoppedAnywhere_GoOnOnAnyNumberOfRanks) {
     constexpr int kSamples = 24;
     std::vector<Case> all = cases();
     int goes = 0;

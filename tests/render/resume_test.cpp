@@ -147,7 +147,7 @@ TEST(Resume, AdaptiveSamples_SameImageBitForBit) {
                 HasSubstr("another kind or size"));
 }
 
-TEST(Resume, StoppedAnywhere_SameImageBitForBit) {
+TEST(Resume, Long_StoppedAnywhere_SameImageBitForBit) {
     constexpr int kSamples = 4;
     std::vector<Case> all = cases();
     for (Case& which : cases_of_halves()) all.push_back(std::move(which));

@@ -192,7 +192,7 @@ std::vector<View> views() {
             {"lens, mitchell and fog", filter_of(FilterSettings::Kind::mitchell, 2), 0.05F, true}};
 }
 
-TEST(SmallLamps, MeansOfPixels_AreThoseOfRaysThatMeetThemByChance) {
+TEST(SmallLamps, Long_MeansOfPixels_AreThoseOfRaysThatMeetThemByChance) {
     constexpr int kSampled = 4'000, kMet = 30'000;
     for (const View& view : views()) {
         SCOPED_TRACE(view.name);
@@ -232,7 +232,7 @@ std::vector<IntegratorSettings> methods() {
     return {PathSettings{}, DirectSettings{}, maps, igi, progressive};
 }
 
-TEST(SmallLamps, OfEveryMethod_AreSeenOnce) {
+TEST(SmallLamps, Long_OfEveryMethod_AreSeenOnce) {
     for (const bool fog : {false, true}) {
         for (const IntegratorSettings& method : methods()) {
             SCOPED_TRACE(integrator_name(method));

@@ -84,7 +84,7 @@ Verdict compare(const Side& c, const V3f& wo, const Pdf& pdf) {
 
 class BsdfSums : public ::testing::TestWithParam<Case> {};
 
-TEST_P(BsdfSums, Sample_RoughParts_FollowPdfW) {
+TEST_P(BsdfSums, Long_Sample_RoughParts_FollowPdfW) {
     const Side c(GetParam());
     const Bsdf bsdf = c.bsdf();
     if (!c.has_rough_part()) {  // nothing follows a density: there must be none

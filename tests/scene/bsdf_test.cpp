@@ -104,7 +104,7 @@ Verdict compare(const Case& c, const V3f& wo, const Pdf& pdf) {
 
 class BsdfSampling : public ::testing::TestWithParam<Case> {};
 
-TEST_P(BsdfSampling, Sample_AnyAngle_FollowsPdfW) {
+TEST_P(BsdfSampling, Long_Sample_AnyAngle_FollowsPdfW) {
     const Case& c = GetParam();
     const Bsdf bsdf = c.bsdf();
     const Pdf pdf = [&](const V3f& wo, const V3f& wi) { return bsdf.pdf_w(wo, wi); };
