@@ -327,7 +327,7 @@ class MeasuredLight final : public Light {
             return;
         }
         emit(u, out);
-        lift(out);
+        move_to_shape(out);
     }
 
     // Estimates the share of the flux along lines that miss the shape.
@@ -665,7 +665,7 @@ class MeasuredLight final : public Light {
     }
 
     // Moves each particle to where its line last crosses the shape or leaves the box.
-    void lift(std::span<std::optional<LeSample>> particles) const {
+    void move_to_shape(std::span<std::optional<LeSample>> particles) const {
         if (!shape_ && !box_) return;
         for (auto& particle : particles) {
             if (!particle) continue;

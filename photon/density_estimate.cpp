@@ -184,10 +184,10 @@ DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf
     const Layer layer = kind == MapKind::direct    ? Layer::direct
                         : kind == MapKind::caustic ? Layer::caustic
                                                    : Layer::indirect;
-    const bool by_straying = kind == MapKind::caustic && path.tells_caustics();
-    if (!by_straying && !path.tells_groups()) {
+    const bool by_straying = kind == MapKind::caustic && path.separates_caustics();
+    if (!by_straying && !path.has_groups()) {
         const DensityEstimateResult result = radiance(hit, bsdf, wo);
-        path.book_in_layer(layer, result.value);
+        path.add_to_layer(layer, result.value);
         return result;
     }
     PhotonShares shares(path);
@@ -196,10 +196,10 @@ DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf
             shares.add(photon.light, photon.strayed != 0, brought);
         });
     if (by_straying) {
-        path.book_in_layer(Layer::caustic, shares.part(result.value, false));
-        path.book_in_layer(Layer::indirect, shares.part(result.value, true));
+        path.add_to_layer(Layer::caustic, shares.part(result.value, false));
+        path.add_to_layer(Layer::indirect, shares.part(result.value, true));
     } else {
-        path.book_in_layer(layer, result.value);
+        path.add_to_layer(layer, result.value);
     }
     shares.book_groups(result.value);
     return result;

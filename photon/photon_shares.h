@@ -20,7 +20,7 @@ class PhotonShares {
     // Adds the contribution of a photon, in any unit.
     void add(std::uint32_t light, bool strayed, const Rgb& brought) {
         by_straying_[strayed ? 1 : 0] += V3d(brought);
-        if (!path_.tells_groups()) return;
+        if (!path_.has_groups()) return;
         const std::uint32_t group = path_.group_of(light);
         for (Share& share : by_group_) {
             if (share.group == group) {
@@ -35,7 +35,7 @@ class PhotonShares {
     Rgb part(const Rgb& value, bool strayed) const { return share_of(value, by_straying_[strayed ? 1 : 0]); }
     // Books `value` by light group only.
     void book_groups(const Rgb& value) const {
-        for (const Share& share : by_group_) path_.book_in_group(share_of(value, share.sum), share.light);
+        for (const Share& share : by_group_) path_.add_to_group(share_of(value, share.sum), share.light);
     }
 
   private:

@@ -107,7 +107,7 @@ void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::
         constexpr bool kIsShared = requires(Visitor & v, Packer & p) {
             v.fields(p);
         };
-        std::atomic<std::int64_t> told{0};
+        std::atomic<std::int64_t> reported{0};
         shared_chunks(
             kIsShared ? work.workers : work.workers.alone(), paths.phase,
             (to - from + paths.per_chunk - 1) / paths.per_chunk, ResultsOf::everywhere,
@@ -126,7 +126,7 @@ void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::
             },
             [&](std::int64_t more) {
                 // The last chunk may have fewer paths.
-                const std::int64_t before = told.fetch_add(more);
+                const std::int64_t before = reported.fetch_add(more);
                 phase.advance(static_cast<std::uint64_t>(std::min(to, begin_of(before + more)) -
                                                          std::min(to, begin_of(before))));
             });

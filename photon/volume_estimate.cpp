@@ -159,8 +159,8 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& 
     // Divides by r² and by r separately, because r³ of a tiny scene would underflow.
     result.value = result.value * (0.75F * kInvPi / r2) / (result.radius * result.filled);
     if (!path) return result;
-    path->book_in_layer(Layer::indirect, result.value);
-    if (!path->tells_groups()) return result;
+    path->add_to_layer(Layer::indirect, result.value);
+    if (!path->has_groups()) return result;
     PhotonShares shares(*path);
     for (const Brought& photon : brought) shares.add(photon.light, true, photon.value);
     shares.book_groups(result.value);

@@ -28,7 +28,7 @@ namespace lucerna {
 struct CommandContext {
     std::ostream& out;
     std::ostream& err;
-    const Surroundings& around;
+    const ProcessContext& process;
 };
 
 void add_render_command(CLI::App& program, const CommandContext& context);
@@ -116,16 +116,16 @@ inline void add_unit_option(CLI::App& app, std::optional<FluxUnit>& unit) {
 
 // While an object lives, a signal asks the command to stop and keep its results. It does not cover reading,
 // which has no results to keep and does not poll for a stop.
-class Listening {
+class StopOnSignals {
   public:
-    explicit Listening(const Surroundings& around) : listening_(around.listening) {
+    explicit StopOnSignals(const ProcessContext& process) : listening_(process.listening) {
         if (listening_) *listening_ = true;
     }
-    ~Listening() {
+    ~StopOnSignals() {
         if (listening_) *listening_ = false;
     }
-    Listening(const Listening&) = delete;
-    Listening& operator=(const Listening&) = delete;
+    StopOnSignals(const StopOnSignals&) = delete;
+    StopOnSignals& operator=(const StopOnSignals&) = delete;
 
   private:
     std::atomic<bool>* listening_;

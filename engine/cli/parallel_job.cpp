@@ -53,7 +53,7 @@ void ParallelJob::run(const std::function<void()>& act) const {
             leave_it_to_rank_0();
             who += fmt::format(": rank {} on {}", ranks_->rank(), ranks_->host(ranks_->rank()));
         }
-        const int code = report_error(context_.err, context_.around, who);
+        const int code = report_error(context_.err, context_.process, who);
         context_.err.flush();
         ranks_->abort(code);
     }

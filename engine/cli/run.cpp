@@ -128,7 +128,7 @@ int parse_and_act(CLI::App& program, int argc, const char* const* argv, std::ost
 }  // namespace
 
 int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& err,
-        const Surroundings& around) {
+        const ProcessContext& process) {
     PlainStream out(all_out);
     try {
         const std::span<const char* const> words(argv + std::min(argc, 1), argv + argc);
@@ -142,7 +142,7 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         add_text_flag(program, "--bash-completion", "Print the bash completion script and exit",
                       bash_completion, out);
         program.require_subcommand(0, 1);
-        const CommandContext context{out, err, around};
+        const CommandContext context{out, err, process};
         add_render_command(program, context);
         add_light_command(program, context);
         add_import_command(program, context);
@@ -171,15 +171,15 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         return parse_and_act(program, argc, argv, out, err);
     } catch (...) {
         if (rank_by_launcher() > 0) leave_it_to_rank_0();
-        return report_error(err, around);
+        return report_error(err, process);
     }
 }
 
-int report_error(std::ostream& err, const Surroundings& around, std::string_view who) {
+int report_error(std::ostream& err, const ProcessContext& process, std::string_view who) {
     try {
         throw;
     } catch (const Stopped& stopped) {
-        return fail(err, kStopped + (around.stop ? around.stop->load() : 0), stopped.what(), who);
+        return fail(err, kStopped + (process.stop ? process.stop->load() : 0), stopped.what(), who);
     } catch (const InputError& error) {
         return fail(err, kBadInput, error.what(), who);
     } catch (const std::filesystem::filesystem_error& error) {

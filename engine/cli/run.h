@@ -13,7 +13,7 @@
 namespace lucerna {
 
 // The properties of the process in which a command runs.
-struct Surroundings {
+struct ProcessContext {
     bool terminal = false;  // `err` is a terminal that understands \r and ESC [K
     const std::atomic<int>* stop =
         nullptr;  // the signal by which the user asks to stop, 0: none; may be null
@@ -24,9 +24,9 @@ struct Surroundings {
 
 // Call it in a catch block. Prints one line on `err` that begins with `who` and describes the exception, and
 // returns the exit code.
-int report_error(std::ostream& err, const Surroundings& around, std::string_view who = "lucerna");
+int report_error(std::ostream& err, const ProcessContext& process, std::string_view who = "lucerna");
 
 int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
-        const Surroundings& around = {});
+        const ProcessContext& process = {});
 
 }  // namespace lucerna

@@ -186,22 +186,22 @@ Numbers dependence(const std::array<Image, 2>& halves, const Workers& workers) {
     constexpr double kMost = 16;
     const Image &a = halves[0], &b = halves[1];
     const V2i size = size_of(a);
-    Numbers seen(area(size)), told(area(size));
+    Numbers measured(area(size)), stated(area(size));
     for_each_row(workers, size, [&](int y) {
         for (int x = 0; x < size.x; ++x) {
             const std::size_t i = place(size, x, y);
-            seen[i] = sqr(double{luminance(a.rgb_at(x, y))} - double{luminance(b.rgb_at(x, y))});
+            measured[i] = sqr(double{luminance(a.rgb_at(x, y))} - double{luminance(b.rgb_at(x, y))});
             for (const Image* half : {&a, &b}) {
                 V3d variance;
                 for (int c = 0; c < 3; ++c) variance[c] = double{half->value(x, y, kVariance + c)};
-                told[i] += luminance_variance(variance);
+                stated[i] += luminance_variance(variance);
             }
         }
     });
-    seen = smoothed(seen, size, kReach, workers), told = smoothed(told, size, kReach, workers);
-    for (std::size_t i = 0; i < seen.size(); ++i)
-        seen[i] = told[i] > 0 ? std::clamp(seen[i] / told[i], 1 / kMost, kMost) : 1;
-    return seen;
+    measured = smoothed(measured, size, kReach, workers), stated = smoothed(stated, size, kReach, workers);
+    for (std::size_t i = 0; i < measured.size(); ++i)
+        measured[i] = stated[i] > 0 ? std::clamp(measured[i] / stated[i], 1 / kMost, kMost) : 1;
+    return measured;
 }
 
 // Reduces the trust in a pixel whose variance is much larger than the median around it: it holds light that

@@ -145,13 +145,13 @@ std::optional<BsdfSample> GuidedLight::operator()(const Vertex& vertex, Sampler&
     const Candidates all = draw_candidates(scene_, vertex, choice, settings_.candidates, sampler);
     if (all.sum > 0) {
         // On average over the kept candidate, each light gets its own contribution.
-        path.direct(
+        path.add_direct(
             all.radiance(settings_.candidates) * transmitted_share(scene_, vertex, all.light_sample, sampler),
             all.light);
     }
     for (const std::uint32_t sun : choice.suns()) {
         if (const auto from_sun = sunlight(scene_, vertex, sun, sampler))
-            path.direct(from_sun->radiance, sun);
+            path.add_direct(from_sun->radiance, sun);
     }
 
     // Sample the BSDF.

@@ -239,11 +239,11 @@ void look_at_two(std::uint32_t branch, SplitMoments& pilot, const EyePath& path,
     for (std::uint32_t i = 0; i < 2; ++i) {
         SampleAccount found = path.scratch();
         EyePath one = path;
-        one.book_in(found);
+        one.use_account(found);
         Sampler own = sampler.split_alike(branch + kBranches * i);
         ratio[i] = double{take(one, own)};
         value[i] = double{luminance(found.radiance())};
-        path.take(found, 0.5F);
+        path.add_account(found, 0.5F);
     }
     pilot.add(value[0], value[1], ratio[0], ratio[1]);
 }
@@ -337,14 +337,14 @@ bool FinalGather::shade_gather(const EyePath& path, const Vertex& vertex, float 
     // The estimate is booked once it is known that it counts.
     SampleAccount found = path.scratch();
     PathAccount of_indirect = path;
-    of_indirect.book_in(found);
+    of_indirect.use_account(found);
     const auto indirect = indirect_at_gather_hit(of_indirect, vertex, how, sampler);
     if (!indirect || indirect->radius > length) {
         sample_direct(path, vertex, sampler);
         estimate(MapKind::caustic, path, vertex, how, sampler);
         return true;
     }
-    path.take(found);
+    path.add_account(found);
     if (!indirect->has_direct) direct(path, vertex, how, sampler);
     return false;
 }
@@ -362,7 +362,7 @@ std::optional<FinalGather::IndirectAtGatherHit> FinalGather::indirect_at_gather_
             const Rgb radiance = irradiance_suffices(vertex.bsdf)
                                      ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
                                      : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
-            path.indirect(found->share * radiance, 0);  // irradiance points do not separate light groups
+            path.add_indirect(found->share * radiance, 0);  // irradiance points do not separate light groups
             return IndirectAtGatherHit{found->radius, holds_direct(settings_, scene_)};
         }
         // With direct = map, lights that only particles carry are found by density estimates alone.
@@ -408,7 +408,7 @@ float FinalGather::estimate(MapKind kind, const PathAccount& path, const Vertex&
     own.sharper = path.wants_blur();
     const auto book = [&](const DensityEstimate& density) {
         const DensityEstimateResult found = density.radiance(vertex.hit, vertex.bsdf, vertex.wo, kind, path);
-        if (own.sharper) path.blurred(found.value - found.sharper);
+        if (own.sharper) path.add_blur(found.value - found.sharper);
         return found.radius;
     };
     // The boundary correction assumes that light is even over the disc; a caustic is not.

@@ -129,7 +129,7 @@ class IgiEstimator final : public Estimator {
         const PathAccount scaled = path.times(settings_.indirect_scale);
         lights_.choose(place, set.vpls, u, more, [&](const Vpl& light, float scale) {
             if (int{light.bounces} > bounces) return;
-            scaled.indirect(scale * shading_.shade(place, light, Rgb(1), more), light.light);
+            scaled.add_indirect(scale * shading_.shade(place, light, Rgb(1), more), light.light);
         });
     }
 

@@ -11,7 +11,7 @@ namespace lucerna {
 namespace {
 
 MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
-    if (goes_by_guides(settings, scene)) {
+    if (uses_light_guides(settings, scene)) {
         return {false, fmt::format("direct light is sampled, guided by {} light paths of its own",
                                    guide_paths(settings))};
     }
@@ -71,7 +71,7 @@ MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& s
     return {false, ""};
 }
 
-bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene) {
+bool uses_light_guides(const PhotonMapSettings& settings, const Scene& scene) {
     return settings.direct == DirectMethod::gated ||
            (settings.direct == DirectMethod::guided && !nothing_to_choose(scene));
 }

@@ -156,7 +156,7 @@ namespace {
 // Traces the photons that guide direct light; none if the settings do not use them.
 std::optional<GuideMap> emit_guides(const PhotonMapSettings& settings, const RenderContext& context,
                                     OnceStatistics& statistics) {
-    if (!goes_by_guides(settings, context.scene)) return std::nullopt;
+    if (!uses_light_guides(settings, context.scene)) return std::nullopt;
     const bool gate = settings.direct == DirectMethod::gated;
     const Stopwatch building;
     const float radius = density_settings(settings, context.scene).eye.radius;

@@ -39,7 +39,7 @@ MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& s
 
 // Tells whether photons of their own guide the sampling of direct light. `guided` needs none where there is
 // only one light to choose.
-bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene);
+bool uses_light_guides(const PhotonMapSettings& settings, const Scene& scene);
 // Returns how many light paths make the photons that guide direct light.
 std::int64_t guide_paths(const PhotonMapSettings& settings);
 

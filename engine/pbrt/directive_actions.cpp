@@ -39,7 +39,7 @@ bool DirectiveReader::leniently(const Params& params, std::string_view instead, 
         return true;
     } catch (const TextError& error) {
         if (params.ours() || reading_.leniency.strict()) throw;
-        reading_.depart(error.place(), error.message(), instead);
+        reading_.warn_or_refuse(error.place(), error.message(), instead);
         return false;
     }
 }
@@ -64,8 +64,8 @@ void DirectiveReader::rotate() {
     const auto v = numbers(4, "degrees and the axis x y z");
     const V3d axis = vector_at(v, 1);
     if (axis.length2() == 0) {
-        return reading_.depart(place_, fmt::format("Rotate {}: the axis has no length", listed(v)),
-                               "the rotation is ignored");
+        return reading_.warn_or_refuse(place_, fmt::format("Rotate {}: the axis has no length", listed(v)),
+                                       "the rotation is ignored");
     }
     concatenate(rotation(v[0], axis), listed(v));
 }
@@ -74,7 +74,7 @@ void DirectiveReader::look_at_directive() {
     const auto v = numbers(9, "eye, target and up, x y z each");
     const std::optional<M44d> view = look_at(vector_at(v, 0), vector_at(v, 3), vector_at(v, 6));
     if (!view) {
-        return reading_.depart(
+        return reading_.warn_or_refuse(
             place_,
             fmt::format("LookAt {}: eye and target coincide, or up is parallel to the viewing direction",
                         listed(v)),
@@ -92,8 +92,8 @@ void DirectiveReader::active_transform() {
     }
     reading_.state.at_start = token.text != "EndTime";
     if (token.text != "All") {
-        reading_.depart(place_, "motion is not supported", "the scene is rendered as at StartTime",
-                        "motion blur");
+        reading_.warn_or_refuse(place_, "motion is not supported", "the scene is rendered as at StartTime",
+                                "motion blur");
     }
 }
 
@@ -124,10 +124,10 @@ void DirectiveReader::coord_sys_transform() {
     if (found == coordinate_systems_.end()) {
         std::vector<std::string_view> names;
         for (const auto& [known, ctm] : coordinate_systems_) names.push_back(known);
-        return reading_.depart(place_,
-                               fmt::format("there is no coordinate system \"{}\"; {}{} are defined",
-                                           shown(name), did_you_mean(name, names), names.size()),
-                               "the transformation is not changed");
+        return reading_.warn_or_refuse(place_,
+                                       fmt::format("there is no coordinate system \"{}\"; {}{} are defined",
+                                                   shown(name), did_you_mean(name, names), names.size()),
+                                       "the transformation is not changed");
     }
     if (reading_.state.at_start) reading_.state.ctm = found->second;
 }
@@ -277,12 +277,12 @@ void DirectiveReader::renderer() {
                        "largestepprobability", "maxconsecutiverejects"});
     } else if (kind != "sampler") {
         if (kind != "aggregatetest" && kind != "createprobes" && kind != "surfacepoints") {
-            reading_.depart(
+            reading_.warn_or_refuse(
                 place_, fmt::format("unknown Renderer \"{}\"; known are sampler, metropolis", shown(kind)),
                 "sampler is used");
         } else {
-            reading_.depart(place_, fmt::format("Renderer \"{}\" does not render a picture", kind),
-                            "a picture is rendered");
+            reading_.warn_or_refuse(place_, fmt::format("Renderer \"{}\" does not render a picture", kind),
+                                    "a picture is rendered");
         }
         for (const Param& param : params.all()) params.accept({param.name});
     }
@@ -306,7 +306,7 @@ void DirectiveReader::color_space() {
     if (!space) {
         std::vector<std::string_view> names;
         for (const ColourSpace& known : colour_spaces()) names.push_back(known.name);
-        reading_.depart(
+        reading_.warn_or_refuse(
             place_,
             fmt::format("ColorSpace \"{}\" is unknown; expected {}", shown(name), fmt::join(names, ", ")),
             "colours are read as sRGB", "saturation");
@@ -351,10 +351,10 @@ void DirectiveReader::option() {
         if (is_known) {
             reading_.warn(at, fmt::format("Option \"{}\" has no effect", param.name));
         } else {
-            reading_.depart(at,
-                            fmt::format("unknown Option \"{}\"; {}known are {}", shown(param.name),
-                                        did_you_mean(param.name, known), fmt::join(known, ", ")),
-                            "it is left out");
+            reading_.warn_or_refuse(at,
+                                    fmt::format("unknown Option \"{}\"; {}known are {}", shown(param.name),
+                                                did_you_mean(param.name, known), fmt::join(known, ", ")),
+                                    "it is left out");
         }
     }
 }
@@ -402,7 +402,7 @@ void DirectiveReader::volume_integrator() {
     const std::string kind = quoted("a kind of volume integrator");
     Params params = parameters(kind, "");
     if (kind != "single" && kind != "emission") {
-        reading_.depart(
+        reading_.warn_or_refuse(
             place_, fmt::format("unknown VolumeIntegrator \"{}\"; known are single, emission", shown(kind)),
             "media are rendered by the integrator");
     }
@@ -421,10 +421,11 @@ void DirectiveReader::integrate_media() {
     if (!draft.uses_media || std::holds_alternative<PathSettings>(draft.integrator)) return;
     for (const DraftMedium& made : draft.media) {
         if (!made.medium || !made.medium->emits()) continue;
-        reading_.depart(made.place,
-                        fmt::format("medium \"{}\" emits light, which \"{}\" does not transport to surfaces",
-                                    shown(made.name), integrator_name(draft.integrator)),
-                        "the scene is rendered by \"path\"");
+        reading_.warn_or_refuse(
+            made.place,
+            fmt::format("medium \"{}\" emits light, which \"{}\" does not transport to surfaces",
+                        shown(made.name), integrator_name(draft.integrator)),
+            "the scene is rendered by \"path\"");
         draft.integrator = PathSettings{};
         return;
     }
@@ -454,7 +455,7 @@ void DirectiveReader::make_named_material() {
     Params params = parameters(name, "material");
     std::string kind = params.string("type", "");
     if (!params.has("type")) {
-        reading_.depart(
+        reading_.warn_or_refuse(
             place_,
             fmt::format("MakeNamedMaterial \"{}\" lacks \"string type\", the kind of material", shown(name)),
             "matte is used");
@@ -487,9 +488,9 @@ void DirectiveReader::named_material() {
     const std::string name = quoted("a name");
     const auto found = reading_.materials.find(name);
     if (found == reading_.materials.end()) {
-        return reading_.depart(place_, never_made("material", name, reading_.materials),
-                               fmt::format("the current material is kept (\"{}\")",
-                                           shown(reading_.state.material->material.name)));
+        return reading_.warn_or_refuse(place_, never_made("material", name, reading_.materials),
+                                       fmt::format("the current material is kept (\"{}\")",
+                                                   shown(reading_.state.material->material.name)));
     }
     reading_.state.material = found->second;
 }
@@ -501,10 +502,11 @@ void DirectiveReader::texture() {
     const bool of_floats = type == "float";
     Params params = parameters(kind, "texture");
     if (!of_floats && type != "spectrum" && type != "color") {
-        return reading_.depart(place_,
-                               fmt::format("Texture \"{}\": unknown type \"{}\"; expected spectrum or float",
-                                           shown(name), shown(type)),
-                               "it is left out");
+        return reading_.warn_or_refuse(
+            place_,
+            fmt::format("Texture \"{}\": unknown type \"{}\"; expected spectrum or float", shown(name),
+                        shown(type)),
+            "it is left out");
     }
     // Textures of colours and of floats have separate names.
     if (of_floats ? reading_.float_textures.contains(name) : reading_.textures.contains(name)) {
@@ -531,7 +533,7 @@ void DirectiveReader::texture() {
 
 void DirectiveReader::object_begin() {
     if (reading_.object) {
-        reading_.depart(
+        reading_.warn_or_refuse(
             place_,
             fmt::format(
                 "ObjectBegin within the ObjectBegin of \"{}\"; objects may contain shapes and instances only",
@@ -565,10 +567,10 @@ void DirectiveReader::object_instance() {
     const std::string name = quoted("the name of an object");
     const auto found = objects_.find(name);
     if (found == objects_.end()) {
-        return reading_.depart(place_, never_made("object", name, objects_), "it is left out");
+        return reading_.warn_or_refuse(place_, never_made("object", name, objects_), "it is left out");
     }
     if (!inverse(reading_.state.ctm)) {
-        return reading_.depart(
+        return reading_.warn_or_refuse(
             place_, fmt::format("ObjectInstance \"{}\": its transformation is not invertible", shown(name)),
             "it is left out");
     }

@@ -126,8 +126,8 @@ bool DirectiveReader::more() {
 
 void DirectiveReader::leave_rest() {
     if (!more()) return;
-    reading_.depart(tokens().place(), "the text after WorldEnd is another frame",
-                    "only the first one is used");
+    reading_.warn_or_refuse(tokens().place(), "the text after WorldEnd is another frame",
+                            "only the first one is used");
     reading_.leniency.sum_up();
 }
 
@@ -214,7 +214,7 @@ void DirectiveReader::note_directive(const Entry& entry) {
 void DirectiveReader::depart_oddities(const Source& source) {
     for (const Source::Oddity& oddity : source.take_oddities()) {
         for (std::uint64_t i = 0; i < oddity.times; ++i)
-            reading_.depart({&source, oddity.offset}, oddity.what, oddity.instead);
+            reading_.warn_or_refuse({&source, oddity.offset}, oddity.what, oddity.instead);
     }
 }
 
@@ -222,10 +222,10 @@ bool DirectiveReader::stands_here(const Entry& entry) {
     const bool early = entry.where == Where::world_only && stage_ == Stage::options;
     const bool late = entry.where == Where::options_only && stage_ == Stage::world;
     if (!early && !late) return true;
-    reading_.depart(place_,
-                    fmt::format("{} is {} WorldBegin; put it {} it", entry.name, early ? "before" : "after",
-                                early ? "after" : "before"),
-                    "it is left out");
+    reading_.warn_or_refuse(place_,
+                            fmt::format("{} is {} WorldBegin; put it {} it", entry.name,
+                                        early ? "before" : "after", early ? "after" : "before"),
+                            "it is left out");
     skip_arguments();
     return false;
 }
@@ -408,8 +408,9 @@ bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
     for (; tokens().peek().kind == Token::Kind::number; ++count) tokens().next();
     if (count == 16 || tokens().peek().kind != Token::Kind::close) return false;
     tokens().next();
-    reading_.depart(place_, fmt::format("{} has {} numbers; expected 16, a matrix by columns", name_, count),
-                    "it is left out");
+    reading_.warn_or_refuse(place_,
+                            fmt::format("{} has {} numbers; expected 16, a matrix by columns", name_, count),
+                            "it is left out");
     return true;
 }
 
@@ -443,7 +444,7 @@ bool DirectiveReader::end_block(std::string_view opening) {
     const auto begun = std::find_if(saved_.rbegin(), saved_.rend(),
                                     [&](const Saved& saved) { return saved.directive == opening; });
     if (begun == saved_.rend()) {
-        reading_.depart(place_, fmt::format("{} without {}", name_, opening), "it is left out");
+        reading_.warn_or_refuse(place_, fmt::format("{} without {}", name_, opening), "it is left out");
         return false;
     }
     draft_.world.directives.add(")");
@@ -451,10 +452,10 @@ bool DirectiveReader::end_block(std::string_view opening) {
     while (saved_.back().directive != opening) {
         const Saved& last = saved_.back();
         const bool object_goes_on = last.directive == "ObjectBegin";
-        reading_.depart(place_,
-                        fmt::format("{} closes the {} of {}; blocks must nest", name_, last.directive,
-                                    to_string(last.place.location())),
-                        object_goes_on ? "the object continues" : "both end here");
+        reading_.warn_or_refuse(place_,
+                                fmt::format("{} closes the {} of {}; blocks must nest", name_, last.directive,
+                                            to_string(last.place.location())),
+                                object_goes_on ? "the object continues" : "both end here");
         if (object_goes_on) return end_block_around_object(opening);
         saved_.pop_back();
     }
@@ -487,8 +488,9 @@ bool DirectiveReader::end_block_around_object(std::string_view opening) {
 void DirectiveReader::close_blocks(std::string_view before) {
     while (!saved_.empty()) {
         const Saved& last = saved_.back();
-        reading_.depart(last.place, fmt::format("this {} is not ended before {}", last.directive, before),
-                        "it ends there");
+        reading_.warn_or_refuse(last.place,
+                                fmt::format("this {} is not ended before {}", last.directive, before),
+                                "it ends there");
         // An object that the beginning of another one has ended is complete; only its block is still open.
         if (last.directive == "ObjectBegin" && reading_.object) complete_object();
         saved_.pop_back();
@@ -498,14 +500,14 @@ void DirectiveReader::close_blocks(std::string_view before) {
 void DirectiveReader::concatenate(const M44d& m, std::string_view what) {
     const M44d product = then(m, reading_.state.ctm);
     if (!is_finite(product)) {
-        return reading_.depart(place_, fmt::format("{} {}: expected a finite transformation", name_, what),
-                               "it is left out");
+        return reading_.warn_or_refuse(
+            place_, fmt::format("{} {}: expected a finite transformation", name_, what), "it is left out");
     }
     if (!reading_.state.at_start) return;
     // A singular transformation flattens shapes, which remain visible; directives that need its inverse
     // report that themselves.
     if (inverse(reading_.state.ctm) && !inverse(product)) {
-        reading_.depart(
+        reading_.warn_or_refuse(
             place_,
             fmt::format("{} {}: not invertible; expected an invertible, affine transformation", name_, what),
             "shapes are converted to triangles and flattened");

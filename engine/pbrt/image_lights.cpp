@@ -53,11 +53,12 @@ std::shared_ptr<const DirectionalImage> read_sphere(Reading& reading, Params& pa
             reading.warn(params.place_of("filename"),
                          fmt::format("{} × {} is not square: read as latitude-longitude", width, height));
         } else {
-            params.depart(params.place_of("filename"),
-                          fmt::format("the image is {} × {}; expected a square image (equal-area), or one "
-                                      "twice as wide as high (latitude-longitude)",
-                                      width, height),
-                          "it is read as latitude-longitude");
+            params.warn_or_refuse(
+                params.place_of("filename"),
+                fmt::format("the image is {} × {}; expected a square image (equal-area), or one "
+                            "twice as wide as high (latitude-longitude)",
+                            width, height),
+                "it is read as latitude-longitude");
         }
     }
     return std::make_shared<DirectionalImage>(named.image, map);
@@ -80,7 +81,8 @@ LightAxes light_axes(const Reading& reading, const Params& params) {
         "is stretched or sheared by its transformation; expected rotation, reflection, translation and "
         "uniform scale";
     if (!(rest.length2() > 0.5)) fail(params.place(), "{} {}", params.owner(), what);
-    params.depart(params.place(), fmt::format("{} {}", params.owner(), what), "its frame is straightened");
+    params.warn_or_refuse(params.place(), fmt::format("{} {}", params.owner(), what),
+                          "its frame is straightened");
     return {V3f(across), V3f(rest.dot(y) < 0 ? -rest : rest), V3f(z)};
 }
 

@@ -69,8 +69,9 @@ std::string our_name(Reading& reading, const std::string& kind, const Params& pa
     for (const UnsupportedIntegrator& unsupported : kUnsupportedIntegrators) {
         if (kind == unsupported.pbrt) {
             if (!unsupported.why.empty()) {
-                reading.depart(params.place(), fmt::format("Integrator \"{}\" is not supported", kind),
-                               fmt::format("{} is used instead: {}", unsupported.ours, unsupported.why));
+                reading.warn_or_refuse(
+                    params.place(), fmt::format("Integrator \"{}\" is not supported", kind),
+                    fmt::format("{} is used instead: {}", unsupported.ours, unsupported.why));
             }
             return std::string(unsupported.ours);
         }
@@ -153,7 +154,7 @@ void read_passes(Reading& reading, Params& params) {
         if (!params.has(name)) continue;
         const int passes = params.integer(name, 1), held = std::clamp(passes, 1, kMostPasses);
         if (held != passes) {
-            params.depart(
+            params.warn_or_refuse(
                 params.place_of(name),
                 fmt::format("\"{}\": {} is not accepted; expected 1 to {}", name, passes, kMostPasses),
                 fmt::format("{} is used", held));
@@ -175,7 +176,7 @@ bool or_default(const Params& params, const Param& param, const Set& set) {
         message = printable(error.what());
         if (message.starts_with(place)) message.erase(0, place.size());
     }
-    params.depart(param.place, message, "the default is used");
+    params.warn_or_refuse(param.place, message, "the default is used");
     return true;
 }
 
@@ -184,7 +185,7 @@ void set_leniently(IntegratorSettings& settings, Params& params, std::string_vie
                    const Param& param) {
     if (const auto instead = instead_of_removed(settings, target)) {
         params.accept({param.name});
-        params.depart(param.place, fmt::format("\"{}\" has been removed", param.name), *instead);
+        params.warn_or_refuse(param.place, fmt::format("\"{}\" has been removed", param.name), *instead);
         return;
     }
     const std::vector<Field> known = fields(settings);

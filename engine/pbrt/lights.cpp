@@ -50,10 +50,11 @@ double positive_or_none(Params& params, std::string_view name) {
     if (!params.has(name)) return 0;
     const double value = params.real(name, 0);
     if (value > 0 && value <= 1e30) return value;
-    params.depart(params.place_of(name),
-                  fmt::format("\"{}\" of {}: {:g} is not accepted; expected more than 0 and at most 1e30",
-                              name, params.owner(), value),
-                  "it is left out");
+    params.warn_or_refuse(
+        params.place_of(name),
+        fmt::format("\"{}\" of {}: {:g} is not accepted; expected more than 0 and at most 1e30", name,
+                    params.owner(), value),
+        "it is left out");
     return 0;
 }
 
@@ -113,7 +114,7 @@ void read_spot(Reading& reading, Params& params) {
     spot.delta_degrees = params.real_within("conedeltaangle", 5, 0, 180);
     if (spot.delta_degrees > spot.cone_degrees) {
         // The falloff cannot begin beyond the axis, so it begins at the axis.
-        params.depart(
+        params.warn_or_refuse(
             params.place_of("conedeltaangle"),
             fmt::format("conedeltaangle {:g} exceeds coneangle {:g}", spot.delta_degrees, spot.cone_degrees),
             "the latter is used for both");
@@ -136,9 +137,9 @@ void read_distant(Reading& reading, Params& params) {
 
 void read_infinite(Reading& reading, Params& params) {
     if (params.find_any("portal")) {
-        params.depart(params.place_of("portal"),
-                      fmt::format("\"portal\" of {} is not supported", params.owner()), "the whole sky emits",
-                      "the restriction to the portal");
+        params.warn_or_refuse(params.place_of("portal"),
+                              fmt::format("\"portal\" of {} is not supported", params.owner()),
+                              "the whole sky emits", "the restriction to the portal");
     }
     if (names_an_image(params)) return read_image_infinite(reading, params);
     // A plane that sees half of a sky of radiance L receives π L.
@@ -192,8 +193,9 @@ std::shared_ptr<const AreaLight> read_area_light_of(Reading& reading, const std:
     Rgb radiance = light_color(reading, params, "L", has_image ? ColorUse::tint : ColorUse::emission);
     if (has_image) {
         radiance = radiance * mean_of_image(reading, params);
-        params.depart(params.place_of("filename"), params.owner() + " with \"filename\" is not supported",
-                      "the shape emits the image's mean", "the image on it");
+        params.warn_or_refuse(params.place_of("filename"),
+                              params.owner() + " with \"filename\" is not supported",
+                              "the shape emits the image's mean", "the image on it");
     }
     const Strength strength = read_strength(reading, params, radiance);
     light.radiance = strength.color;

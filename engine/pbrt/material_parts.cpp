@@ -26,10 +26,10 @@ const NamedTexture* color_texture(Reading& reading, const Params& params, const 
     if (found != reading.textures.end()) return &found->second;
     std::vector<std::string_view> names;
     for (const auto& [known, texture] : reading.textures) names.push_back(known);
-    params.depart(param.place,
-                  fmt::format("\"{}\": there is no colour texture \"{}\"; {}{} are defined", param.name,
-                              shown(wanted), did_you_mean(wanted, names), names.size()),
-                  "the default is used");
+    params.warn_or_refuse(param.place,
+                          fmt::format("\"{}\": there is no colour texture \"{}\"; {}{} are defined",
+                                      param.name, shown(wanted), did_you_mean(wanted, names), names.size()),
+                          "the default is used");
     return nullptr;
 }
 
@@ -43,10 +43,10 @@ FloatTexture read_number(Reading& reading, Params& params, std::string_view name
     const auto x = static_cast<double>(*value);
     if (!(x >= least && x <= most)) {
         const double held = std::clamp(x, least, most);
-        params.depart(params.place_of(name),
-                      fmt::format("\"{}\" of {}: {:g} is not accepted; expected {:g} to {:g}", name,
-                                  params.owner(), x, least, most),
-                      fmt::format("{:g} is used", held));
+        params.warn_or_refuse(params.place_of(name),
+                              fmt::format("\"{}\" of {}: {:g} is not accepted; expected {:g} to {:g}", name,
+                                          params.owner(), x, least, most),
+                              fmt::format("{:g} is used", held));
         return FloatTexture::constant(static_cast<float>(held));
     }
     return number;
@@ -70,10 +70,10 @@ RgbTexture read_color(Reading& reading, Params& params, std::string_view name, c
     const Rgb value = read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback);
     if (max_component(value) <= 1) return RgbTexture::constant(value);
     const Rgb held = at_most_one(value);
-    params.depart(params.place_of(name),
-                  fmt::format("\"{}\" is {:g} {:g} {:g}; a surface reflects at most 1", name, value.x,
-                              value.y, value.z),
-                  "1 is used");
+    params.warn_or_refuse(params.place_of(name),
+                          fmt::format("\"{}\" is {:g} {:g} {:g}; a surface reflects at most 1", name, value.x,
+                                      value.y, value.z),
+                          "1 is used");
     return RgbTexture::constant(held);
 }
 
@@ -93,15 +93,15 @@ FloatTexture read_glass_eta(Reading& reading, Params& params, std::string_view n
         reading.colours().is_srgb() ? luminance(index) : reading.colours().weights().dot(index);
     const float eta = grey ? index.x : shade;
     if (!(eta >= static_cast<float>(kLeastEta) && eta <= static_cast<float>(kMostEta))) {
-        params.depart(params.place_of(name),
-                      fmt::format("\"{}\" of {}: {:g} is not accepted; expected {:g} to {:g}", name,
-                                  params.owner(), eta, kLeastEta, kMostEta),
-                      fmt::format("{:g} is used", fallback));
+        params.warn_or_refuse(params.place_of(name),
+                              fmt::format("\"{}\" of {}: {:g} is not accepted; expected {:g} to {:g}", name,
+                                          params.owner(), eta, kLeastEta, kMostEta),
+                              fmt::format("{:g} is used", fallback));
         return FloatTexture::constant(static_cast<float>(fallback));
     }
     if (only_string(*param).rfind("glass-", 0) != 0) {
-        params.depart(params.place_of(name), fmt::format("\"{}\": dispersion is not supported", name),
-                      fmt::format("{:g} is used", eta));
+        params.warn_or_refuse(params.place_of(name), fmt::format("\"{}\": dispersion is not supported", name),
+                              fmt::format("{:g} is used", eta));
     }
     return FloatTexture::constant(eta);
 }
@@ -117,7 +117,7 @@ FloatTexture read_rough_number(Reading& reading, Params& params, const std::stri
     const auto value = number.constant_value();
     if (!value || (*value >= 0 && *value <= 1)) return number;
     const float held = *value > 1 ? 1 : 0;
-    params.depart(
+    params.warn_or_refuse(
         params.place_of(name),
         fmt::format("\"{}\" of {}: {:g} is not accepted; expected 0 to 1", name, params.owner(), *value),
         fmt::format("{:g} is used", held));
@@ -156,10 +156,11 @@ Coat read_coat(Reading& reading, Params& params, const std::string& prefix) {
     Coat coat;
     const FloatTexture eta = read_glass_eta(reading, params, prefix + "eta", 1.5);
     if (!eta.constant_value()) {
-        params.depart(params.place_of(prefix + "eta"),
-                      fmt::format("\"{}eta\" of {}: a texture is not accepted; expected a float or spectrum",
-                                  prefix, params.owner()),
-                      "1.5 is used");
+        params.warn_or_refuse(
+            params.place_of(prefix + "eta"),
+            fmt::format("\"{}eta\" of {}: a texture is not accepted; expected a float or spectrum", prefix,
+                        params.owner()),
+            "1.5 is used");
     }
     coat.eta = eta.constant_value().value_or(1.5F);
     coat.roughness = read_roughness(reading, params, 0, Dialect::v4, prefix);
@@ -168,8 +169,8 @@ Coat read_coat(Reading& reading, Params& params, const std::string& prefix) {
     params.accept({"maxdepth", "nsamples", "g", "thickness"});
     const auto within = read_color(reading, params, "albedo", Rgb(0.0F));
     if (params.has("albedo") && !is_black(within.at(V2f(0.5F, 0.5F)))) {
-        params.depart(params.place_of("albedo"), "\"albedo\" of a coating is not supported",
-                      "the coating is clear");
+        params.warn_or_refuse(params.place_of("albedo"), "\"albedo\" of a coating is not supported",
+                              "the coating is clear");
     }
     return coat;
 }
@@ -185,8 +186,9 @@ Relief read_relief(Reading& reading, Params& params) {
     if (name.empty()) return relief;
     if (relief.displacement) {
         params.accept({"normalmap"});
-        params.depart(params.place_of("normalmap"), "\"normalmap\" and \"displacement\" exclude each other",
-                      "the displacement is used");
+        params.warn_or_refuse(params.place_of("normalmap"),
+                              "\"normalmap\" and \"displacement\" exclude each other",
+                              "the displacement is used");
         return relief;
     }
     try {

@@ -54,9 +54,10 @@ ConductorMaterial read_metal_of(Reading& reading, Params& params, const std::str
     if (params.has("reflectance")) {
         if (params.has(eta) || params.has(k)) {
             params.accept({eta, k});
-            params.depart(params.place_of("reflectance"),
-                          fmt::format("\"reflectance\" and \"{}\" or \"{}\" exclude each other", eta, k),
-                          "the reflectance is used");
+            params.warn_or_refuse(
+                params.place_of("reflectance"),
+                fmt::format("\"reflectance\" and \"{}\" or \"{}\" exclude each other", eta, k),
+                "the reflectance is used");
         }
         metal.reflectance = read_color(reading, params, "reflectance", Rgb(0.5F));
         return metal;
@@ -162,10 +163,10 @@ std::shared_ptr<const Material> named_part(Reading& reading, const Place& at, co
     if (found == reading.materials.end()) {
         std::vector<std::string_view> names;
         for (const auto& [known, entry] : reading.materials) names.push_back(known);
-        reading.depart(at,
-                       fmt::format("mix: there is no material \"{}\"; {}{} are defined", shown(name),
-                                   did_you_mean(name, names), names.size()),
-                       "matte of reflectance 0.5 is used");
+        reading.warn_or_refuse(at,
+                               fmt::format("mix: there is no material \"{}\"; {}{} are defined", shown(name),
+                                           did_you_mean(name, names), names.size()),
+                               "matte of reflectance 0.5 is used");
         return std::make_shared<const Material>(Material{"default", DiffuseMaterial{}});
     }
     return std::make_shared<const Material>(found->second->material);
@@ -203,7 +204,7 @@ MaterialModel read_mix(Reading& reading, Params& params) {
     if (lobes <= Bsdf::kMaxLobes) return mix;
     const auto* number = std::get_if<FloatTexture>(&mix.share);
     const bool second = number && number->constant_value().value_or(0) > 0.5F;
-    params.depart(
+    params.warn_or_refuse(
         params.place(),
         fmt::format("mix: {} lobes in total; the limit is {}; mix fewer materials", lobes, Bsdf::kMaxLobes),
         fmt::format("only its {} component is used", second ? "second" : "first"));

@@ -28,10 +28,10 @@ Rgb coefficient(Reading& reading, Params& params, std::string_view name, const R
         // A narrow spectrum may lie outside the colour triangle; negative coefficients are set to 0.
         const double scaled = std::max(0.0, static_cast<double>(value[k])) * scale;
         if (!(scaled <= kLargestSigma)) {
-            params.depart(params.place_of(params.has(name) ? name : "scale"),
-                          fmt::format("\"{}\" of {} is {:g} in channel {}; expected 0 to {:g}", name,
-                                      params.owner(), scaled, k, kLargestSigma),
-                          fmt::format("{:g} is used", kLargestSigma));
+            params.warn_or_refuse(params.place_of(params.has(name) ? name : "scale"),
+                                  fmt::format("\"{}\" of {} is {:g} in channel {}; expected 0 to {:g}", name,
+                                              params.owner(), scaled, k, kLargestSigma),
+                                  fmt::format("{:g} is used", kLargestSigma));
         }
         result[k] = static_cast<float>(std::min(scaled, kLargestSigma));
     }
@@ -87,7 +87,7 @@ DensityGrid read_grid(Params& params, const Box3d& box, DensityGrid::Border bord
         const double value = density->numbers[i];
         const double held = std::clamp(value, 0.0, kLargestSigma);
         if (held != value && !std::exchange(said, true)) {
-            params.depart(
+            params.warn_or_refuse(
                 density->place_of(i),
                 fmt::format("\"density\": {:g} is not accepted; expected 0 to {:g}", value, kLargestSigma),
                 fmt::format("{:g} is used, and similarly for other values", held));
@@ -139,8 +139,8 @@ void read_other_grid(const Reading& reading, const std::string& kind, Params& pa
         constexpr double kFilled = 0.5;  // approximate mean of its noise
         const double density = kFilled * params.real_within("density", 1, 0, kLargestSigma);
         params.accept({"wispiness", "frequency"});
-        params.depart(params.place_of("type"), "a medium of type \"cloud\" is not supported",
-                      "its box is filled uniformly", "the cloud's shape");
+        params.warn_or_refuse(params.place_of("type"), "a medium of type \"cloud\" is not supported",
+                              "its box is filled uniformly", "the cloud's shape");
         medium.density =
             DensityGrid(V3i(1), {static_cast<float>(density)}, *medium.box, DensityGrid::Border::zero);
         return;
@@ -180,8 +180,8 @@ void read_other_grid(const Reading& reading, const std::string& kind, Params& pa
     const auto scale = params.real_within("scale", 1, 0, kLargestSigma);
     medium.sigma_a = Rgb(sums[0] * (scale / all));
     medium.sigma_s = Rgb(sums[1] * (scale / all));
-    params.depart(params.place_of("type"), "a medium of type \"rgbgrid\" is not supported",
-                  "its density varies, its colour is the mean", "the variation of the colour");
+    params.warn_or_refuse(params.place_of("type"), "a medium of type \"rgbgrid\" is not supported",
+                          "its density varies, its colour is the mean", "the variation of the colour");
     medium.density = DensityGrid(size, std::move(density), *medium.box, DensityGrid::Border::zero);
 }
 
@@ -209,7 +209,7 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
     const std::string preset = params.string("preset", "");
     const MeasuredMedium* found = measured_medium(preset);
     if (!preset.empty() && !found) {
-        params.depart(
+        params.warn_or_refuse(
             params.place_of("preset"),
             fmt::format("preset \"{}\" is unknown; {}", shown(preset), accepted_measured_media(preset)),
             "the coefficients given, or whole milk's, are used");
@@ -226,8 +226,8 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
     medium.g = read_g(params);
     for (const std::string_view heat : {"temperature", "temperaturescale", "temperatureoffset"}) {
         if (!params.find_any(heat)) continue;
-        params.depart(params.place_of(heat), fmt::format("\"{}\" is not supported", heat), "it is left out",
-                      "thermal emission");
+        params.warn_or_refuse(params.place_of(heat), fmt::format("\"{}\" is not supported", heat),
+                              "it is left out", "thermal emission");
     }
     const auto emission_scale = static_cast<float>(params.real_within("Lescale", 1, 0, 1e30));
     medium.emission = medium.sigma_a * read_emission(reading, params) * emission_scale;
@@ -301,10 +301,10 @@ void settle_media(Reading& reading) {
             // Does not suggest names that cannot be printed on one line.
             if (other.medium && shown(other.name) == other.name) names.push_back(other.name);
         }
-        reading.depart(medium.place,
-                       fmt::format("there is no medium \"{}\"; {}{} are defined", shown(medium.name),
-                                   did_you_mean(medium.name, names), names.size()),
-                       "vacuum is used instead");
+        reading.warn_or_refuse(medium.place,
+                               fmt::format("there is no medium \"{}\"; {}{} are defined", shown(medium.name),
+                                           did_you_mean(medium.name, names), names.size()),
+                               "vacuum is used instead");
         medium.medium.emplace();
         medium.medium->name = medium.name;
     }

@@ -41,16 +41,16 @@ ObjectMesh read_triangle_mesh(Params& params) {
     if (const Param* n = params.find("N", {Type::normal3})) {
         mesh.n = triples(*n);
         if (mesh.n.size() != mesh.p.size()) {
-            params.depart(n->place,
-                          fmt::format("\"N\" has {} entries for {} vertices; expected one for each",
-                                      mesh.n.size(), mesh.p.size()),
-                          "it is left out", "smooth shading");
+            params.warn_or_refuse(n->place,
+                                  fmt::format("\"N\" has {} entries for {} vertices; expected one for each",
+                                              mesh.n.size(), mesh.p.size()),
+                                  "it is left out", "smooth shading");
             mesh.n.clear();
         }
     }
     if (const Param* s = params.find("S", {Type::vector3})) {
-        params.depart(s->place, "\"S\", tangents at the vertices, is not supported",
-                      "tangents along u are used", "the direction of anisotropic gloss");
+        params.warn_or_refuse(s->place, "\"S\", tangents at the vertices, is not supported",
+                              "tangents along u are used", "the direction of anisotropic gloss");
     }
     params.accept({"discarddegenerateUVs", "faceIndices"});  // degenerate ones are repaired
     mesh.uv = read_uv(params, mesh.p.size());
@@ -130,9 +130,10 @@ ObjectMesh read_loop_mesh(Params& params) {
     constexpr int kMostLevels = 10;
     if (levels < 0 || levels > kMostLevels) {
         const int held = std::clamp(levels, 0, kMostLevels);
-        params.depart(params.place_of(name),
-                      fmt::format("{} {} is not accepted; expected 0 to {}", name, levels, kMostLevels),
-                      fmt::format("{} is used", held));
+        params.warn_or_refuse(
+            params.place_of(name),
+            fmt::format("{} {} is not accepted; expected 0 to {}", name, levels, kMostLevels),
+            fmt::format("{} is used", held));
         levels = held;
     }
     constexpr double kMostTriangles = 2e8;

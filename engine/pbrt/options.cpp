@@ -16,16 +16,16 @@ void read_screen_window(Reading& reading, Params& params) {
     const Param* window = params.find("screenwindow", {Type::real});
     if (!window) return;
     if (window->numbers.size() != 4) {
-        return params.depart(
+        return params.warn_or_refuse(
             window->place,
             fmt::format("\"screenwindow\" has {} numbers; expected 4 (x0 x1 y0 y1)", window->numbers.size()),
             "it is left out");
     }
     if (!(window->numbers[0] < window->numbers[1] && window->numbers[2] < window->numbers[3])) {
-        return params.depart(window->place,
-                             fmt::format("\"screenwindow\" is {:g}; expected x0 < x1 and y0 < y1",
-                                         fmt::join(window->numbers, " ")),
-                             "it is left out");
+        return params.warn_or_refuse(window->place,
+                                     fmt::format("\"screenwindow\" is {:g}; expected x0 < x1 and y0 < y1",
+                                                 fmt::join(window->numbers, " ")),
+                                     "it is left out");
     }
     for (std::size_t i = 0; i < 4; ++i)
         reading.draft.camera.screen[i] = static_cast<float>(window->numbers[i]);
@@ -48,10 +48,10 @@ void read_crop(Params& params, FilmSettings& film) {
     const Param* window = shares ? shares : pixels;
     if (!window) return;
     if (window->numbers.size() != 4) {
-        return params.depart(window->place,
-                             fmt::format("\"{}\" has {} numbers; expected 4 (x0 x1 y0 y1)", window->name,
-                                         window->numbers.size()),
-                             "it is left out");
+        return params.warn_or_refuse(window->place,
+                                     fmt::format("\"{}\" has {} numbers; expected 4 (x0 x1 y0 y1)",
+                                                 window->name, window->numbers.size()),
+                                     "it is left out");
     }
     const double wide = film.width, high = film.height;
     const auto edge = [&](std::size_t i) {
@@ -73,13 +73,14 @@ void read_crop(Params& params, FilmSettings& film) {
 double read_sensor(Params& params) {
     const std::string sensor = params.string("sensor", "cie1931");
     if (sensor != "cie1931") {
-        params.depart(params.place_of("sensor"),
-                      fmt::format("sensor \"{}\" is not supported; expected cie1931", shown(sensor)),
-                      "cie1931 is used", "the sensor's own colours");
+        params.warn_or_refuse(params.place_of("sensor"),
+                              fmt::format("sensor \"{}\" is not supported; expected cie1931", shown(sensor)),
+                              "cie1931 is used", "the sensor's own colours");
     }
     if (params.real("whitebalance", 0) != 0) {
-        params.depart(params.place_of("whitebalance"), "\"whitebalance\" is not supported; expected 0",
-                      "colours are not changed", "white balance");
+        params.warn_or_refuse(params.place_of("whitebalance"),
+                              "\"whitebalance\" is not supported; expected 0", "colours are not changed",
+                              "white balance");
     }
     const double iso = params.real_within("iso", 100, 1e-6, 1e9);
     const double seconds = params.real_within("exposuretime", 1, 1e-9, 1e9);
@@ -89,7 +90,7 @@ double read_sensor(Params& params) {
 float read_radius(Params& params, std::string_view v4_name, std::string_view v3_name, double fallback) {
     const std::string_view name = params.has(v3_name) ? v3_name : v4_name;
     if (params.has(v3_name) && params.has(v4_name)) {
-        params.depart(
+        params.warn_or_refuse(
             params.place_of(v3_name),
             fmt::format("\"{}\" and \"{}\" are two names of the same parameter; use one", v3_name, v4_name),
             fmt::format("\"{}\" is used", v3_name));
@@ -115,7 +116,7 @@ Camera::Settings::Mapping read_mapping(Params& params, bool environment) {
     const std::string mapping = environment ? "equirectangular" : params.string("mapping", "equalarea");
     if (mapping == "equirectangular") return Camera::Settings::Mapping::equirectangular;
     if (mapping == "equalarea") return Camera::Settings::Mapping::equal_area;
-    params.depart(
+    params.warn_or_refuse(
         params.place_of("mapping"),
         fmt::format("mapping \"{}\" is not accepted; expected equalarea or equirectangular", shown(mapping)),
         "equalarea is used");
@@ -157,15 +158,15 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
     FilmSettings& film = reading.draft.film;
     const bool version3 = kind == "image";
     if (kind == "gbuffer" || kind == "spectral") {
-        reading.depart(params.place(), fmt::format("Film \"{}\" is not supported", kind),
-                       "red, green and blue are written", "its other channels");
+        reading.warn_or_refuse(params.place(), fmt::format("Film \"{}\" is not supported", kind),
+                               "red, green and blue are written", "its other channels");
         params.accept({"buckets", "coordsys", "lambdamax", "lambdamin", "nbuckets"});
     } else if (!version3 && kind != "rgb") {
         refuse_kind(params.place(), "Film", kind, {"rgb", "image", "gbuffer", "spectral"}, {});
     }
     const ColourSpace* space = reading.state.colour_space;
     if (space && !WorkingSpace::named(space->name)) {
-        reading.depart(
+        reading.warn_or_refuse(
             params.place(), fmt::format("an image in ColorSpace \"{}\" is not supported", space->name),
             film.colours.is_srgb() ? "it is in linear sRGB" : fmt::format("it is in {}", film.colours.name()),
             "saturation");
@@ -176,8 +177,9 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
     film.filename = params.string("filename", FilmSettings{}.filename.string());
     if (film.filename.empty()) {
         film.filename = FilmSettings{}.filename;
-        params.depart(params.place_of("filename"), "\"filename\" is empty; expected the name of an image",
-                      fmt::format("\"{}\" is used", film.filename.string()));
+        params.warn_or_refuse(params.place_of("filename"),
+                              "\"filename\" is empty; expected the name of an image",
+                              fmt::format("\"{}\" is used", film.filename.string()));
     }
     reading.draft.film_diagonal = params.real_within("diagonal", 35, 1e-3, 1e6) / 1000;
     reading.draft.film_of_version4 = !version3;
@@ -218,10 +220,10 @@ void read_filter(Reading& reading, const std::string& kind, Params& params) {
         filter.tau = static_cast<float>(params.real_within("tau", 3, 0.1, 100));
     } else {
         constexpr std::string_view known[] = {"box", "triangle", "gaussian", "mitchell", "sinc"};
-        params.depart(params.place(),
-                      fmt::format("unknown PixelFilter \"{}\"; {}known are {}", shown(kind),
-                                  did_you_mean(kind, known), fmt::join(known, ", ")),
-                      "box is used");
+        params.warn_or_refuse(params.place(),
+                              fmt::format("unknown PixelFilter \"{}\"; {}known are {}", shown(kind),
+                                          did_you_mean(kind, known), fmt::join(known, ", ")),
+                              "box is used");
         filter.kind = FilterSettings::Kind::box;
         radius = 0.5;
     }
@@ -243,18 +245,20 @@ void read_sampler(Reading& reading, const std::string& kind, Params& params) {
         const int value = params.integer(name, fallback);
         const int held = std::clamp(value, 1, 1 << 24);
         if (held != value) {
-            params.depart(params.place_of(name),
-                          fmt::format("{}: {} is not accepted; expected 1 to {}", name, value, 1 << 24),
-                          fmt::format("{} is used", held));
+            params.warn_or_refuse(
+                params.place_of(name),
+                fmt::format("{}: {} is not accepted; expected 1 to {}", name, value, 1 << 24),
+                fmt::format("{} is used", held));
         }
         return held;
     };
     if (params.has("xsamples") || params.has("ysamples")) {
         const auto product = static_cast<std::int64_t>(count("xsamples", 4)) * count("ysamples", 4);
         if (product > 1 << 24) {
-            params.depart(params.place(),
-                          fmt::format("xsamples x ysamples is {}; expected at most {}", product, 1 << 24),
-                          fmt::format("{} is used", 1 << 24));
+            params.warn_or_refuse(
+                params.place(),
+                fmt::format("xsamples x ysamples is {}; expected at most {}", product, 1 << 24),
+                fmt::format("{} is used", 1 << 24));
         }
         reading.draft.spp = static_cast<int>(std::min<std::int64_t>(product, 1 << 24));
     } else if (params.has("samplesperpixel")) {

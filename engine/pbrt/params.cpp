@@ -234,20 +234,20 @@ void Params::read_more(Tokens& tokens) {
         if (params_.size() == kMostParams)
             fail(param.place, "{} has more than {} parameters; use fewer", owner_, kMostParams);
         if (const auto problem = declare(tokens.next(), param)) {
-            depart(problem->at, problem->what, problem->instead);
+            warn_or_refuse(problem->at, problem->what, problem->instead);
             skip_values(tokens);
             continue;
         }
         if (const auto problem = read_values(tokens, param)) {
-            depart(problem->at, problem->what, problem->instead);
+            warn_or_refuse(problem->at, problem->what, problem->instead);
             if (problem->drops) continue;
         }
         const std::size_t width = width_of(param.type), count = param.numbers.size();
         if (count % width != 0) {
-            depart(param.place,
-                   fmt::format("{} of {} has {} numbers; expected a multiple of {}", declared(param), owner_,
-                               count, width),
-                   fmt::format("the last {} are left out", count % width));
+            warn_or_refuse(param.place,
+                           fmt::format("{} of {} has {} numbers; expected a multiple of {}", declared(param),
+                                       owner_, count, width),
+                           fmt::format("the last {} are left out", count % width));
             param.numbers.resize(count - count % width);
         }
         add(std::move(param));
@@ -274,7 +274,7 @@ void Params::take_colours_in(const ColourSpace* space) {
 void Params::depart_oddities(const Source& source) const {
     for (const Source::Oddity& oddity : source.take_oddities()) {
         for (std::uint64_t i = 0; i < oddity.times; ++i)
-            depart({&source, oddity.offset}, oddity.what, oddity.instead);
+            warn_or_refuse({&source, oddity.offset}, oddity.what, oddity.instead);
     }
 }
 
@@ -284,15 +284,16 @@ void Params::add(Param param) {
     };
     const auto earlier = std::find_if(params_.begin(), params_.end(), same);
     if (earlier == params_.end()) return params_.push_back(std::move(param));
-    depart(param.place, fmt::format("parameter \"{}\" of {} is given twice", shown(param.name), owner_),
-           "the last one is used");
+    warn_or_refuse(param.place,
+                   fmt::format("parameter \"{}\" of {} is given twice", shown(param.name), owner_),
+                   "the last one is used");
     *earlier = std::move(param);
 }
 
-void Params::depart(const Place& at, std::string_view what, std::string_view instead,
-                    std::string_view lost) const {
+void Params::warn_or_refuse(const Place& at, std::string_view what, std::string_view instead,
+                            std::string_view lost) const {
     if (ours_) throw TextError(at, std::string(what));
-    leniency_->depart(at, what, instead, lost);
+    leniency_->warn_or_refuse(at, what, instead, lost);
 }
 
 void Params::depart_once(const Param& param, std::string_view what, std::string_view instead) {
@@ -302,7 +303,7 @@ void Params::depart_once(const Param& param, std::string_view what, std::string_
         if (mine.said) return;
         mine.said = true;
     }
-    depart(param.place, what, instead);
+    warn_or_refuse(param.place, what, instead);
 }
 
 const Param* Params::known(std::string_view name) const {
@@ -393,10 +394,10 @@ int Params::integer(std::string_view name, int fallback) {
     const double value = param->numbers.front(), most = std::numeric_limits<int>::max();
     const double taken = std::clamp(std::trunc(value), -most, most);
     if (taken != value) {
-        depart(param->place_of(0),
-               fmt::format("{}: {:.10g} is not accepted; expected a whole number below 2147483648",
-                           declared(*param), value),
-               fmt::format("{:.10g} is used", taken));
+        warn_or_refuse(param->place_of(0),
+                       fmt::format("{}: {:.10g} is not accepted; expected a whole number below 2147483648",
+                                   declared(*param), value),
+                       fmt::format("{:.10g} is used", taken));
     }
     return static_cast<int>(taken);
 }
@@ -410,10 +411,10 @@ double Params::real_within(std::string_view name, double fallback, double least,
     const double value = real(name, fallback);
     if (value >= least && value <= most) return value;
     const double held = std::clamp(value, least, most);
-    depart(place_of(name),
-           fmt::format("{} of {}: {:g} is not accepted; expected {:g} to {:g}", name, owner_, value, least,
-                       most),
-           fmt::format("{:g} is used", held));
+    warn_or_refuse(place_of(name),
+                   fmt::format("{} of {}: {:g} is not accepted; expected {:g} to {:g}", name, owner_, value,
+                               least, most),
+                   fmt::format("{:g} is used", held));
     return held;
 }
 
@@ -437,10 +438,10 @@ void Params::depart_unused() const {
         const std::vector<std::string_view> known(asked_.begin(), asked_.end());
         const std::string names =
             known.empty() ? "it has no parameters" : fmt::format("known are {}", fmt::join(known, ", "));
-        depart(param.place,
-               fmt::format("{} of {} has no effect; {}{}", declared(param), owner_,
-                           did_you_mean(param.name, known), names),
-               "it is left out");
+        warn_or_refuse(param.place,
+                       fmt::format("{} of {} has no effect; {}{}", declared(param), owner_,
+                                   did_you_mean(param.name, known), names),
+                       "it is left out");
     }
 }
 

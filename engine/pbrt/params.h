@@ -97,10 +97,10 @@ class Params {
     // Accepts these without a warning, because they steer how pbrt works and not its results.
     void accept(std::initializer_list<std::string_view> names);
     void depart_unused() const;
-    // Calls Leniency::depart(), or throws if the directive is Lucerna's own.
-    void depart(const Place& at, std::string_view what, std::string_view instead,
-                std::string_view lost = {}) const;
-    // Reports like depart() once for a parameter that is looked up several times.
+    // Calls Leniency::warn_or_refuse(), or throws if the directive is Lucerna's own.
+    void warn_or_refuse(const Place& at, std::string_view what, std::string_view instead,
+                        std::string_view lost = {}) const;
+    // Reports like warn_or_refuse() once for a parameter that is looked up several times.
     void depart_once(const Param& param, std::string_view what, std::string_view instead);
 
     const std::vector<Param>& all() const { return params_; }

@@ -62,8 +62,8 @@ void add_patches(Reading& reading, Params& params) {
     }
     if (params.has("emissionfilename")) {
         params.accept({"emissionfilename"});
-        params.depart(params.place_of("emissionfilename"), "\"emissionfilename\" is not supported",
-                      "the patch emits uniformly", "the image on it");
+        params.warn_or_refuse(params.place_of("emissionfilename"), "\"emissionfilename\" is not supported",
+                              "the patch emits uniformly", "the image on it");
     }
     const std::optional<SurfaceTraits> traits = traits_here(reading, params);
     if (!traits) return;

@@ -18,10 +18,10 @@ float positive(Params& params, std::string_view name, double fallback) {
              params.owner(), given, 1e-30, 1e30);
     }
     if (given < 0) {
-        params.depart(params.place_of(name),
-                      fmt::format("{} of {}: {:g} is not accepted; expected {:g} to {:g}", name,
-                                  params.owner(), given, 1e-30, 1e30),
-                      fmt::format("{:g} is used", size));
+        params.warn_or_refuse(params.place_of(name),
+                              fmt::format("{} of {}: {:g} is not accepted; expected {:g} to {:g}", name,
+                                          params.owner(), given, 1e-30, 1e30),
+                              fmt::format("{:g} is used", size));
     }
     return static_cast<float>(size);
 }

@@ -126,8 +126,8 @@ std::filesystem::path Reading::resolve(const std::string& name) {
     std::error_code status;
     if (other != name && !std::filesystem::exists(file, status) &&
         std::filesystem::exists(in_folder(other), status)) {
-        depart(place, fmt::format("{}: no such file", printable(file.string())),
-               fmt::format("{} is used", printable(other)));
+        warn_or_refuse(place, fmt::format("{}: no such file", printable(file.string())),
+                       fmt::format("{} is used", printable(other)));
         file = in_folder(other);
     }
     if (!name.empty()) {

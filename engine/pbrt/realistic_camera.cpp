@@ -106,10 +106,10 @@ void read_realistic(Reading& reading, Params& params) {
     result.weighted = !params.boolean("simpleweighting", true);
     params.accept({"aperture", "scale"});
     reading.draft.lens = result;
-    params.depart(params.place(), params.owner() + " is not supported",
-                  fmt::format("a thin lens of {:.4g} mm, {:.4g} mm wide, is used", lens.focal,
-                              2 * result.radius / kMetre),
-                  "distortion, vignetting and the aperture's shape");
+    params.warn_or_refuse(params.place(), params.owner() + " is not supported",
+                          fmt::format("a thin lens of {:.4g} mm, {:.4g} mm wide, is used", lens.focal,
+                                      2 * result.radius / kMetre),
+                          "distortion, vignetting and the aperture's shape");
 }
 
 void settle_lens(Draft& draft) {

@@ -132,8 +132,8 @@ std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params) {
         reading.state.area_light && !reading.object && !is_interface(reading.state.material->material);
     if (!lamp) return std::nullopt;
     if (!reading.state.area_light->lamp) return traits;  // version 4's invisible area light
-    params.depart(params.place(), params.owner() + " is cut out (alpha 0) and shows a measured lamp",
-                  "it is shown with its light", "its transparency to rays");
+    params.warn_or_refuse(params.place(), params.owner() + " is cut out (alpha 0) and shows a measured lamp",
+                          "it is shown with its light", "its transparency to rays");
     traits.alpha = nullptr;
     return traits;
 }
@@ -186,10 +186,10 @@ std::vector<V2f> read_uv(Params& params, std::size_t vertices) {
         const Param* uv = params.find(name, {Type::point2, Type::real, Type::vector2});
         if (!uv) continue;
         if (uv->numbers.size() != 2 * vertices) {
-            params.depart(uv->place,
-                          fmt::format("\"{}\" has {} numbers for {} vertices; expected two for each",
-                                      uv->name, uv->numbers.size(), vertices),
-                          "it is left out", "the texture coordinates");
+            params.warn_or_refuse(uv->place,
+                                  fmt::format("\"{}\" has {} numbers for {} vertices; expected two for each",
+                                              uv->name, uv->numbers.size(), vertices),
+                                  "it is left out", "the texture coordinates");
             return {};
         }
         std::vector<V2f> result(vertices);
@@ -220,7 +220,7 @@ std::vector<int> read_indices(Params& params, std::size_t vertices, std::size_t 
     };
     if (count < corners) fail(param->place, "{}", what());
     if (const std::size_t over = count % corners; over != 0) {
-        params.depart(param->place, what(), fmt::format("the last {} are left out", over));
+        params.warn_or_refuse(param->place, what(), fmt::format("the last {} are left out", over));
         count -= over;
     }
     std::vector<int> indices(count);
@@ -238,8 +238,8 @@ std::vector<int> read_indices(Params& params, std::size_t vertices, std::size_t 
 void read_shape(Reading& reading, const std::string& kind, Params& params) {
     for (const std::string_view name : {"displacement", "displacement.uvscale", "edgelength"}) {
         if (!params.find_any(name)) continue;
-        params.depart(params.place_of(name), fmt::format("\"{}\" of a shape is not supported", name),
-                      "the shape stays smooth", "its relief");
+        params.warn_or_refuse(params.place_of(name), fmt::format("\"{}\" of a shape is not supported", name),
+                              "the shape stays smooth", "its relief");
     }
     for (const std::string_view quadric :
          {"sphere", "disk", "cylinder", "cone", "paraboloid", "hyperboloid"}) {

@@ -108,8 +108,8 @@ std::optional<Rgb> named_spectrum(Reading& reading, const Param& param, const st
         return named_illuminant(reading.colours(), std::string_view(name).substr(kIlluminant.size()), use);
     for (const Glass& glass : kGlasses) {
         if (name != glass.name) continue;
-        reading.depart(param.place, fmt::format("{}: dispersion is not supported", name),
-                       fmt::format("{} at 587.6 nm is used", glass.eta));
+        reading.warn_or_refuse(param.place, fmt::format("{}: dispersion is not supported", name),
+                               fmt::format("{} at 587.6 nm is used", glass.eta));
         return Rgb(glass.eta);
     }
     const auto metal = named_metal(name);
@@ -149,10 +149,10 @@ double held(const Params& params, const Param& param, std::size_t index, double 
     const double value = param.numbers[index];
     if (value >= least && value <= most) return value;
     const double taken = std::clamp(value, least, most);
-    params.depart(param.place_of(index),
-                  fmt::format("\"{}\": {:g} is not accepted; expected {:g} to {:g}", shown(param.name), value,
-                              least, most),
-                  fmt::format("{:g} is used", taken));
+    params.warn_or_refuse(param.place_of(index),
+                          fmt::format("\"{}\": {:g} is not accepted; expected {:g} to {:g}",
+                                      shown(param.name), value, least, most),
+                          fmt::format("{:g} is used", taken));
     return taken;
 }
 
@@ -178,10 +178,10 @@ std::optional<Rgb> spectrum_of_samples(const Reading& reading, Params& params, c
     for (std::size_t i = 0; i + 1 < count; i += 2) {
         const double nm = param.numbers[i];
         if (rises && !spectrum.empty() && !(nm > spectrum.back().nanometres)) {
-            params.depart(param.place_of(i),
-                          fmt::format("wavelength {:g} follows {:g}; expected ascending wavelengths", nm,
-                                      spectrum.back().nanometres),
-                          "they are sorted");
+            params.warn_or_refuse(param.place_of(i),
+                                  fmt::format("wavelength {:g} follows {:g}; expected ascending wavelengths",
+                                              nm, spectrum.back().nanometres),
+                                  "they are sorted");
             rises = false;
         }
         const double value = std::clamp(param.numbers[i + 1], 0.0, 1e30);
@@ -245,7 +245,7 @@ Rgb rgb_of_numbers(const Reading& reading, const Params& params, const Param& pa
     if (grey || space.name == colours.name()) return Rgb(numbers) * factor;
     const V3d xyz = space.to_xyz(numbers);
     if (!colours.holds(xyz)) {
-        params.depart(
+        params.warn_or_refuse(
             param.place,
             fmt::format("\"{}\": this {} colour is outside the gamut of {}, the colour space of the render",
                         shown(param.name), space.name, colours.is_srgb() ? "sRGB" : colours.name()),

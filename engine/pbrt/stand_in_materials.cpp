@@ -119,7 +119,7 @@ Volume read_volume_coefficients(Reading& reading, Params& params) {
     if (const MeasuredMedium* named = measured_medium(name)) {
         volume = {colours.ratio(named->sigma_a), colours.ratio(named->sigma_s)};
     } else if (!name.empty()) {
-        params.depart(
+        params.warn_or_refuse(
             params.place_of("name"),
             fmt::format("\"name\": \"{}\" is unknown; {}", shown(name), accepted_measured_media(name)),
             "the coefficients given, or whole milk's, are used");
@@ -275,11 +275,11 @@ MaterialModel read_table(Reading& reading, const std::string& kind, Params& para
     std::optional<TableFit> fit;
     std::error_code status;
     if (!name.empty() && std::filesystem::is_regular_file(file, status)) fit = fit_bsdf_table(file);
-    params.depart(params.place(), fmt::format("material \"{}\" is not supported", kind),
-                  fit ? "a diffuse and a glossy lobe fitted to its table are used"
-                      : fmt::format("a diffuse and a glossy lobe chosen by the name \"{}\" are used",
-                                    shown(std::filesystem::path(name).stem().string())),
-                  "the table's detail");
+    params.warn_or_refuse(params.place(), fmt::format("material \"{}\" is not supported", kind),
+                          fit ? "a diffuse and a glossy lobe fitted to its table are used"
+                              : fmt::format("a diffuse and a glossy lobe chosen by the name \"{}\" are used",
+                                            shown(std::filesystem::path(name).stem().string())),
+                          "the table's detail");
     const WorkingSpace& colours = reading.colours();
     return fit ? appearance_of_table(*fit, colours)
                : appearance_of_name(std::filesystem::path(name).stem().string(), colours);
@@ -314,8 +314,9 @@ std::optional<MaterialModel> read_paint(const Reading& reading, const std::strin
                                   RgbTexture::constant(Rgb(paint.gloss)), Roughness::of_alpha(paint.alpha)};
     }
     if (model) {
-        params.depart(params.place(), fmt::format("material \"{}\" is not supported", kind),
-                      "a diffuse and a glossy lobe of similar appearance are used", "its measured lobes");
+        params.warn_or_refuse(params.place(), fmt::format("material \"{}\" is not supported", kind),
+                              "a diffuse and a glossy lobe of similar appearance are used",
+                              "its measured lobes");
     }
     return model;
 }
@@ -324,7 +325,8 @@ std::optional<MaterialModel> read_paint(const Reading& reading, const std::strin
 
 std::optional<MaterialModel> read_stand_in(Reading& reading, const std::string& kind, Params& params) {
     const auto instead = [&](std::string_view what, std::string_view lost) {
-        params.depart(params.place(), fmt::format("material \"{}\" is not supported", kind), what, lost);
+        params.warn_or_refuse(params.place(), fmt::format("material \"{}\" is not supported", kind), what,
+                              lost);
     };
     if (kind == "hair") {
         instead("a diffuse and a glossy lobe of its colour are used, half of it transmitted",

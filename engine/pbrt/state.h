@@ -89,9 +89,9 @@ struct Reading {
     DraftShapes& shapes() const { return object ? object->shapes : draft; }
     // Report behaviour that pbrt shares, and departures from the text; see tokens.h.
     void warn(const Place& at, std::string_view message) { leniency.warn(at, message); }
-    void depart(const Place& at, std::string_view what, std::string_view instead,
-                std::string_view lost = {}) {
-        leniency.depart(at, what, instead, lost);
+    void warn_or_refuse(const Place& at, std::string_view what, std::string_view instead,
+                        std::string_view lost = {}) {
+        leniency.warn_or_refuse(at, what, instead, lost);
     }
 };
 

@@ -32,10 +32,11 @@ auto made_before(const Textures& textures, const Params& params, const Param& pa
     if (found != textures.end()) return &found->second;
     std::vector<std::string_view> names;
     for (const auto& [name, texture] : textures) names.push_back(name);
-    params.depart(param.place,
-                  fmt::format("\"{}\": there is no texture \"{}\" of {}; {}{} are defined", shown(param.name),
-                              shown(wanted), of, did_you_mean(wanted, names), names.size()),
-                  "the default is used");
+    params.warn_or_refuse(
+        param.place,
+        fmt::format("\"{}\": there is no texture \"{}\" of {}; {}{} are defined", shown(param.name),
+                    shown(wanted), of, did_you_mean(wanted, names), names.size()),
+        "the default is used");
     return nullptr;
 }
 
@@ -64,17 +65,17 @@ template <typename Value>
 Value read_constant(Reading& reading, Params& params, std::string_view name, float fallback) {
     const auto value = read_value<Value>(reading, params, name, fallback).constant_value();
     if (value) return *value;
-    params.depart(params.place_of(name),
-                  fmt::format("\"{}\" of {}: expected a constant", name, params.owner()),
-                  fmt::format("{:g} is used", fallback));
+    params.warn_or_refuse(params.place_of(name),
+                          fmt::format("\"{}\" of {}: expected a constant", name, params.owner()),
+                          fmt::format("{:g} is used", fallback));
     return Value(fallback);
 }
 
 M44d texture_from_world(const Reading& reading, const Params& params) {
     const std::optional<M44d> result = inverse(reading.state.ctm);
     if (result) return *result;
-    params.depart(params.place(), params.owner() + ": its transformation is not invertible",
-                  "the texture uses world coordinates");
+    params.warn_or_refuse(params.place(), params.owner() + ": its transformation is not invertible",
+                          "the texture uses world coordinates");
     return M44d();
 }
 
@@ -105,10 +106,11 @@ Mapping2 read_mapping(Reading& reading, Params& params) {
                              {number("udelta", 0), number("vdelta", 0)}};
     }
     constexpr std::string_view known[] = {"uv", "spherical", "cylindrical", "planar"};
-    params.depart(params.place_of("mapping"),
-                  fmt::format("mapping \"{}\" is unknown; {}expected uv, spherical, cylindrical or planar",
-                              shown(mapping), did_you_mean(mapping, known)),
-                  "uv is used");
+    params.warn_or_refuse(
+        params.place_of("mapping"),
+        fmt::format("mapping \"{}\" is unknown; {}expected uv, spherical, cylindrical or planar",
+                    shown(mapping), did_you_mean(mapping, known)),
+        "uv is used");
     return UvMapping{V2f(1, 1), V2f(0, 0)};
 }
 
@@ -122,9 +124,9 @@ Octaves read_octaves(Params& params) {
     octaves.count = params.integer("octaves", octaves.count);
     if (octaves.count < 0 || octaves.count > 64) {
         const int held = std::clamp(octaves.count, 0, 64);
-        params.depart(params.place_of("octaves"),
-                      fmt::format("octaves {} is not accepted; expected 0 to 64", octaves.count),
-                      fmt::format("{} is used", held));
+        params.warn_or_refuse(params.place_of("octaves"),
+                              fmt::format("octaves {} is not accepted; expected 0 to 64", octaves.count),
+                              fmt::format("{} is used", held));
         octaves.count = held;
     }
     octaves.omega = params.real_within("roughness", octaves.omega, 0, 4);
@@ -207,7 +209,7 @@ Encoding read_encoding(Params& params) {
         const double exponent = number_value(std::string_view(name).substr(6), params.place_of("encoding"));
         if (exponent >= 0.01 && exponent <= 100) return {Encoding::Kind::power, static_cast<float>(exponent)};
     }
-    params.depart(
+    params.warn_or_refuse(
         params.place_of("encoding"),
         fmt::format("encoding \"{}\" is unknown; expected sRGB, linear or \"gamma x\" (0.01 to 100)",
                     shown(name)),
@@ -221,10 +223,11 @@ Wrap read_wrap(Reading& reading, Params& params) {
     if (name == "clamp") return Wrap::clamp;
     if (name == "black") return Wrap::black;
     if (name == "octahedralsphere") {
-        reading.depart(params.place_of("wrap"), "wrap octahedralsphere is not supported", "clamp is used");
+        reading.warn_or_refuse(params.place_of("wrap"), "wrap octahedralsphere is not supported",
+                               "clamp is used");
         return Wrap::clamp;
     }
-    params.depart(
+    params.warn_or_refuse(
         params.place_of("wrap"),
         fmt::format("wrap \"{}\" is unknown; expected repeat, clamp, black or octahedralsphere", shown(name)),
         "repeat is used");
@@ -293,8 +296,8 @@ RgbTexture read_marble(Reading& reading, Params& params) {
 template <typename Value>
 Texture<Value> read_ptex(Params& params) {
     params.accept({"filename", "gamma", "encoding", "scale"});
-    params.depart(params.place(), params.owner() + " is not supported", "grey of 0.5 is used",
-                  "the image on the surface");
+    params.warn_or_refuse(params.place(), params.owner() + " is not supported", "grey of 0.5 is used",
+                          "the image on the surface");
     return Texture<Value>::constant(Value(0.5F));
 }
 

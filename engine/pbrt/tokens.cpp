@@ -291,8 +291,8 @@ std::string printable(std::string_view text) {
     return result;
 }
 
-void Leniency::depart(const Place& at, std::string_view what, std::string_view instead,
-                      std::string_view lost) {
+void Leniency::warn_or_refuse(const Place& at, std::string_view what, std::string_view instead,
+                              std::string_view lost) {
     if (strict_) throw TextError(at, std::string(what));
     const std::string loss = lost.empty() ? "" : fmt::format("; lost: {}", lost);
     warn(at, fmt::format("{}; {}{}", what, instead, loss));

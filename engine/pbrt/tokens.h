@@ -150,7 +150,8 @@ class Leniency {
 
     // Reports that `what` the text says is not supported, that `instead` is done, and what is `lost` (empty:
     // nothing visible). Throws TextError if strict.
-    void depart(const Place& at, std::string_view what, std::string_view instead, std::string_view lost = {});
+    void warn_or_refuse(const Place& at, std::string_view what, std::string_view instead,
+                        std::string_view lost = {});
     // Warns of behaviour that pbrt shares and that is no departure from the text.
     void warn(const Place& at, std::string_view message);
     // Reports how often each warning was repeated, and forgets them.

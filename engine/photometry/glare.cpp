@@ -210,7 +210,7 @@ class Eye {
     double luminance_along(const V3f& w, const LampSet& others, Sampler& sampler) const {
         const Ray ray{at_, w};
         SampleAccount seen;
-        const EyePath path(PathAccount(seen), ray, medium_, EmissionRule::all_but(&others));
+        const EyePath path(PathAccount(seen), ray, medium_, EmissionRule::all_except(&others));
         add_emission_ahead(scene_, path, scene_.intersect(ray), sampler);
         return double{luminance(seen.radiance())};
     }
@@ -267,12 +267,12 @@ void check(const Observer& observer) {
 void warn_of_mirrored_lamps(const std::vector<SurfaceIlluminance>& eyes, Monitor& monitor) {
     constexpr double kLeastWarned = 0.01;  // of E_v
     const auto share = [](const SurfaceIlluminance& eye) {
-        const PointParts& at_eye = eye.points.front();
+        const PointIlluminance& at_eye = eye.points.front();
         return at_eye.mirrored > 0 ? at_eye.mirrored / at_eye.all.value : 0.0;
     };
     const auto most = most_affected(eyes, share, kLeastWarned);
     if (!most) return;
-    const PointParts& at_eye = most->surface->points.front();
+    const PointIlluminance& at_eye = most->surface->points.front();
     monitor.warn(fmt::format(
         "observer \"{}\": {:.3g} lx of the {:.4g} lx at the eye come from lights that are seen over mirrors, "
         "lenses or solid glass; they count in the background luminance, and UGR has no terms for them{}",
@@ -350,7 +350,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
     if (has_luminaires) warn_of_mirrored_lamps(illuminance.surfaces, monitor);
     for (std::size_t i = 0; i < reports.size(); ++i) {
         GlareReport& report = reports[i];
-        const PointParts& at_eye = illuminance.surfaces[i].points[0];
+        const PointIlluminance& at_eye = illuminance.surfaces[i].points[0];
         report.vertical = at_eye.all;
         report.background = {at_eye.indirect.value / kPiD, at_eye.indirect.half_width / kPiD};
         if (!report.sources.empty() && !is_known(report.background)) {

@@ -55,14 +55,16 @@ void sum_up(SurfaceIlluminance& done) {
     done.direct = 0;
     const auto n = static_cast<double>(done.points.size());
     done.groups.assign(done.points.front().groups.size(), 0.0);
-    for (const PointParts& point : done.points) {
+    for (const PointIlluminance& point : done.points) {
         mean += point.all.value / n;
         variance += sqr(point.all.half_width / n);
         done.direct += point.direct / n;
         for (std::size_t g = 0; g < done.groups.size(); ++g) done.groups[g] += point.groups[g] / n;
     }
     done.mean = {mean, std::sqrt(variance)};
-    const auto by_value = [](const PointParts& a, const PointParts& b) { return a.all.value < b.all.value; };
+    const auto by_value = [](const PointIlluminance& a, const PointIlluminance& b) {
+        return a.all.value < b.all.value;
+    };
     const auto [least, greatest] = std::minmax_element(done.points.begin(), done.points.end(), by_value);
     done.least = least->all;
     done.greatest = greatest->all;
@@ -137,7 +139,7 @@ class PointImage {
             done.surface = surface;
             for (std::size_t i = 0; i < surface.size(); ++i) {
                 RunningStats sensors, indirect, rest, rest_indirect, met;
-                PointParts point;
+                PointIlluminance point;
                 point.groups.resize(groups.size());
                 ChanceAtPoint by_chance;
                 by_chance.groups.resize(groups.size());
@@ -196,7 +198,7 @@ double share_of(double half_width, const Reading95& point, const Reading95& mean
 double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     double worst = 0;
     for (const SurfaceIlluminance& surface : surfaces) {
-        for (const PointParts& point : surface.points)
+        for (const PointIlluminance& point : surface.points)
             worst = std::max(worst, share_of(point.all.half_width, point.all, surface.mean));
     }
     return worst;
@@ -208,7 +210,7 @@ double worst_scatter_of(const Readings& readings, bool indirect) {
     auto scatter = readings.scatter.begin();
     for (const SurfaceIlluminance& surface : readings.surfaces) {
         const Reading95 mean_indirect{surface.mean.value - surface.direct, 0};
-        for (const PointParts& point : surface.points) {
+        for (const PointIlluminance& point : surface.points) {
             worst = std::max(worst, share_of(scatter->all, point.all, surface.mean));
             if (indirect) worst = std::max(worst, share_of(scatter->indirect, point.indirect, mean_indirect));
             ++scatter;
@@ -300,7 +302,7 @@ void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAt
     }
     for (std::size_t i = 0; i < count; ++i) {
         const ChanceLightAt::Mean at_point = there.mean(first + i, 1);
-        PointParts& point = surface.points[i];
+        PointIlluminance& point = surface.points[i];
         point.all = instead(chance[i].rest, at_point);
         point.indirect = instead(chance[i].rest_indirect, at_point);
         point.mirrored = at_point.seen.value;

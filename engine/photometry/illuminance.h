@@ -34,7 +34,7 @@ struct Reading95 {
 };
 
 // The components of the light of one point; direct and indirect add up to `all`.
-struct PointParts {
+struct PointIlluminance {
     Reading95 all;
     double direct = 0;   // straight from lamps and sky
     Reading95 indirect;  // all other light
@@ -45,7 +45,7 @@ struct PointParts {
 
 struct SurfaceIlluminance {
     CalculationSurface surface;
-    std::vector<PointParts> points;  // (x, y) is at y * surface.points.x + x
+    std::vector<PointIlluminance> points;  // (x, y) is at y * surface.points.x + x
     Reading95 mean;
     double direct = 0;           // direct light in the mean
     std::vector<double> groups;  // the mean by light group
@@ -58,7 +58,7 @@ struct SurfaceIlluminance {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
                static_cast<std::size_t>(x);
     }
-    const PointParts& at(int x, int y) const { return points[index(x, y)]; }
+    const PointIlluminance& at(int x, int y) const { return points[index(x, y)]; }
 };
 
 struct IlluminanceOptions {

@@ -113,7 +113,7 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
         for (int y = 0; y < surface.surface.points.y; ++y) {
             for (int x = 0; x < surface.surface.points.x; ++x) {
                 const V3d p = surface.surface.position(x, y);
-                const PointParts& point = surface.at(x, y);
+                const PointIlluminance& point = surface.at(x, y);
                 text += fmt::format("{},{},{},{:.7g},{:.7g},{:.7g},{:.7g},{:.3g},{:.7g},{:.7g}", name, x, y,
                                     p.x, p.y, p.z, point.all.value, point.all.half_width, point.direct,
                                     point.indirect.value);
@@ -163,7 +163,7 @@ std::string illuminance_json(const IlluminanceReport& report, const MeasurementU
                           {"direct", surface.direct},
                           {"groups", by_group(report, surface.groups)},
                           {"values", nlohmann::json::array()}};
-        for (const PointParts& point : surface.points) {
+        for (const PointIlluminance& point : surface.points) {
             of["values"].push_back({{"value", point.all.value},
                                     {"half_width", point.all.half_width},
                                     {"direct", point.direct},
@@ -183,7 +183,7 @@ Image illuminance_image(const SurfaceIlluminance& surface, const IlluminanceRepo
     Image image(grid.points.x, grid.points.y, channels);
     for (int y = 0; y < grid.points.y; ++y) {
         for (int x = 0; x < grid.points.x; ++x) {
-            const PointParts& point = surface.at(x, grid.points.y - 1 - y);
+            const PointIlluminance& point = surface.at(x, grid.points.y - 1 - y);
             std::vector<double> values{point.all.value, point.all.half_width, point.direct,
                                        point.indirect.value};
             values.insert(values.end(), point.groups.begin(), point.groups.end());

@@ -226,7 +226,7 @@ bool has_chance_light(const Scene& scene) {
 }
 
 ChanceLightAt::Mean ChanceLightAt::mean(std::size_t first, std::size_t count) const {
-    constexpr double kTold = 2;          // standard errors
+    constexpr double kSignificant = 2;   // standard errors
     constexpr double kOfHalf = 4 / 3.0;  // for blur that grows with the square of the radius
     Mean mean;
     mean.groups.resize(groups_);
@@ -251,7 +251,7 @@ ChanceLightAt::Mean ChanceLightAt::mean(std::size_t first, std::size_t count) co
     mean.light = {whole.mean(), whole.standard_error()};
     mean.seen = {seen.mean(), seen.standard_error()};
     const double by_blur = std::fabs(beside.mean());
-    if (by_blur > kTold * beside.standard_error()) mean.blur = kOfHalf * by_blur;
+    if (by_blur > kSignificant * beside.standard_error()) mean.blur = kOfHalf * by_blur;
     return mean;
 }
 
@@ -267,7 +267,7 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
     LightPaths paths = light_paths(work);
     paths.interleaved = false;  // BallVisitor follows the segments of one path at a time
     std::vector<BallVisitor> chunks;
-    constexpr double kTold = 5, kLittle = 0.1;
+    constexpr double kSignificant = 5, kLittle = 0.1;
     const auto is_known = [&] {
         double mean = 0;
         std::vector<ChanceLight> light;
@@ -279,8 +279,8 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
             const double enough = share * std::max(mean, others[i] + light[i].value);
             if (light[i].standard_error > enough) return false;
             // Light that may count must be significantly above 0.
-            const bool told = light[i].value > kTold * light[i].standard_error;
-            if (!told && light[i].value > kLittle * enough) return false;
+            const bool significant = light[i].value > kSignificant * light[i].standard_error;
+            if (!significant && light[i].value > kLittle * enough) return false;
         }
         return true;
     };

@@ -162,7 +162,7 @@ bool ImageInProgress::sweep(const Estimator& estimator, const Sweep& sweep, cons
     if (left.empty()) return true;
     const bool counts = !sweep.first_step || *sweep.first_step == TileRenderer::kFirstSteps - 1;
     const int each = counts ? sweep.end - states_[static_cast<std::size_t>(left.front())].samples : 0;
-    std::atomic<int> told{0}, done{0};
+    std::atomic<int> reported{0}, done{0};
     std::atomic<bool> has_begun{false};
     Ranks::Loop loop;
     if (sweep.may_end) {
@@ -171,7 +171,7 @@ bool ImageInProgress::sweep(const Estimator& estimator, const Sweep& sweep, cons
     }
     loop.advance = [&](std::int64_t tiles) {
         const int samples = static_cast<int>(tiles) * each;
-        told += samples;
+        reported += samples;
         progress.tile(samples);
     };
     const std::set<std::int64_t> not_done =
@@ -183,7 +183,7 @@ bool ImageInProgress::sweep(const Estimator& estimator, const Sweep& sweep, cons
     for (const std::int64_t tile : left) {
         if (!owned_.is_own(tile) && !not_done.contains(tile)) done += note(sweep, tile);
     }
-    progress.tile(done - told);
+    progress.tile(done - reported);
     is_gathered_ = false;
     return not_done.empty();
 }

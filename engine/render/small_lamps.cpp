@@ -143,7 +143,7 @@ void SmallLamps::add(const InReach& lamps, const V2i& pixel, Sampler& sampler,
             expected = static_cast<float>(asked * draw.probability);  // > 0
         }
         const Lamp& lamp = lamps_[touched_[lamps.begin + chosen]];
-        path.met(draw(lamp, expected, pixel, sampler, static_cast<std::uint32_t>(i)), lamp.light);
+        path.add_emitted(draw(lamp, expected, pixel, sampler, static_cast<std::uint32_t>(i)), lamp.light);
     }
 }
 

@@ -47,7 +47,7 @@ Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample,
     if (sample.receiver) path.receiver = &*sample.receiver;
     if (sample.medium) path.medium = *sample.medium;
     if (const auto lamps = lamps_ ? lamps_->in_reach(sample.pixel) : SmallLamps::InReach()) {
-        path.rule = EmissionRule::all_but(&lamps_->lamps());
+        path.rule = EmissionRule::all_except(&lamps_->lamps());
         // It is independent of the sample's place in the pixel, and so of its weight, whose mean is 1.
         Sampler own = sample.sampler.split_alike(kSmallLampsBranch);
         lamps_->add(lamps, sample.pixel, own, path);

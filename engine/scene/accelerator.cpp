@@ -9,7 +9,11 @@
 // primitive, so that the same ray always meets the same surfaces.
 #include "engine/scene/accelerator.h"
 
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,6 +46,39 @@ using Device = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
 using EmbreeScene = std::unique_ptr<RTCSceneTy, SceneDeleter>;
 using Geometry = std::unique_ptr<RTCGeometryTy, GeometryDeleter>;
 
+// Embree 4 has another name for the context of a query, and takes it as one of a query's arguments.
+#if RTC_VERSION_MAJOR >= 4
+using QueryContext = RTCRayQueryContext;
+
+void embree_initialise(QueryContext& context) {
+    rtcInitRayQueryContext(&context);
+}
+void embree_intersect(RTCScene scene, QueryContext& context, RTCRayHit& found) {
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.context = &context;
+    rtcIntersect1(scene, &found, &arguments);
+}
+void embree_occluded(RTCScene scene, QueryContext& context, RTCRay& ray) {
+    RTCOccludedArguments arguments;
+    rtcInitOccludedArguments(&arguments);
+    arguments.context = &context;
+    rtcOccluded1(scene, &ray, &arguments);
+}
+#else
+using QueryContext = RTCIntersectContext;
+
+void embree_initialise(QueryContext& context) {
+    rtcInitIntersectContext(&context);
+}
+void embree_intersect(RTCScene scene, QueryContext& context, RTCRayHit& found) {
+    rtcIntersect1(scene, &context, &found);
+}
+void embree_occluded(RTCScene scene, QueryContext& context, RTCRay& ray) {
+    rtcOccluded1(scene, &context, &ray);
+}
+#endif
+
 // Records Embree's first error, because an exception must not pass through Embree's C frames.
 struct EmbreeError {
     RTCError code = RTC_ERROR_NONE;
@@ -67,7 +104,7 @@ struct GeometryUser {
 
 // Holds the context of one ray. Embree's part must be the first member: callbacks get a pointer to that.
 struct RayContext {
-    RTCIntersectContext embree;
+    QueryContext embree;
     const Ray& ray;  // in the world
     const std::vector<Accelerator::Placed>& instances;
     unsigned first_instance;  // its geometry number in the world's scene
@@ -76,7 +113,7 @@ struct RayContext {
     int traps = FloatTraps::armed();  // traps for our callbacks; Embree itself runs without traps
     PrimitiveHit nearest = {};        // the user primitive that was met last, in full precision
 
-    static RayContext& of(RTCIntersectContext* context) { return *reinterpret_cast<RayContext*>(context); }
+    static RayContext& of(QueryContext* context) { return *reinterpret_cast<RayContext*>(context); }
 
     const Accelerator::Placed* placed(unsigned instance) const {
         return instance == RTC_INVALID_GEOMETRY_ID ? nullptr : &instances[instance - first_instance];
@@ -218,7 +255,7 @@ RTCRayHit intersected(RTCScene scene, const Ray& ray, unsigned layers, RayContex
     found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     const FloatTraps embrees(kNoFaults);
-    rtcIntersect1(scene, &context.embree, &found);
+    embree_intersect(scene, context.embree, found);
     return found;
 }
 
@@ -263,7 +300,7 @@ struct Accelerator::Impl {
 
     RayContext context(const Ray& ray, bool shadow) const {
         RayContext made{{}, ray, instances, world.geometries(), origin, shadow};
-        rtcInitIntersectContext(&made.embree);
+        embree_initialise(made.embree);
         return made;
     }
 };
@@ -433,7 +470,7 @@ bool Accelerator::occluded(const Ray& from, unsigned layers) const {
     RTCRay ray = embree_ray(from, layers);
     RayContext context = impl_->context(from, true);
     const FloatTraps embrees(kNoFaults);
-    rtcOccluded1(impl_->scene.get(), &context.embree, &ray);
+    embree_occluded(impl_->scene.get(), context.embree, ray);
     return !(ray.tfar >= 0);  // Embree sets tfar to -infinity for an occluded ray
 }
 

@@ -105,11 +105,11 @@ class PathAccount {
     }
     PathAccount times(float share) const { return times(Rgb(share)); }
     // Makes all further light go to another account.
-    void book_in(SampleAccount& account) { to_ = &account; }
+    void use_account(SampleAccount& account) { to_ = &account; }
     // Returns an empty account with the same groups, for light that may turn out not to count.
     SampleAccount scratch() const { return SampleAccount(to_->of); }
     // Books the contents of a scratch account of this path, without multiplying by the throughput.
-    void take(const SampleAccount& found, float share = 1) const { to_->add(found, share); }
+    void add_account(const SampleAccount& found, float share = 1) const { to_->add(found, share); }
 
     // Records that the path was scattered by a perfectly specular or any other lobe of a surface, or in a
     // medium.
@@ -124,47 +124,51 @@ class PathAccount {
 
     // Books a light that the path's ray meets; kNoLight stands for emission of media. `by_chance` says that
     // no light was sampled for it at the previous vertex.
-    void met(const Rgb& radiance, std::int32_t light, bool by_chance = false) const {
+    void add_emitted(const Rgb& radiance, std::int32_t light, bool by_chance = false) const {
         constexpr Layer layers[] = {Layer::emission, Layer::direct, Layer::caustic, Layer::indirect,
                                     Layer::media};
-        book(layers[static_cast<std::size_t>(way_)], radiance, light);
+        add(layers[static_cast<std::size_t>(way_)], radiance, light);
         if (!by_chance || way_ == Way::eye) return;
         to_->by_chance += throughput * radiance;
         if (!to_->groups.empty()) to_->groups_by_chance[to_->of->of(light)] += throughput * radiance;
     }
-    void met(const Rgb& radiance, std::uint32_t light, bool by_chance = false) const {
-        met(radiance, static_cast<std::int32_t>(light), by_chance);
+    void add_emitted(const Rgb& radiance, std::uint32_t light, bool by_chance = false) const {
+        add_emitted(radiance, static_cast<std::int32_t>(light), by_chance);
     }
-    // These two book light found at the place where the path has arrived: direct() from a light in a straight
-    // line, indirect() in any way except over mirrors and clear glass alone.
-    void direct(const Rgb& radiance, std::uint32_t light) const { found(Layer::direct, radiance, light); }
-    void indirect(const Rgb& radiance, std::uint32_t light) const { found(Layer::indirect, radiance, light); }
+    // These two book light found at the place where the path has arrived: add_direct() from a light in a
+    // straight line, add_indirect() in any way except over mirrors and clear glass alone.
+    void add_direct(const Rgb& radiance, std::uint32_t light) const {
+        add_here(Layer::direct, radiance, light);
+    }
+    void add_indirect(const Rgb& radiance, std::uint32_t light) const {
+        add_here(Layer::indirect, radiance, light);
+    }
     // These two book such light of many lights in two steps. Its layer is `at_first` at the path's first
     // place.
-    void book_in_layer(Layer at_first, const Rgb& radiance) const {
+    void add_to_layer(Layer at_first, const Rgb& radiance) const {
         to_->layers[static_cast<std::size_t>(layer_here(at_first))] += throughput * radiance;
     }
-    void book_in_group(const Rgb& radiance, std::uint32_t light) const {
+    void add_to_group(const Rgb& radiance, std::uint32_t light) const {
         to_->groups[group_of(light)] += throughput * radiance;
     }
     // Books the emission of a medium along the path's ray; `arriving` includes the throughput.
-    void glow(const Rgb& arriving) const {
+    void add_medium_emission(const Rgb& arriving) const {
         const bool seen = way_ == Way::eye || way_ == Way::in_medium;
-        add(seen ? Layer::media : Layer::indirect, arriving, kNoLight);
+        add_arriving(seen ? Layer::media : Layer::indirect, arriving, kNoLight);
     }
     // Books the difference of a density estimate at the first place from a sharper one.
-    void blurred(const Rgb& difference) const { to_->blur += throughput * difference; }
+    void add_blur(const Rgb& difference) const { to_->blur += throughput * difference; }
 
     bool wants_blur() const { return to_->wants_blur && way_ == Way::eye; }
     // Tells whether caustics here belong to a layer of their own.
-    bool tells_caustics() const { return way_ == Way::eye; }
-    bool tells_groups() const { return !to_->groups.empty(); }
+    bool separates_caustics() const { return way_ == Way::eye; }
+    bool has_groups() const { return !to_->groups.empty(); }
     std::uint32_t group_of(std::uint32_t light) const {
-        return tells_groups() ? to_->of->of(static_cast<std::int32_t>(light)) : 0;
+        return has_groups() ? to_->of->of(static_cast<std::int32_t>(light)) : 0;
     }
 
   private:
-    // The states are in the order of met()'s layers. `in_medium` and `beyond` are final.
+    // The states are in the order of add_emitted()'s layers. `in_medium` and `beyond` are final.
     enum class Way : std::uint8_t {
         eye,       // from the eye, over mirrors and glass at most
         lit,       // in a straight line from the first surface that is neither
@@ -177,15 +181,16 @@ class PathAccount {
         if (way_ == Way::eye) return at_first;
         return way_ == Way::in_medium ? Layer::media : Layer::indirect;
     }
-    void found(Layer at_first, const Rgb& radiance, std::uint32_t light) const {
-        book(layer_here(at_first), radiance, static_cast<std::int32_t>(light));
+    void add_here(Layer at_first, const Rgb& radiance, std::uint32_t light) const {
+        add(layer_here(at_first), radiance, static_cast<std::int32_t>(light));
     }
-    void book(Layer layer, const Rgb& radiance, std::int32_t light) const {
-        add(layer, throughput * radiance, light);
+    void add(Layer layer, const Rgb& radiance, std::int32_t light) const {
+        add_arriving(layer, throughput * radiance, light);
     }
-    void add(Layer layer, const Rgb& seen, std::int32_t light) const {
-        to_->layers[static_cast<std::size_t>(layer)] += seen;
-        if (!to_->groups.empty()) to_->groups[to_->of->of(light)] += seen;
+    // `arriving` includes the throughput.
+    void add_arriving(Layer layer, const Rgb& arriving, std::int32_t light) const {
+        to_->layers[static_cast<std::size_t>(layer)] += arriving;
+        if (!to_->groups.empty()) to_->groups[to_->of->of(light)] += arriving;
     }
 
     SampleAccount* to_;

@@ -177,7 +177,7 @@ std::filesystem::path place_of(const std::filesystem::path& file) {
 }
 
 // Waits until the file is on the disk. Some file systems only report here that they are full.
-void settle(const std::filesystem::path& file) {
+void flush_to_disk(const std::filesystem::path& file) {
     const Descriptor handle(open(file.c_str(), O_RDONLY | O_CLOEXEC));
     if (handle < 0) throw std::runtime_error(std::strerror(errno));
     // EINVAL means that there is no disk.
@@ -185,7 +185,7 @@ void settle(const std::filesystem::path& file) {
 }
 
 // Writes the folder's entry to the disk, too. If this fails, the old file may come back after a power cut.
-void settle_folder(const std::filesystem::path& file) {
+void flush_folder(const std::filesystem::path& file) {
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     const Descriptor handle(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (handle >= 0) fsync(handle);
@@ -247,9 +247,9 @@ void replace_regular(const std::filesystem::path& file, const WriteTo& write) {
     Temporary temporary(target, ".part");
     errno = 0;
     write(temporary.path());
-    settle(temporary.path());
+    flush_to_disk(temporary.path());
     temporary.rename_to(target);
-    settle_folder(target);
+    flush_folder(target);
 }
 
 // Opens a pipe or a device without waiting, so that a pipe that nobody reads is an error.

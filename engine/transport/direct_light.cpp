@@ -52,11 +52,12 @@ std::optional<LightChoice::Draw> ask_light(const Scene& scene, const Place& plac
     if (drawn) {
         const Rgb radiance = unshadowed_at(place, *drawn);
         if (!is_black(radiance))
-            path.direct(radiance * arriving_share(scene, place, drawn->light_sample, sampler), drawn->light);
+            path.add_direct(radiance * arriving_share(scene, place, drawn->light_sample, sampler),
+                            drawn->light);
     }
     for (const std::uint32_t sun : choice.suns()) {
         if (const auto from_sun = sunlight_at(scene, place, sun, sampler))
-            path.direct(from_sun->radiance, sun);
+            path.add_direct(from_sun->radiance, sun);
     }
     return drawn;
 }

@@ -24,7 +24,7 @@ struct EmissionRule {
     LightChoice choice;  // the choice by which the surface sampled lights; for `mis`
     // Contains the lamps that have no weight on this ray, because its maker samples them separately; null:
     // none.
-    const LampSet* but = nullptr;
+    const LampSet* except = nullptr;
     // These two matter after the ray has gone straight through panes: the vertex at which its direction was
     // drawn, and the distance from there to the ray's present origin in scene units.
     V3f vertex{0, 0, 0};
@@ -33,12 +33,12 @@ struct EmissionRule {
     Rgb weight{1.0F};
 
     static EmissionRule all() { return {}; }
-    static EmissionRule all_but(const LampSet* lamps) { return {Kind::all, 0, {}, lamps}; }
+    static EmissionRule all_except(const LampSet* lamps) { return {Kind::all, 0, {}, lamps}; }
     static EmissionRule none() { return {Kind::none, 0, {}}; }
     static EmissionRule mis(float pdf_w, const LightChoice& choice) { return {Kind::mis, pdf_w, choice}; }
     // Returns the weight of the emission that was seen of a light.
     float share(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const {
-        if (but && but->holds(light, seen)) return 0;
+        if (except && except->holds(light, seen)) return 0;
         return share(kind == Kind::mis ? choice.pdf_w(scene, light, seen) : 0.0F);
     }
     // Returns the weight of emission, given the density of next_event() drawing this direction.

@@ -72,7 +72,7 @@ void add_emission(const Scene& scene, const EyePath& path, const std::optional<H
             const Ray way{path.ray.o, path.ray.d, distance};
             radiance *= transmittance(scene, way, path.medium, *more);
         }
-        path.met(path.rule.weight * radiance, light, by_chance);
+        path.add_emitted(path.rule.weight * radiance, light, by_chance);
     };
     if (hit && hit->light != kNoLight)
         add(surface_emission(scene, path, *hit), hit->t, static_cast<std::uint32_t>(hit->light));

@@ -168,7 +168,7 @@ Arrival cross_media_by_choice(const Scene& scene, EyePath& path, const std::opti
                 lamp = add_light_beside_lamp(scene, visit.lights(), path, piece, hit, own);
         }
         const Flight flight = fly(piece.along, path.throughput, sampler);
-        path.glow(flight.emitted);
+        path.add_medium_emission(flight.emitted);
         path.throughput = flight.throughput;
         if (flight.scattered) {
             scattered.emplace(MediumVertex{scattering_point(piece, flight.t, hit), HenyeyGreenstein(flight.g),

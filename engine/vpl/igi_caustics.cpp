@@ -104,7 +104,7 @@ void IgiCaustics::add_radiance(const Vertex& vertex, std::size_t half, int left,
     const DensityEstimate estimate(maps_.size() > 1 ? maps_[half] : maps_.front(), how);
     const DensityEstimateResult found =
         estimate.radiance(vertex.hit, part, vertex.wo, MapKind::caustic, path);
-    if (how.sharper) path.blurred(found.value - found.sharper);
+    if (how.sharper) path.add_blur(found.value - found.sharper);
 }
 
 Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {

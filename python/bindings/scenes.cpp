@@ -292,7 +292,7 @@ py::dict grid_of(const SurfaceIlluminance& of, const IlluminanceReport& report) 
     const std::vector<py::ssize_t> shape{n.y, n.x};
     const auto array = [&](auto&& value) {
         std::vector<double> values;
-        for (const PointParts& point : of.points) values.push_back(value(point));
+        for (const PointIlluminance& point : of.points) values.push_back(value(point));
         return array_of<double>(std::span<const double>(values), shape);
     };
     const auto pair = [](const Reading95& r) { return py::make_tuple(r.value, r.half_width); };
@@ -305,15 +305,16 @@ py::dict grid_of(const SurfaceIlluminance& of, const IlluminanceReport& report) 
     }
     py::dict groups;
     for (std::size_t i = 0; i < report.groups.size(); ++i)
-        groups[py::str(report.groups[i])] = array([i](const PointParts& point) { return point.groups[i]; });
+        groups[py::str(report.groups[i])] =
+            array([i](const PointIlluminance& point) { return point.groups[i]; });
     py::dict grid;
     grid["name"] = of.surface.name;
     grid["kind"] = std::string(receiver_kind_name(of.surface.kind));
     grid["unit"] = report.unit;
     grid["positions"] = positions;
-    grid["values"] = array([](const PointParts& point) { return point.all.value; });
-    grid["half_width"] = array([](const PointParts& point) { return point.all.half_width; });
-    grid["direct"] = array([](const PointParts& point) { return point.direct; });
+    grid["values"] = array([](const PointIlluminance& point) { return point.all.value; });
+    grid["half_width"] = array([](const PointIlluminance& point) { return point.all.half_width; });
+    grid["direct"] = array([](const PointIlluminance& point) { return point.direct; });
     grid["groups"] = groups;
     grid["mean"] = pair(of.mean);
     grid["least"] = pair(of.least);

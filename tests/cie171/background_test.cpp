@@ -75,7 +75,7 @@ double indirect_of_walls(const Reflectances& of) {
     double flux = 0;
     for (const SurfaceIlluminance& wall : report.surfaces) {
         const double area = wall.surface.u.cross(wall.surface.v).length();
-        for (const PointParts& point : wall.points)
+        for (const PointIlluminance& point : wall.points)
             flux += point.indirect.value * area / static_cast<double>(wall.points.size());
     }
     return flux / kWalls;

@@ -9,7 +9,7 @@ const V3d kUp(0, 0, 1), kNorth(0, 1, 0), kDown(0, 0, -1);
 // Returns the points of a surface that has a single row of them.
 std::vector<Point> row(const SurfaceIlluminance& found, const std::string& names,
                        const std::function<double(const V3d&)>& derived, const std::vector<double>& published,
-                       const std::function<Reading95(const PointParts&)>& computed) {
+                       const std::function<Reading95(const PointIlluminance&)>& computed) {
     std::vector<Point> points;
     for (int i = 0; i < found.surface.points.x; ++i) {
         const auto n = static_cast<std::size_t>(i);
@@ -22,7 +22,7 @@ std::vector<Point> joined(std::vector<Point> a, const std::vector<Point>& b) {
     a.insert(a.end(), b.begin(), b.end());
     return a;
 }
-Reading95 all(const PointParts& parts) {
+Reading95 all(const PointIlluminance& parts) {
     return parts.all;
 }
 
@@ -68,7 +68,9 @@ TEST(Cie171, Case56_DiffuseReflection) {
     const auto percent = [&](const V3d& normal) {
         return [&, normal](const V3d& p) { return 100 * factor(p, normal, floor); };
     };
-    const auto indirect = [](const PointParts& parts) { return scaled(parts.indirect, 100 / (10000 * 0.3)); };
+    const auto indirect = [](const PointIlluminance& parts) {
+        return scaled(parts.indirect, 100 / (10000 * 0.3));
+    };
     // The published values are those of table 17.
     const std::vector<Point> points =
         joined(row(surface(report, "wall"), "BCDEF", percent(kNorth),
@@ -92,7 +94,9 @@ TEST(Cie171, Case57_DiffuseReflectionWithObstruction) {
             return 100 * factor(p, normal, {{0, 4, lowest}, {4, 4, lowest}, {4, 4, 3}, {0, 4, 3}});
         };
     };
-    const auto indirect = [](const PointParts& parts) { return scaled(parts.indirect, 100 / (10000 * 0.6)); };
+    const auto indirect = [](const PointIlluminance& parts) {
+        return scaled(parts.indirect, 100 / (10000 * 0.6));
+    };
     // The published values are those of [Dau 2016, Table 14], which replaces Table 19, because that is in
     // error.
     const std::vector<Point> points =

@@ -42,7 +42,7 @@ TEST_F(RunAcquire, RigFile_IsMeasured) {
 TEST_F(RunAcquire, Stopped_GoesOnToTheSameBytes) {
     ASSERT_EQ(lucerna_run({"light", "acquire", "rig.toml", "-o", "whole.exr", "--quiet"}).code, 0);
     const std::atomic<int> stop{SIGINT};
-    Surroundings around;
+    ProcessContext around;
     around.stop = &stop;
     const std::vector<std::string> words = {"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"};
     const Outcome stopped = lucerna_run(words, around);
@@ -65,7 +65,7 @@ TEST_F(RunAcquire, UnfinishedWorkOnAnotherRig_IsRefused) {
 // Work that is stopped or killed before its first column must not block another description.
 TEST_F(RunAcquire, BegunWorkOnAnotherRigWithNothingDone_IsNoHindrance) {
     const std::atomic<int> stop{SIGINT};
-    Surroundings around;
+    ProcessContext around;
     around.stop = &stop;
     std::string other = kRig;
     write("other.toml", other.replace(other.find("flux = 7"), 8, "flux = 8"));

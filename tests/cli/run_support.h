@@ -36,7 +36,7 @@ struct Outcome {
     std::string out, err;
 };
 
-inline Outcome lucerna_run(const std::vector<std::string>& words, const Surroundings& around = {}) {
+inline Outcome lucerna_run(const std::vector<std::string>& words, const ProcessContext& around = {}) {
     std::vector<const char*> argv{"lucerna"};
     for (const std::string& word : words) argv.push_back(word.c_str());
     std::ostringstream out, err;

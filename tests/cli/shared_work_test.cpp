@@ -323,7 +323,7 @@ spp = [2]
         std::vector<std::optional<StudyRun>> runs;
         on_ranks(size, {1}, [&](Ranks& ranks) {
             CommandFiles files;
-            const Surroundings around;
+            const ProcessContext around;
             StudyRuns own(folder, {files, around, {1}, false, {}, &ranks});
             Monitor silent;
             auto made = own.run_by_ranks(work_, ranks.leads() ? user : silent, when_made);
@@ -338,7 +338,7 @@ spp = [2]
 
 TEST_F(SharedStudy, OnRanks_RendersWhatOneProcessDoes) {
     CommandFiles files;
-    const Surroundings around;
+    const ProcessContext around;
     Monitor silent;
     StudyRuns alone("alone", {files, around, {2}, false, {}, nullptr});
     std::vector<Image> expected;

@@ -130,7 +130,7 @@ TEST(Illuminance, InFog_IsThatOfTheReceiversOwnMedium) {
 // A surface that reflects only its emission must leave no rounding error in the indirect part.
 TEST(Illuminance, InABlackRoom_HasNoIndirectLight) {
     const IlluminanceReport report = measure(std::string(kDisc) + kPoint, plane(0.5, 3, {4, 4}), 16);
-    for (const PointParts& point : report.surfaces[0].points) EXPECT_EQ(point.indirect.value, 0);
+    for (const PointIlluminance& point : report.surfaces[0].points) EXPECT_EQ(point.indirect.value, 0);
 }
 
 // Under a uniform sky of radiance L planar, cylindrical and spherical sensors all read E = pi L.
@@ -159,7 +159,7 @@ TEST(Illuminance, Long_InAGlowingSphere_IsASeriesOfReflections) {
         const SurfaceIlluminance found = measure(world, plane(0.2, 1, {8, 8}), 64).surfaces[0];
         expect_as_stated(found, [](const V3d&) { return kPiD * kL / 0.4; });
         EXPECT_NEAR(found.direct, kPiD * kL, 0.02 * kPiD * kL);
-        for (const PointParts& point : found.points)
+        for (const PointIlluminance& point : found.points)
             EXPECT_NEAR(point.direct + point.indirect.value, point.all.value, 1e-4 * point.all.value);
     }
 }
@@ -231,7 +231,7 @@ TEST(Illuminance, GroupsAddUp) {
     const IlluminanceReport report = measure(two, plane(0, 2, {6, 6}), 64);
     ASSERT_EQ(report.groups, (std::vector<std::string>{"a", "b"}));
     const SurfaceIlluminance& found = report.surfaces[0];
-    for (const PointParts& point : found.points)
+    for (const PointIlluminance& point : found.points)
         EXPECT_NEAR(point.groups[0] + point.groups[1], point.all.value, 1e-4);
     expect_as_stated(found, [](const V3d& p) {
         const V3d a = V3d(0, 0, 2) - p, b = V3d(1, 0, 2) - p;
@@ -242,7 +242,7 @@ TEST(Illuminance, GroupsAddUp) {
 TEST(Illuminance, Statistics_AreThoseOfThePoints) {
     const SurfaceIlluminance found = measure(kDisc, plane(0.5, 3, {7, 5}), 4).surfaces[0];
     double sum = 0, least = INFINITY, greatest = 0;
-    for (const PointParts& point : found.points) {
+    for (const PointIlluminance& point : found.points) {
         sum += point.all.value;
         least = std::min(least, point.all.value);
         greatest = std::max(greatest, point.all.value);

@@ -110,7 +110,7 @@ IlluminanceReport report(double first, double second, double half_width) {
     surface.surface.name = "desk, left";
     surface.surface.points = {2, 1};
     for (const double e : {first, second}) {
-        PointParts point;
+        PointIlluminance point;
         point.all = {e, half_width};
         surface.points.push_back(point);
     }

@@ -224,7 +224,7 @@ TEST(IlluminanceBehindPanes, OfALedCloseToAPane_EndsByPrecisionWithTheRightValue
         const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, silent);
         EXPECT_EQ(report.ended_by, "precision");
         EXPECT_EQ(report.unit, "lx");
-        const PointParts& found = report.surfaces[0].points[0];
+        const PointIlluminance& found = report.surfaces[0].points[0];
         const double direct = 1000 / kPiD / 4 * pane_transmittance(1);
         EXPECT_NEAR(found.direct, direct, 0.001 * direct);
         EXPECT_NEAR(found.all.value, 73.5, 0.05 + found.all.half_width);

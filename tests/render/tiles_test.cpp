@@ -15,7 +15,7 @@ class Faulty final : public Estimator {
   public:
     void follow(const EyePath& path, Sampler& sampler) const override {
         const bool bad = path.ray.d.x > 0.05F && sampler.next() < 0.5F;
-        path.met(Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 1.0F), kNoLight);
+        path.add_emitted(Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 1.0F), kNoLight);
     }
 };
 
@@ -67,7 +67,7 @@ TEST(Tiles, FirstBadSampleOfARenderThatGoesOn_StaysTheFirst) {
 class Gradient final : public Estimator {
   public:
     void follow(const EyePath& path, Sampler& /*sampler*/) const override {
-        path.met(Rgb(2 + path.ray.d.x, 2 + path.ray.d.y, 1), kNoLight);
+        path.add_emitted(Rgb(2 + path.ray.d.x, 2 + path.ray.d.y, 1), kNoLight);
     }
 };
 

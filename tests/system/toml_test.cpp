@@ -77,6 +77,15 @@ TEST(Toml, TableNameThatIsNone_IsRefused) {
     }
 }
 
+TEST(Toml, CharactersBeyondAscii_BelongInStringsAndComments) {
+    EXPECT_THAT(error_of([&] { table_of("a = 1\nset\xc2\xb5mup = 1"); }),
+                AllOf(StartsWith("rig.toml:2:4"), HasSubstr("needs quotes")));
+    EXPECT_THAT(error_of([&] { table_of("a = \"\"\"b \\\n \xc2\xb5\"\"\""); }),
+                AllOf(StartsWith("rig.toml:2:2"), HasSubstr("after a backslash")));
+    EXPECT_THAT(error_of([&] { table_of("a = \"\\\xc2\xb5\""); }), StartsWith("rig.toml:1:7"));
+    EXPECT_EQ(table_of("\xef\xbb\xbf\"\xc2\xb5\" = 'a\xc2\xb5' # \xc2\xb5\n").text("\xc2\xb5"), "a\xc2\xb5");
+}
+
 TEST(Toml, Nesting_Abysmal_IsRefused) {
     std::string deep = "a = ";
     for (int i = 0; i < 100; ++i) deep += '[';

@@ -116,7 +116,7 @@ void act(const CompareCommand& command, const CommandContext& context) {
     declare_files(command);
     // Shows progress only where it can be redrawn, because the output is for the numbers.
     ConsoleMonitor monitor(context.err, context.err,
-                           {context.around.terminal, !context.around.terminal, context.around.stop, {}});
+                           {context.process.terminal, !context.process.terminal, context.process.stop, {}});
     std::vector<NamedImage> images;
     for (const std::string& file : command.files) images.push_back({file, read_exr(file)});
     const NamedImage reference = std::move(images.back());

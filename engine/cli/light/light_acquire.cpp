@@ -402,13 +402,13 @@ void acquire_lamp(const AcquireCommand& command, const CommandContext& context, 
     CommandFiles files;
     if (speaker.leads()) declare_files(command, description, sides, files);
     Monitor& monitor = speaker.monitor();
-    std::optional<Listening> listening;
+    std::optional<StopOnSignals> listening;
     AcquireWork work{{}, {command.lamp.workers.threads, ranks}, command.strict, {}, [&](const Job& job) {
                          files.reads(job.files);
                          files.reads(job.caches);
-                         if (!listening) listening.emplace(context.around);
+                         if (!listening) listening.emplace(context.process);
                      }};
-    if (description.emitter.kind != EmitterDescription::Kind::scene) listening.emplace(context.around);
+    if (description.emitter.kind != EmitterDescription::Kind::scene) listening.emplace(context.process);
     if (!command.filter) {
         LightField canned = acquire_canned(description, work.workers, monitor);
         if (speaker.leads()) finish_lamp(std::move(canned), command.lamp, speaker.console(), context);

@@ -52,9 +52,9 @@ void act_assemble(const AssembleCommand& command, const CommandContext& context)
     std::vector<AssembleCommand::Side> sessions{{SlabAxes{}, command.manifest}};
     sessions.insert(sessions.end(), command.more.begin(), command.more.end());
     CommandFiles files;
-    std::vector<SlabAxes> told;
-    for (const auto& session : sessions) told.push_back(session.axes);
-    require_different_sides("--side", told);  // the first session is +z
+    std::vector<SlabAxes> axes;
+    for (const auto& session : sessions) axes.push_back(session.axes);
+    require_different_sides("--side", axes);  // the first session is +z
     for (const auto& session : sessions) {
         require_readable(session.manifest);
         files.reads(session.manifest);

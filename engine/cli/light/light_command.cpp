@@ -38,7 +38,7 @@ void declare_lamp(const std::filesystem::path& file, std::string_view by, Comman
 }
 
 ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context) {
-    return {context.around.terminal, output.quiet, context.around.stop, {}};
+    return {context.process.terminal, output.quiet, context.process.stop, {}};
 }
 
 void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance) {
@@ -95,7 +95,7 @@ constexpr const char* kLightInfoFooter = R"(Examples:
 
 void act_info(const std::string& file, const CommandContext& context) {
     require_readable(file);
-    ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
+    ConsoleMonitor monitor(context.out, context.err, {false, true, context.process.stop, {}});
     if (is_photometric(file))
         return print_photometric(context.out, read_photometric(file, monitor), FluxUnit::lumen);
     const LampFile lamp = read_lamp_file(file, monitor);

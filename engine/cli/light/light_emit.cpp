@@ -53,9 +53,9 @@ void act_emit(const EmitCommand& command, const CommandContext& context) {
     files.reads(cell_table_file(command.lamp));
     files.writes(command.output, "", "-o");
     ConsoleMonitor monitor(context.out, context.err,
-                           {context.around.terminal, command.quiet, context.around.stop, {}});
+                           {context.process.terminal, command.quiet, context.process.stop, {}});
     const LampEmission lamp(command.lamp, mode, command.seed, command.workers, monitor);
-    const Listening listening(context.around);  // so that an unfinished file is removed
+    const StopOnSignals listening(context.process);  // so that an unfinished file is removed
     const RayFileInfo info = lamp.write(command.output, static_cast<std::uint64_t>(command.rays), monitor);
     if (command.quiet) return;
     std::error_code unknown;

@@ -286,7 +286,7 @@ void act(const FarFieldOptions& options, const CommandContext& context) {
     require_readable(options.lamp);
     declare_files(options);
     ConsoleMonitor monitor(context.out, context.err,
-                           {context.around.terminal, options.quiet, context.around.stop, {}});
+                           {context.process.terminal, options.quiet, context.process.stop, {}});
     Lamp lamp = naming(options.lamp, [&] { return read_lamp(options, monitor); });
     const auto is_file = [](const std::string& output) { return suffix_of(output) == ".ies"; };
     const bool to_file = std::any_of(options.outputs.begin(), options.outputs.end(), is_file);

@@ -306,7 +306,7 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
     }
     if (command.png) files.writes(sheet_of(command), ".png", "--png");
     ConsoleMonitor monitor(context.out, context.err,
-                           {context.around.terminal, true, context.around.stop, {}});
+                           {context.process.terminal, true, context.process.stop, {}});
     const LampFile lamp = seen_from(command.side, read_lamp_file(command.lamp, monitor));
     const auto* light_field = std::get_if<Lumigraph>(&lamp);
     if (command.reconstruction != Reconstruction::exact &&

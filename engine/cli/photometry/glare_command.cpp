@@ -186,7 +186,7 @@ void act(const GlareCommand& command, const CommandContext& context) {
             write_exr(of_surface(command.image, observer), view_image(view));
         };
     }
-    const Listening listening(context.around);
+    const StopOnSignals listening(context.process);
     const std::vector<GlareReport> reports = glare_at(observers, std::move(job), options, monitor);
     if (!command.common.csv.empty()) write_text(command.common.csv, glare_csv(reports));
     if (!command.plan.empty()) write_plans(command, grids, reports, lamps, daylight);

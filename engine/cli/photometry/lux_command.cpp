@@ -253,7 +253,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
     IlluminanceOptions options = command.options;
     RunTimes times(clock, command.options.seconds, command.far_field_error, replicates);
     options.seconds = times.by_lamps();
-    const Listening listening(context.around);
+    const StopOnSignals listening(context.process);
     const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
     std::vector<FarFieldError> errors;
     double far_field_floor = 0;

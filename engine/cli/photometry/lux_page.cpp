@@ -115,7 +115,7 @@ std::string facts(const Facts& facts) {
 
 PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report) {
     std::vector<double> values;
-    for (const PointParts& point : surface.points) values.push_back(point.all.value);
+    for (const PointIlluminance& point : surface.points) values.push_back(point.all.value);
     return plan_of(surface.surface, values, report.unit, report.lamps);
 }
 

@@ -20,7 +20,7 @@ struct PhotometryOptions {
     void declare(CommandFiles& files) const;
     // Returns a monitor that shows progress only where it can be redrawn, as the output is for the numbers.
     ConsoleSettings console(const CommandContext& context) const {
-        return {context.around.terminal, quiet || !context.around.terminal, context.around.stop, {}};
+        return {context.process.terminal, quiet || !context.process.terminal, context.process.stop, {}};
     }
     // Reads the scene in linear sRGB, whose luminance is that of light, and declares its files.
     Job read(const Workers& workers, CommandFiles& files, Monitor& monitor) const;

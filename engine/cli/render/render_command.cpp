@@ -532,7 +532,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     std::filesystem::path image;
     if (frames.leads()) image = declare_frame(command, frames, frame, *job);
     // From here on there is something to keep; a signal is rank 0's to heed.
-    const Listening listening(frames.context.around);
+    const StopOnSignals listening(frames.context.process);
     if (frames.ranks)
         require_same_facts(*frames.ranks, "render a different picture", picture_facts(*job, facts.seed));
     return render_job(command, frames, *job, image, facts, checkpointing, clock);
@@ -551,9 +551,9 @@ void render_frames(RenderCommand command, const CommandContext& context, Ranks* 
     if (leads) declare_files(command, files);
     std::ostream nowhere(nullptr);
     ConsoleMonitor monitor(leads ? context.out : nowhere, leads ? context.err : nowhere,
-                           {leads && context.around.terminal,
+                           {leads && context.process.terminal,
                             command.quiet || !leads,
-                            leads ? context.around.stop : nullptr,
+                            leads ? context.process.stop : nullptr,
                             {}});
     Frames frames{SceneFrames(command.scene, command.overrides, command.options.workers, monitor),
                   std::move(files),

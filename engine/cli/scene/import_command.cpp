@@ -59,7 +59,7 @@ void act(const ImportCommand& command, const CommandContext& context) {
     CommandFiles files;
     check(command, files);
     ConsoleMonitor monitor(context.out, context.err,
-                           {context.around.terminal, command.quiet, context.around.stop, {}});
+                           {context.process.terminal, command.quiet, context.process.stop, {}});
     const GltfModel model = read_gltf(command.model, monitor);
     files.reads(model.files);
     const WrittenScene made =

@@ -199,7 +199,7 @@ class NotingMonitor final : public Monitor {
 };
 
 void print_scene_file(const InfoOptions& options, const CommandContext& context) {
-    ConsoleMonitor console(context.out, context.err, {false, true, context.around.stop, {}});
+    ConsoleMonitor console(context.out, context.err, {false, true, context.process.stop, {}});
     NotingMonitor monitor(console);
     SceneOverrides overrides;
     overrides.skip_missing = options.skip_missing;
@@ -272,11 +272,11 @@ void act(const InfoOptions& options, const CommandContext& context) {
     const std::string suffix = suffix_of(options.file);
     if (suffix == ".exr") return print_image(context.out, options.file);
     if (is_photometric(options.file)) {
-        ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
+        ConsoleMonitor monitor(context.out, context.err, {false, true, context.process.stop, {}});
         return print_photometric(context.out, read_photometric(options.file, monitor), FluxUnit::lumen);
     }
     if (suffix == ".tm25ray" || suffix == ".dat" || suffix == ".sdf" || suffix == ".ray") {
-        ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
+        ConsoleMonitor monitor(context.out, context.err, {false, true, context.process.stop, {}});
         return print_ray_set(context.out, read_rays(options.file, monitor));
     }
     if (suffix == kMapsSuffix) return print_maps(context.out, read_maps(options.file));

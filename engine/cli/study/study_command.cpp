@@ -222,7 +222,7 @@ std::string repeated(const StudyCommand& command) {
 void follow(const StudyCommand& command, const CommandContext& context, Ranks& ranks) {
     const StudyDescription description = read_study(command.file);
     CommandFiles none;
-    StudyRuns runs({}, {none, context.around, command.workers, command.strict, command.unit, &ranks});
+    StudyRuns runs({}, {none, context.process, command.workers, command.strict, command.unit, &ranks});
     Monitor silent;
     runs.run_by_ranks(work_of(description), silent, {});
 }
@@ -234,15 +234,15 @@ void make_study(const StudyCommand& command, const CommandContext& context, Rank
     files.reads(command.file);
     for (const StudyScene& scene : description.scenes) files.reads(scene.file);
     StudyRuns runs(folder / "runs",
-                   {files, context.around, command.workers, command.strict, command.unit, ranks});
+                   {files, context.process, command.workers, command.strict, command.unit, ranks});
     for (const char* name : {"results.csv", "results.json", "study.html"})
         files.writes(folder / name, "", "study");
     const std::string description_text = read_text(command.file);
     ConsoleMonitor monitor(context.out, context.err,
-                           {context.around.terminal, command.quiet, context.around.stop, {}});
+                           {context.process.terminal, command.quiet, context.process.stop, {}});
     Study study(description, runs, ranks, monitor);
     std::vector<StudyResult> results = study.all();
-    const Listening listening(context.around);
+    const StopOnSignals listening(context.process);
     mark_best(results);
     const std::size_t wanted = description.points.size() * description.scenes.size();
     const Stopped stopped(

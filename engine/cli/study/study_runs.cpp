@@ -150,7 +150,7 @@ Job StudyRuns::read(const StudyWork& work, Monitor& monitor) {
 }
 
 std::optional<StudyRuns::Made> StudyRuns::make(const StudyWork& work, Monitor& monitor,
-                                               std::optional<Listening>& listening) {
+                                               std::optional<StopOnSignals>& listening) {
     RunFacts facts{work.scene->file, work.seed, command_.workers.threads, 0, 0, 0};
     const Stopwatch reading;
     Job job = read(work, monitor);
@@ -168,7 +168,7 @@ std::optional<StudyRuns::Made> StudyRuns::make(const StudyWork& work, Monitor& m
     if (command_.ranks ? kept_.contains(made.name) : noted(notes_of(made.name), image).has_value())
         return made;
 
-    if (!listening) listening.emplace(command_.around);
+    if (!listening) listening.emplace(command_.process);
     const Stopwatch rendering;
     RenderResult result = render(job, options, monitor);
     facts.render_seconds = rendering.seconds();
@@ -203,7 +203,7 @@ StudyRun StudyRuns::keep(const Made& made) const {
 }
 
 std::optional<StudyRun> StudyRuns::run(const StudyWork& work, Monitor& monitor) {
-    std::optional<Listening> listening;
+    std::optional<StopOnSignals> listening;
     const std::optional<Made> made = make(work, monitor, listening);
     if (!made) return {};
     return keep(*made);
@@ -239,7 +239,7 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
         require_same_facts(ranks, "render a different picture", picture_facts(read(work, own), work.seed));
     }
     find_kept();
-    std::optional<Listening> listening(std::in_place, command_.around);  // only rank 0 acts on a signal
+    std::optional<StopOnSignals> listening(std::in_place, command_.process);  // only rank 0 acts on a signal
     ranks.listen_to([&monitor] { return monitor.stopped(); });
 
     std::mutex mutex;

@@ -44,7 +44,7 @@ class StudyRuns {
     // The environment of a study's renders. `files` and `around` must outlive this object.
     struct Command {
         CommandFiles& files;
-        const Surroundings& around;
+        const ProcessContext& process;
         Workers workers;
         bool strict;  // turns warnings about replaced or omitted parts of a scene into errors
         std::optional<FluxUnit> unit;  // SceneOverrides::unit
@@ -83,7 +83,8 @@ class StudyRuns {
         }
     };
     // `listening` is set once there are results to keep.
-    std::optional<Made> make(const StudyWork& work, Monitor& monitor, std::optional<Listening>& listening);
+    std::optional<Made> make(const StudyWork& work, Monitor& monitor,
+                             std::optional<StopOnSignals>& listening);
     StudyRun keep(const Made& made) const;
     Job read(const StudyWork& work, Monitor& monitor);
     void find_kept();
