@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
 
@@ -65,14 +66,14 @@ namespace {
 
 // Returns 1 - cosθ, exact for thin cones.
 double one_minus_cos(double radians) {
-    return 2 * sqr(std::sin(radians / 2));
+    return 2 * sqr(sin(radians / 2));
 }
 
 // Returns the t in [0,1] with 2t³ - t⁴ = u, by Newton's method within bounds that bisection shrinks.
 double invert_rim(double u) {
     double low = 0;
     double high = 1;
-    double t = std::cbrt(u / 2);  // exact at both ends up to a factor near 1
+    double t = cbrt(u / 2);  // exact at both ends up to a factor near 1
     for (int i = 0; i < 60 && high - low > 1e-12; ++i) {
         const double f = t * t * t * (2 - t) - u;
         if (std::fabs(f) < 1e-14) break;
@@ -109,7 +110,7 @@ class SpotLight final : public Light {
         const double h = part < start_ ? part : total_ - rim() * t_of_rim(rim_u(part));
         const double r = std::sqrt(std::max(0.0, h * (2 - h)));
         const float phi = 2 * kPi * u.direction.y;
-        const V3f local(static_cast<float>(r) * std::cos(phi), static_cast<float>(r) * std::sin(phi),
+        const V3f local(static_cast<float>(r) * cos(phi), static_cast<float>(r) * sin(phi),
                         static_cast<float>(1 - h));
         return LeSample{{position_}, frame_.to_world(local).normalized(), flux()};
     }
@@ -124,7 +125,7 @@ class SpotLight final : public Light {
     }
     // The bounds treat the intensity as constant over the cone.
     std::optional<LightBounds> bounds() const override {
-        const auto cone = static_cast<float>(2 * std::asin(std::sqrt(std::min(1.0, total_ / 2))));
+        const auto cone = static_cast<float>(2 * asin(std::sqrt(std::min(1.0, total_ / 2))));
         return LightBounds{Box3f(position_), frame_.n, cone, 0};
     }
 
@@ -141,7 +142,7 @@ class SpotLight final : public Light {
 
     // Returns the t at which the falloff's integral from the outer edge is the share u of the rim's.
     double t_of_rim(double u) const {
-        return falloff_ == SpotFalloff::quadratic ? std::cbrt(u) : invert_rim(u);
+        return falloff_ == SpotFalloff::quadratic ? cbrt(u) : invert_rim(u);
     }
 
     double falloff(double h) const {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/elementary.h"
 #include "engine/base/cdf.h"
 #include "engine/base/sampler.h"
 #include "engine/base/vec.h"
@@ -251,7 +252,7 @@ class Disk {
     Place at(const V2f& u) const {
         const double r = std::sqrt(inner2_ + static_cast<double>(u.x) * (outer2_ - inner2_));
         const double phi = kTwoPi * static_cast<double>(u.y);
-        const V3d p = V3d(centre_) + r * std::cos(phi) * V3d(frame_.s) + r * std::sin(phi) * V3d(frame_.t);
+        const V3d p = V3d(centre_) + r * cos(phi) * V3d(frame_.s) + r * sin(phi) * V3d(frame_.t);
         return {p, V3d(frame_.n), extent_};
     }
 
@@ -370,7 +371,7 @@ class SphereLight final : public Light {
         const V3d axis = way / d;  // d > radius > 0
         const Frame frame{V3f(axis)};
         const double sine = std::sqrt(sin2);
-        V3d w = sine * std::cos(phi) * V3d(frame.s) + sine * std::sin(phi) * V3d(frame.t) + (1 - h) * axis;
+        V3d w = sine * cos(phi) * V3d(frame.s) + sine * sin(phi) * V3d(frame.t) + (1 - h) * axis;
         // The shadow ray ends on a slightly larger sphere, so it never touches this one, not even at grazing
         // angles.
         const double gap = end_gap({V3d(centre_), axis, static_cast<float>(2 * radius_)}, d);

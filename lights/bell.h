@@ -17,6 +17,8 @@
 #include <concepts>
 #include <cstdint>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 
 // Evaluates Φ(x).
@@ -54,8 +56,8 @@ T bell_upto(T x) {
 inline double inverse_bell_integral(double y) {
     const double v = std::clamp(y, 0.0, 0.5);
     constexpr double kRoot2 = 1.41421356237309504880;
-    if (v <= 5.0 / 12) return kRoot2 * std::sin(std::asin(3 / kRoot2 * v) / 3);  // 3v/√2 <= 0.884
-    return 1 - std::cbrt(1.5 * (0.5 - v));
+    if (v <= 5.0 / 12) return kRoot2 * sin(asin(3 / kRoot2 * v) / 3);  // 3v/√2 <= 0.884
+    return 1 - cbrt(1.5 * (0.5 - v));
 }
 
 // As above in single precision, within 1e-7, because particles need it by the million. Both pieces use

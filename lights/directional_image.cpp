@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -23,7 +25,7 @@ V3d equal_area_direction(double x, double y) {
     const double r = 1 - std::fabs(to_edge);
     const double phi = r > 0 ? ((vp - up) / r + 1) * kPiD / 4 : 0.0;
     const double sine = r * std::sqrt(2 - r * r);
-    return {std::copysign(sine * std::cos(phi), u), std::copysign(sine * std::sin(phi), v),
+    return {std::copysign(sine * cos(phi), u), std::copysign(sine * sin(phi), v),
             std::copysign(1 - r * r, to_edge)};
 }
 
@@ -31,7 +33,7 @@ Imath::V2d equal_area_square(const V3d& w) {
     const double z = std::fabs(w.z);
     // Computes sqrt(1 - |z|) from the sine, which is accurate near the poles.
     const double r = std::sqrt((w.x * w.x + w.y * w.y) / (1 + z));
-    const double phi = std::atan2(std::fabs(w.y), std::fabs(w.x)) * 2 / kPiD;  // [0,1]
+    const double phi = atan2(std::fabs(w.y), std::fabs(w.x)) * 2 / kPiD;  // [0,1]
     double v = std::min(1.0, r) * phi;
     double u = std::min(1.0, r) - v;
     if (w.z < 0) {
@@ -58,7 +60,7 @@ double DirectionalImage::solid_angle(int y) const {
     if (map_ == SphereMap::equal_area) return 4 * kPiD / image_->width / image_->height;
     // Computes Δφ (cosθ0 - cosθ1) as a product that does not cancel.
     const double half = kPiD / (2.0 * image_->height);
-    return 2 * kPiD / image_->width * 2 * std::sin((2 * y + 1) * half) * std::sin(half);
+    return 2 * kPiD / image_->width * 2 * sin((2 * y + 1) * half) * sin(half);
 }
 
 V3d DirectionalImage::direction(double x, double y) const {
@@ -67,12 +69,12 @@ V3d DirectionalImage::direction(double x, double y) const {
     }
     // Within a row, directions are uniform in solid angle, hence linear in the cosine.
     const double row = std::min(std::floor(y), image_->height - 1.0);
-    const double low = std::cos(kPiD * row / image_->height);
-    const double high = std::cos(kPiD * (row + 1) / image_->height);
+    const double low = cos(kPiD * row / image_->height);
+    const double high = cos(kPiD * (row + 1) / image_->height);
     const double z = low + (y - row) * (high - low);
     const double r = std::sqrt(std::max(0.0, 1 - z * z));
     const double phi = 2 * kPiD * x / image_->width;
-    return {r * std::cos(phi), r * std::sin(phi), z};
+    return {r * cos(phi), r * sin(phi), z};
 }
 
 DirectionalImage::Texel DirectionalImage::texel_of(const V3f& w) const {
@@ -82,8 +84,8 @@ DirectionalImage::Texel DirectionalImage::texel_of(const V3f& w) const {
         return {index_below(at.x * image_->width, image_->width),
                 index_below(at.y * image_->height, image_->height)};
     }
-    const double phi = std::atan2(d.y, d.x);
-    const double theta = std::atan2(std::hypot(d.x, d.y), d.z);
+    const double phi = atan2(d.y, d.x);
+    const double theta = atan2(hypot(d.x, d.y), d.z);
     return {index_below((phi < 0 ? phi + 2 * kPiD : phi) / (2 * kPiD) * image_->width, image_->width),
             index_below(theta / kPiD * image_->height, image_->height)};
 }

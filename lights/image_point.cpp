@@ -7,6 +7,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "lights/image_lights.h"
 #include "lights/shaped_point.h"
 
@@ -15,7 +16,7 @@ namespace {
 
 // Returns the solid angle between the axis and the corner (x, y) of the plane at distance 1.
 double corner_angle(double x, double y) {
-    return std::atan2(x * y, std::sqrt(1 + x * x + y * y));
+    return atan2(x * y, std::sqrt(1 + x * x + y * y));
 }
 
 }  // namespace
@@ -23,7 +24,7 @@ double corner_angle(double x, double y) {
 Slide::Slide(std::shared_ptr<const Image> image, double fov_degrees, bool top_is_up)
     : image_(std::move(image)), up_(top_is_up ? 1 : -1) {
     assert(image_ && image_->width > 0 && image_->height > 0 && fov_degrees > 0 && fov_degrees < 180);
-    const double half = std::tan(fov_degrees * kPiD / 360);
+    const double half = tan(fov_degrees * kPiD / 360);
     const double aspect = static_cast<double>(image_->width) / image_->height;
     half_x_ = half * std::max(1.0, aspect);
     half_y_ = half * std::max(1.0, 1 / aspect);

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 
 LightImportance::LightImportance(const LightBounds& bounds)
@@ -11,9 +13,9 @@ LightImportance::LightImportance(const LightBounds& bounds)
       axis_(bounds.axis),
       r2_(0.25F * bounds.box.size().length2()),
       two_sided_(bounds.two_sided),
-      cos_o_(std::cos(bounds.theta_o)),
-      sin_o_(std::sin(bounds.theta_o)),
-      cos_e_(std::cos(bounds.theta_e)),
+      cos_o_(cos(bounds.theta_o)),
+      sin_o_(sin(bounds.theta_o)),
+      cos_e_(cos(bounds.theta_e)),
       power_(bounds.power) {}
 
 // Splits the importance at a place into the bound on what arrives and the share that the surface receives.
@@ -64,7 +66,7 @@ LightBounds union_of(const LightBounds& a, const LightBounds& b) {
     const V3f b_axis = turned && !a.two_sided ? -b.axis : b.axis;
     all.axis = a_axis;
     // Finds the narrowest cone around both.
-    const float apart = std::acos(std::clamp(a_axis.dot(b_axis), -1.0F, 1.0F));
+    const float apart = acos(std::clamp(a_axis.dot(b_axis), -1.0F, 1.0F));
     if (std::min(apart + b.theta_o, kPi) <= a.theta_o) return all;
     if (std::min(apart + a.theta_o, kPi) <= b.theta_o) {
         all.axis = b_axis;
@@ -78,7 +80,7 @@ LightBounds union_of(const LightBounds& a, const LightBounds& b) {
         return all;
     }
     const float turn = all.theta_o - a.theta_o;
-    all.axis = (std::cos(turn) * a_axis + std::sin(turn) * side.normalized()).normalized();
+    all.axis = (cos(turn) * a_axis + sin(turn) * side.normalized()).normalized();
     return all;
 }
 
@@ -95,7 +97,7 @@ LightBounds union_of(std::span<const LightBounds> all) {
         result.theta_e = std::max(result.theta_e, one.theta_e);
         result.power += one.power;
         // atan2 is accurate for small angles, where acos of the dot product is not.
-        const float apart = std::atan2(result.axis.cross(one.axis).length(), result.axis.dot(one.axis));
+        const float apart = atan2(result.axis.cross(one.axis).length(), result.axis.dot(one.axis));
         result.theta_o = std::max(result.theta_o, std::min(apart + one.theta_o, kPi));
     }
     return result;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/base/elementary.h"
 #include "engine/base/cdf.h"
 #include "engine/base/error.h"
 
@@ -25,8 +26,8 @@ V3f middle(const Box3f& box) {
 double orientation_measure(const LightBounds& b) {
     const double o = double{b.theta_o};
     const double w = std::min(o + double{b.theta_e}, kPiD);
-    return 2 * kPiD * (1 - std::cos(o)) +
-           kPiD / 2 * (2 * w * std::sin(o) - std::cos(o - 2 * w) - 2 * o * std::sin(o) + std::cos(o));
+    return 2 * kPiD * (1 - cos(o)) +
+           kPiD / 2 * (2 * w * sin(o) - cos(o - 2 * w) - 2 * o * sin(o) + cos(o));
 }
 
 // Returns half the surface area; a flat or point-like box is widened, so that its power counts.

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
 // Returns the projected area of a cylinder of length `along` whose elliptic cross-section has sizes a and b.
 // w_along, w_a and w_b are the direction's cosines to its axis and to the ellipse's axes.
 double cylinder(double along, double a, double b, double w_along, double w_a, double w_b) {
-    return kPiD / 4 * a * b * std::fabs(w_along) + along * std::hypot(b * w_a, a * w_b);
+    return kPiD / 4 * a * b * std::fabs(w_along) + along * hypot(b * w_a, a * w_b);
 }
 
 bool alike(double a, double b) {

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "lights/cell_emission.h"
 #include "lights/emission_net.h"
@@ -196,7 +197,7 @@ class PlacedSlab {
             bounds.box.extendBy(to_float(placement_.point(p)));
         }
         bounds.axis = to_float(placement_.normal());
-        bounds.theta_o = static_cast<float>(std::atan2(std::sqrt(across2), rig.distance));
+        bounds.theta_o = static_cast<float>(atan2(std::sqrt(across2), rig.distance));
         bounds.theta_e = 0;
         return bounds;
     }

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "lights/photometric_cell.h"
 #include "lights/shaped_point.h"
@@ -99,9 +100,9 @@ PhotometricWeb::PhotometricWeb(PhotometricGrid grid, PhotometricInfo info)
 
 PhotometricWeb::Place PhotometricWeb::place_of(const V3d& w) const {
     const double x = w.dot(zero_), y = w.dot(quarter_), z = w.dot(pole_);
-    double azimuth = std::atan2(y, x) - grid_.azimuth.front() * kRadiansPerDegree;
+    double azimuth = atan2(y, x) - grid_.azimuth.front() * kRadiansPerDegree;
     azimuth -= 2 * kPiD * std::floor(azimuth / (2 * kPiD));
-    return {std::atan2(std::hypot(x, y), z), azimuth};
+    return {atan2(hypot(x, y), z), azimuth};
 }
 
 double PhotometricWeb::intensity(const V3d& w) const {
@@ -133,14 +134,14 @@ std::optional<PhotometricWeb::Drawn> PhotometricWeb::draw(const V2f& u) const {
     if (!(pdf > 0)) return std::nullopt;  // the edge of the lit directions
     const double polar = polar_[i] + t * cell.step.width;
     const double azimuth = grid_.azimuth.front() * kRadiansPerDegree + azimuth_[j] + s * cell.azimuth_width;
-    const V3d w = std::sin(polar) * (std::cos(azimuth) * zero_ + std::sin(azimuth) * quarter_) +
-                  std::cos(polar) * pole_;
+    const V3d w = sin(polar) * (cos(azimuth) * zero_ + sin(azimuth) * quarter_) +
+                  cos(polar) * pole_;
     return Drawn{V3f(w).normalized(), Rgb(static_cast<float>(value)), pdf};
 }
 
 V3d PhotometricWeb::direction(double polar, double azimuth) const {
     const double theta = polar * kRadiansPerDegree, phi = azimuth * kRadiansPerDegree;
-    return std::sin(theta) * (std::cos(phi) * zero_ + std::sin(phi) * quarter_) + std::cos(theta) * pole_;
+    return sin(theta) * (cos(phi) * zero_ + sin(phi) * quarter_) + cos(theta) * pole_;
 }
 
 PhotometricWeb scaled(const PhotometricWeb& web, double factor) {
@@ -180,7 +181,7 @@ PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double az
     for (const double c : grid.azimuth) {
         for (const double gamma : grid.polar) {
             const double theta = gamma * kRadiansPerDegree, phi = c * kRadiansPerDegree;
-            const V3d w(std::sin(theta) * std::cos(phi), -std::sin(theta) * std::sin(phi), std::cos(theta));
+            const V3d w(sin(theta) * cos(phi), -sin(theta) * sin(phi), cos(theta));
             grid.candela.push_back(static_cast<float>(web.intensity(w)));
         }
     }

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 
 // A step of the polar angle [rad] from `from` on; t in [0, 1] runs across it.
@@ -17,19 +19,19 @@ struct PolarStep {
     // Returns ∫ sin θ dθ over [0, t].
     double solid(double t) const {
         const double half = 0.5 * t * width;
-        return 2 * std::sin(from + half) * std::sin(half);
+        return 2 * sin(from + half) * sin(half);
     }
     // Returns ∫ τ sin θ dθ over τ in [0, t], the share of the upper end; falling() is that of the lower end.
     double rising(double t) const {
         const double half = 0.5 * t * width, middle = from + half;
-        return 2 * (std::cos(middle) * sin_minus(half) + half * std::sin(middle) * std::sin(half)) / width;
+        return 2 * (cos(middle) * sin_minus(half) + half * sin(middle) * sin(half)) / width;
     }
     double falling(double t) const { return solid(t) - rising(t); }
 
   private:
     // Returns sin h - h cos h.
     static double sin_minus(double h) {
-        if (std::fabs(h) > 0.1) return std::sin(h) - h * std::cos(h);
+        if (std::fabs(h) > 0.1) return sin(h) - h * cos(h);
         const double h2 = h * h;
         return h * h2 * (1.0 / 3 - h2 * (1.0 / 30 - h2 * (1.0 / 840 - h2 / 45360)));
     }
@@ -58,7 +60,7 @@ struct PhotometricCell {
             const double excess = light_upto(t) - wanted;
             (excess > 0 ? to : from) = t;
             const double slope =
-                (lower * (1 - t) + upper * t) * std::sin(step.from + t * step.width) * step.width;
+                (lower * (1 - t) + upper * t) * sin(step.from + t * step.width) * step.width;
             const double next = slope > 0 ? t - excess / slope : -1;
             const double previous = t;
             t = next > from && next < to ? next : 0.5 * (from + to);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "engine/ranks/shared_work.h"
@@ -42,7 +43,7 @@ float free_distance(const Scene& scene, const SurfacePoint& at, float most) {
     float room = most;
     for (int i = 0; i < kRays; ++i) {
         const float phi = 2 * kPi * static_cast<float>(i) / kRays;
-        const V3f way = std::cos(phi) * frame.s + std::sin(phi) * frame.t;
+        const V3f way = cos(phi) * frame.s + sin(phi) * frame.t;
         const Ray ray{eye, way, room / kBetweenRays};
         if (const auto closest = scene.closest_hit(ray))
             room = std::min(room, kBetweenRays * scene.distance(ray, *closest));

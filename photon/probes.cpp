@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 #include "engine/scene/path_limits.h"
 #include "photon/deposit.h"
@@ -17,7 +18,7 @@ float kernel_radius2(KernelShape kernel, float u) {
         case KernelShape::constant:
             return u;
         case KernelShape::cone:  // 3ρ² - 2ρ³ = u
-            return sqr(0.5F - std::sin(std::asin(1 - 2 * u) / 3));
+            return sqr(0.5F - sin(asin(1 - 2 * u) / 3));
         case KernelShape::epanechnikov:  // 2ρ² - ρ⁴ = u
             return 1 - std::sqrt(1 - u);
     }
@@ -53,7 +54,7 @@ class Prober {
     // Returns the point, relative to x, that the kernel's measure assigns to u.
     V3f place(const V2f& u) const {
         const float rho = std::sqrt(kernel_radius2(disc_.kernel, u.x) * disc_.r2), phi = 2 * kPi * u.y;
-        return rho * std::cos(phi) * frame_.s + rho * std::sin(phi) * frame_.t;
+        return rho * cos(phi) * frame_.s + rho * sin(phi) * frame_.t;
     }
     // Returns whether x sees the point y, relative to it.
     bool is_open(const V3f& y) const { return sees(eye_ + y); }

@@ -27,12 +27,14 @@
 #include <cmath>
 #include <cstdint>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 
 class RadiusSchedule {
   public:
     // 0 < alpha <= 1.
-    explicit RadiusSchedule(double alpha) : alpha_(alpha), gamma_(std::tgamma(1 + alpha)) {
+    explicit RadiusSchedule(double alpha) : alpha_(alpha), gamma_(exp(log_gamma(1 + alpha))) {
         assert(alpha > 0 && alpha <= 1);
     }
 
@@ -56,8 +58,7 @@ class RadiusSchedule {
     // Returns Γ(a)/Γ(b), for a and b far below the values at which the difference of logarithms loses more
     // than 1e-6.
     static double ratio(double a, double b) {
-        int sign = 0;  // Γ of a positive number is positive
-        return std::exp(::lgamma_r(a, &sign) - ::lgamma_r(b, &sign));
+        return exp(log_gamma(a) - log_gamma(b));
     }
 
     double alpha_, gamma_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "engine/scene/media_traversal.h"
@@ -36,7 +37,7 @@ double VolumeDensityEstimate::scattered_along(const ScatteringPoint& at, const R
             const double a3 = a * a * a, b3 = b * b * b;
             // Where the density varies, one point represents the stretch, drawn in proportion to the ball's
             // volume.
-            const double place = std::cbrt(a3 + static_cast<double>(sampler.next()) * (b3 - a3)) - before;
+            const double place = cbrt(a3 + static_cast<double>(sampler.next()) * (b3 - a3)) - before;
             const Rgb sigma_s(V3f(piece.along.at(place).sigma_s));
             sum += static_cast<double>(luminance(sigma_s)) * (b3 - a3) / 3;
         }
@@ -51,14 +52,14 @@ double VolumeDensityEstimate::scattered_along(const ScatteringPoint& at, const R
 VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPoint& at, float radius,
                                                               const V3f& first, Sampler sampler) const {
     // Position of `first`, folded into the octant, under the equal-area map to the unit square.
-    const V2f place(std::fabs(first.z), std::atan2(std::fabs(first.y), std::fabs(first.x)) / (0.5F * kPi));
+    const V2f place(std::fabs(first.z), atan2(std::fabs(first.y), std::fabs(first.x)) / (0.5F * kPi));
     double sum = 0;
     bool obstructed = false;
     for (std::uint32_t look = 0; look < kAppearances; ++look) {
         const float step = static_cast<float>(look) / kAppearances;
         const float z = unit_part(place.x + step), phi = 0.5F * kPi * unit_part(place.y + step);
         const float s = std::sqrt(1 - z * z);
-        const V3f w(s * std::cos(phi), s * std::sin(phi), z);
+        const V3f w(s * cos(phi), s * sin(phi), z);
         for (unsigned signs = 0; signs < kSigns; ++signs) {
             const V3f d((signs & 1U) != 0 ? -w.x : w.x, (signs & 2U) != 0 ? -w.y : w.y,
                         (signs & 4U) != 0 ? -w.z : w.z);

@@ -23,6 +23,7 @@
 #include <filesystem>
 #include <string>
 
+#include "engine/base/elementary.h"
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "lights/measurement/plane_irradiance.h"
@@ -122,7 +123,7 @@ void compare(const std::string& lamp, const LightField& field, const Photometric
     for (const auto& [name, point] : points) {
         for (int i = 0; i < effort.distances; ++i) {
             const double sizes =
-                kFirst * std::pow(kLast / kFirst, static_cast<double>(i) / (effort.distances - 1));
+                kFirst * pow(kLast / kFirst, static_cast<double>(i) / (effort.distances - 1));
             const double z = point.z + sizes * origin.size;
             if (!(z > 0)) continue;  // nothing was measured behind S
             const PlaneIrradiance near =

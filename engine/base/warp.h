@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -20,7 +21,7 @@ inline V2f square_to_disc(const V2f& u) {
         r = c.y;
         phi = kPi / 2 - kPi / 4 * (c.x / c.y);
     }
-    return {r * std::cos(phi), r * std::sin(phi)};
+    return {r * cos(phi), r * sin(phi)};
 }
 
 // Returns the inverse for a point of the unit disc, or just outside it by rounding.
@@ -29,7 +30,7 @@ inline V2f disc_to_square(const V2f& p) {
     if (r == 0) return {0.5F, 0.5F};
     const float x = std::fabs(p.x), y = std::fabs(p.y);
     // This is the angle within a wedge of 90 degrees around an axis, divided by a quarter of pi.
-    const float share = std::atan2(std::min(x, y), std::max(x, y)) * (4 * kInvPi);
+    const float share = atan2(std::min(x, y), std::max(x, y)) * (4 * kInvPi);
     const V2f c = x > y ? V2f(std::copysign(r, p.x), std::copysign(r * share, p.y))
                         : V2f(std::copysign(r * share, p.x), std::copysign(r, p.y));
     return {std::clamp(0.5F * (c.x + 1), 0.0F, 1.0F), std::clamp(0.5F * (c.y + 1), 0.0F, 1.0F)};
@@ -49,7 +50,7 @@ inline V3f square_to_sphere(const V2f& u) {
     const float z = 1 - 2 * u.x;
     const float r = std::sqrt(std::max(0.0F, 1 - z * z));
     const float phi = 2 * kPi * u.y;
-    return {r * std::cos(phi), r * std::sin(phi), z};
+    return {r * cos(phi), r * sin(phi), z};
 }
 inline constexpr float kSpherePdfW = 0.25F * kInvPi;
 
@@ -58,7 +59,7 @@ inline V3f square_to_cone(const V2f& u, float one_minus_cos_max) {
     const float h = u.x * one_minus_cos_max;  // 1 - cos
     const float r = std::sqrt(std::max(0.0F, h * (2 - h)));
     const float phi = 2 * kPi * u.y;
-    return {r * std::cos(phi), r * std::sin(phi), 1 - h};
+    return {r * cos(phi), r * sin(phi), 1 - h};
 }
 inline float cone_pdf_w(float one_minus_cos_max) {
     return 1.0F / (2 * kPi * one_minus_cos_max);
@@ -83,7 +84,7 @@ inline V3f octahedral_square_to_sphere(V2f at) {
     const float r = 1 - std::fabs(inside);
     const float phi = (r == 0 ? 1 : (std::fabs(v) - std::fabs(u)) / r + 1) * kPi / 4;
     const float across = r * std::sqrt(std::max(0.0F, 2 - r * r));
-    return {std::copysign(std::cos(phi), u) * across, std::copysign(std::sin(phi), v) * across,
+    return {std::copysign(cos(phi), u) * across, std::copysign(sin(phi), v) * across,
             std::copysign(1 - r * r, inside)};
 }
 

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
 #include "engine/cli/run.h"
@@ -63,7 +64,7 @@ struct PictureOptions {
     std::optional<double> white;  // kelvins
 
     PictureLook look(const Image& image) const {
-        return {stops ? static_cast<float>(std::exp2(*stops)) : auto_exposure(image), tone, white};
+        return {stops ? static_cast<float>(exp2(*stops)) : auto_exposure(image), tone, white};
     }
 };
 // Adds --exposure STOPS, --tone CURVE and --white-balance KELVIN.

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "engine/base/elementary.h"
 #include "engine/evaluation/error_pictures.h"
 #include "engine/figures/colour_maps.h"
 #include "engine/text/plain_text.h"
@@ -171,7 +172,7 @@ std::string comparison_page(const ComparisonReport& report, const std::vector<Na
     if (report.hdr_flip) pictures.map("HDR-FLIP", report.hdr_flip->map, 1, false);
     if (report.flip) pictures.map("FLIP", report.flip->map, 1, false);
     // The exposure slider moves in quarters of a stop.
-    const double stops = std::round(4 * std::log2(report.exposure)) / 4;
+    const double stops = std::round(4 * log2(report.exposure)) / 4;
     const std::string count = images.size() == 1 ? "" : fmt::format(" and {} more", images.size() - 1);
     return filled(
         kComparePage,

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/cli/commands.h"
 #include "engine/text/plain_text.h"
@@ -71,7 +72,7 @@ std::string picture_text(const std::filesystem::path& file, const PictureLook& l
     const std::string white = unit == of.attributes.end()
                                   ? ""
                                   : fmt::format(": {:.4g} {} is white", 1 / look.exposure, unit->second);
-    return fmt::format("picture  {} (exposure {:+.2f} stops{}{}{})", file.string(), std::log2(look.exposure),
+    return fmt::format("picture  {} (exposure {:+.2f} stops{}{}{})", file.string(), log2(look.exposure),
                        white, look.tone == ToneCurve::linear ? ", clipped" : "",
                        look.white ? fmt::format(", white of {:g} K", *look.white) : "");
 }

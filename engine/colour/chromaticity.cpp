@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/colour/spectrum.h"
 
 namespace lucerna {
@@ -57,7 +58,7 @@ std::optional<ColourTemperature> colour_temperature(const V3d& xyz) {
     const Uv at = uv_of(xyz);
     const auto distance = [&at](double mired) {
         const Uv body = locus(mired);
-        return std::hypot(at.u - body.u, at.v - body.v);
+        return hypot(at.u - body.u, at.v - body.v);
     };
     // Coarse steps come first: the locus bends, and a colour on its concave side may have two nearest points.
     constexpr double kLow = 1e6 / kMostKelvin, kHigh = 1e6 / kLeastKelvin;

@@ -8,6 +8,7 @@
 #include <span>
 #include <string_view>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -63,10 +64,10 @@ V3d held_in_gamut(const V3d& rgb, const V3d& weights);
 
 // These convert a linear component to sRGB's code and back, both from 0 to 1 [IEC 61966-2-1].
 inline float srgb_encoded(float linear) {
-    return linear <= 0.0031308F ? 12.92F * linear : 1.055F * std::pow(linear, 1 / 2.4F) - 0.055F;
+    return linear <= 0.0031308F ? 12.92F * linear : 1.055F * pow(linear, 1 / 2.4F) - 0.055F;
 }
 inline float srgb_decoded(float code) {
-    return code <= 0.04045F ? code / 12.92F : std::pow((code + 0.055F) / 1.055F, 2.4F);
+    return code <= 0.04045F ? code / 12.92F : pow((code + 0.055F) / 1.055F, 2.4F);
 }
 
 }  // namespace lucerna

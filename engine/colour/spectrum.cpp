@@ -8,6 +8,7 @@
 #include <sstream>
 #include <string>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/float_traps.h"
 #include "engine/system/files.h"
@@ -47,8 +48,8 @@ constexpr double kDaylight[][3] = {
 Spectrum illuminant_a() {
     Spectrum result;
     for (double nm = kFirst; nm <= kLast; ++nm) {
-        const double at_560 = std::expm1(1.435e7 / (2848 * 560.0)), here = std::expm1(1.435e7 / (2848 * nm));
-        result.push_back({nm, 100 * std::pow(560 / nm, 5) * at_560 / here});
+        const double at_560 = expm1(1.435e7 / (2848 * 560.0)), here = expm1(1.435e7 / (2848 * nm));
+        result.push_back({nm, 100 * pow(560 / nm, 5) * at_560 / here});
     }
     return result;
 }
@@ -122,7 +123,7 @@ Spectrum blackbody_spectrum(double kelvin) {
     constexpr double kC2 = 1.438777e7;        // nm K
     constexpr double kWien = 2897771.955;     // nm K
     const auto shape = [kelvin](double nm) {  // relative to (kWien/T)^-5, so that nothing overflows
-        return std::pow(kWien / (kelvin * nm), 5) / std::expm1(kC2 / (nm * kelvin));
+        return pow(kWien / (kelvin * nm), 5) / expm1(kC2 / (nm * kelvin));
     };
     const double peak = shape(kWien / kelvin);
     Spectrum result;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -53,7 +54,7 @@ class Band {
     }
 
     void add(const V2i& offset) {
-        const float falloff = std::exp(-0.5F * static_cast<float>(offset.dot(offset)) / sqr(0.5F * kWindow));
+        const float falloff = exp(-0.5F * static_cast<float>(offset.dot(offset)) / sqr(0.5F * kWindow));
         compare_features(offset, falloff);
         for (std::size_t half = 0; half < 2; ++half) {
             compare_pixels(halves_[half], offset);

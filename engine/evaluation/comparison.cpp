@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "engine/base/elementary.h"
 #include "engine/colour/tone.h"
 #include "engine/evaluation/compare.h"
 #include "engine/evaluation/error_pictures.h"
@@ -88,7 +89,7 @@ class Comparing {
         pictures.error = relative_error(pictures.mean, pictures.reference);
         if (images_.size() > 1) pictures.noise = noise_picture(first.compared);
         report_.exposure =
-            settings_.exposure ? std::exp2(*settings_.exposure) : double{auto_exposure(pictures.reference)};
+            settings_.exposure ? exp2(*settings_.exposure) : double{auto_exposure(pictures.reference)};
     }
 
     // Returns the noise as a picture; pixels that are not compared in the first image stay black.

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "engine/base/elementary.h"
 #include "engine/evaluation/comparison.h"
 
 namespace lucerna {
@@ -66,7 +67,7 @@ void write_errors(TextWriter& out, const ComparisonReport& report) {
     out.line("error", "{:.3g} %   of luminance, defined as for render --error", 100 * c.error);
     if (report.flip)
         out.line("FLIP", "{:.6g}   at exposure {:+.2f} stops, {:.4g} pixels per degree", report.flip->mean,
-                 std::log2(report.exposure), report.pixels_per_degree);
+                 log2(report.exposure), report.pixels_per_degree);
     if (report.hdr_flip)
         out.line("HDR-FLIP", "{:.6g}   {} exposures from {:+.2f} to {:+.2f} stops", report.hdr_flip->mean,
                  report.exposures->count, report.exposures->start, report.exposures->stop);
@@ -216,7 +217,7 @@ void add_flip(Json& json, const ComparisonReport& report) {
                     {"ldr",
                      {{"mean", report.flip->mean},
                       {"largest", report.flip->largest},
-                      {"exposure_stops", std::log2(report.exposure)}}}};
+                      {"exposure_stops", log2(report.exposure)}}}};
     if (!report.hdr_flip) return;
     json["flip"]["hdr"] = {{"mean", report.hdr_flip->mean},
                            {"largest", report.hdr_flip->largest},

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/colour/colour_space.h"
 #include "engine/colour/spectrum.h"
 
@@ -44,7 +45,7 @@ Opponent opponent_of(const std::vector<Rgb>& linear, int width, int height, cons
 V3d hunt_lab(const Rgb& linear, const V3d& white) {
     const auto root = [](double t) {
         constexpr double kDelta = 6.0 / 29;
-        return t > kDelta * kDelta * kDelta ? std::cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29;
+        return t > kDelta * kDelta * kDelta ? cbrt(t) : t / (3 * kDelta * kDelta) + 4.0 / 29;
     };
     const V3d c = rgb_to_xyz(linear) / white;
     const double x = root(c.x), y = root(c.y), z = root(c.z);
@@ -54,13 +55,13 @@ V3d hunt_lab(const Rgb& linear, const V3d& white) {
 
 // Returns the HyAB distance [Abasi 2019].
 double colour_distance(const V3d& a, const V3d& b) {
-    return std::fabs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
+    return std::fabs(a.x - b.x) + hypot(a.y - b.y, a.z - b.z);
 }
 
 // Returns the largest distance in the gamut, from green to blue, to the power q_c.
 double largest_colour_error() {
     const V3d white = white_xyz();
-    return std::pow(colour_distance(hunt_lab(Rgb(0, 1, 0), white), hunt_lab(Rgb(0, 0, 1), white)),
+    return pow(colour_distance(hunt_lab(Rgb(0, 1, 0), white), hunt_lab(Rgb(0, 0, 1), white)),
                     kColourExponent);
 }
 
@@ -95,7 +96,7 @@ struct Features {
 
 FlipPlane lengths(const FlipPlane& x, const FlipPlane& y) {
     FlipPlane result(x.width, x.height);
-    for (std::size_t i = 0; i < result.data.size(); ++i) result.data[i] = std::hypot(x.data[i], y.data[i]);
+    for (std::size_t i = 0; i < result.data.size(); ++i) result.data[i] = hypot(x.data[i], y.data[i]);
     return result;
 }
 
@@ -134,13 +135,13 @@ std::vector<float> flip_linear(const Viewer& viewer, const std::vector<Rgb>& pic
     std::vector<float> error(picture.size());
     parallel_each(workers, error.size(), kPixelsPerChunk, [&](std::size_t i) {
         const double colour = redistributed(
-            std::pow(colour_distance(colours_a[i], colours_b[i]), kColourExponent), viewer.largest);
+            pow(colour_distance(colours_a[i], colours_b[i]), kColourExponent), viewer.largest);
         const double edge = std::fabs(double{found_a.edge.data[i]} - double{found_b.edge.data[i]});
         const double point = std::fabs(double{found_a.point.data[i]} - double{found_b.point.data[i]});
         // Both are at most √2 [FLIP (13)]; min() prevents rounding beyond 1.
         const double feature =
-            std::min(1.0, std::pow(std::max(edge, point) / std::sqrt(2.0), kFeatureExponent));
-        error[i] = static_cast<float>(std::pow(colour, 1 - feature));  // [FLIP (15)]
+            std::min(1.0, pow(std::max(edge, point) / std::sqrt(2.0), kFeatureExponent));
+        error[i] = static_cast<float>(pow(colour, 1 - feature));  // [FLIP (15)]
     });
     return error;
 }
@@ -211,8 +212,8 @@ std::optional<ExposureRange> flip_exposures(const Image& reference) {
     const double most = *std::max_element(middle, lit.end());
     const double target = film_curve_inverse(0.85);
     ExposureRange range;
-    range.start = std::log2(target / most);
-    range.stop = std::log2(target / median);
+    range.start = log2(target / most);
+    range.stop = log2(target / median);
     range.count = std::max(2, static_cast<int>(std::ceil(range.stop - range.start)));
     return range;
 }
@@ -226,7 +227,7 @@ HdrFlip hdr_flip(const Image& image, const Image& reference, const ExposureRange
     result.worst.resize(result.map.data.size());
     Phase phase(monitor, "FLIP", static_cast<std::uint64_t>(range.count));
     for (int i = 0; i < range.count; ++i) {
-        const double factor = std::exp2(range.exposure(i));
+        const double factor = exp2(range.exposure(i));
         const auto shown = [&](float v) { return film_curve(double{v} * factor); };
         const std::vector<float> error = flip_linear(viewer, mapped(image, shown), mapped(reference, shown),
                                                      image.width, image.height, workers);

@@ -1,3 +1,4 @@
+#include "engine/base/elementary.h"
 #include "engine/evaluation/flip.h"
 
 #include <algorithm>
@@ -65,7 +66,7 @@ Blur blur_of(std::span<const Gaussian> gaussians, int radius, double pixels_per_
     std::vector<double> shares;
     for (const Gaussian& g : gaussians) {
         const auto values =
-            weights(radius, [&](double x) { return std::exp(-sqr(kPiD * x / pixels_per_degree) / g.width); });
+            weights(radius, [&](double x) { return exp(-sqr(kPiD * x / pixels_per_degree) / g.width); });
         const double sum = sum_of(values);  // at least 1, the central weight
         shares.push_back(g.amplitude * std::sqrt(kPiD / g.width) * sum * sum);
         blur.parts.push_back({0, scaled(values, 1 / sum)});
@@ -137,7 +138,7 @@ FlipPlane blurred(const FlipPlane& plane, const Blur& blur, const Workers& worke
 FeatureKernels feature_kernels(double pixels_per_degree) {
     const double sigma = 0.5 * kFeatureWidth * pixels_per_degree;  // > 0
     const int radius = radius_of(sigma);
-    const auto gaussian = [&](double x) { return std::exp(-sqr(x / sigma) / 2); };
+    const auto gaussian = [&](double x) { return exp(-sqr(x / sigma) / 2); };
     const auto smooth = weights(radius, gaussian);
     return {scaled(smooth, 1 / sum_of(smooth)),
             balanced(weights(radius, [&](double x) { return -x * gaussian(x); })),

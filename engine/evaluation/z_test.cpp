@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -21,13 +23,13 @@ double bonferroni(double p, std::size_t tests) {
 
 double sidak_level(double level, std::uint64_t tests) {
     if (tests == 0) return level;
-    return -std::expm1(std::log1p(-level) / static_cast<double>(tests));
+    return -expm1(log1p(-level) / static_cast<double>(tests));
 }
 
 double sidak_p_value(double smallest_p, std::uint64_t tests) {
     if (tests == 0) return 1;
     if (smallest_p >= 1) return 1;
-    return -std::expm1(static_cast<double>(tests) * std::log1p(-smallest_p));
+    return -expm1(static_cast<double>(tests) * log1p(-smallest_p));
 }
 
 double binomial_excess(std::uint64_t observed, std::uint64_t tests, double chance) {
@@ -35,8 +37,8 @@ double binomial_excess(std::uint64_t observed, std::uint64_t tests, double chanc
     if (k <= n * chance) return 1;
     // Computes the first term by logarithms and the others by their ratios, which decrease because k is above
     // the mean.
-    double term = std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) +
-                           k * std::log(chance) + (n - k) * std::log1p(-chance));
+    double term = exp(log_gamma(n + 1) - log_gamma(k + 1) - log_gamma(n - k + 1) +
+                           k * log(chance) + (n - k) * log1p(-chance));
     const double odds = chance / (1 - chance);
     double sum = 0;
     for (double i = k; i <= n && term > 1e-17 * sum; ++i) {

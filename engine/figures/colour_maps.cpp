@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/colour/colour_space.h"
 #include "engine/colour/spectrum.h"
 
@@ -42,7 +43,7 @@ Rgb lch_colour(double lightness, double chroma, double hue) {
         return t > kDelta ? t * t * t : 3 * kDelta * kDelta * (t - 4.0 / 29);
     };
     const double y = (lightness + 16) / 116;
-    const double a = chroma * std::cos(hue * kPiD / 180), b = chroma * std::sin(hue * kPiD / 180);
+    const double a = chroma * cos(hue * kPiD / 180), b = chroma * sin(hue * kPiD / 180);
     const V3d white = rgb_to_xyz(Rgb(1));
     const Rgb c = xyz_to_rgb(V3d(cube(y + a / 500), cube(y), cube(y - b / 200)) * white);
     const auto clamped = [](float v) { return std::clamp(v, 0.0F, 1.0F); };
@@ -65,7 +66,7 @@ Rgb diverging_colour(double v) {
     constexpr double kPale = 96, kDark = 30, kChroma = 75;
     const double size = std::isnan(v) ? 0 : std::min(1.0, std::fabs(v));
     const Rgb c =
-        lch_colour(kPale + (kDark - kPale) * size, kChroma * std::sin(size * kPiD * 0.7), v < 0 ? 270 : 35);
+        lch_colour(kPale + (kDark - kPale) * size, kChroma * sin(size * kPiD * 0.7), v < 0 ? 270 : 35);
     return {srgb_encoded(c.x), srgb_encoded(c.y), srgb_encoded(c.z)};
 }
 

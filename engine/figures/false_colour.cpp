@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -75,7 +77,7 @@ ScaleRange logarithmic_range(const std::vector<double>& all, double inside) {
     if (values.empty()) return {0.1, 1};
     const double most = quantile(values, inside), least = quantile(values, 1 - inside);
     RoundStep high = round_step_from(most);
-    const double held = std::max(least, high.value() * std::pow(10, -kMostDecades));
+    const double held = std::max(least, high.value() * pow(10, -kMostDecades));
     RoundStep low = round_step_from(held);
     if (low.value() > held) low = previous(low);
     if (!(low.value() < high.value())) high = next(high);
@@ -97,13 +99,13 @@ ScaleRange range_of(const ScaleSettings& settings, std::span<const double> value
 
 double RoundStep::multiple(double count) const {
     // A quotient of whole numbers is the double nearest to the decimal; a product with 0.1 is not.
-    return exponent < 0 ? count * mantissa / std::pow(10, -exponent)
-                        : count * mantissa * std::pow(10, exponent);
+    return exponent < 0 ? count * mantissa / pow(10, -exponent)
+                        : count * mantissa * pow(10, exponent);
 }
 
 RoundStep round_step_from(double value) {
     assert(value > 0 && std::isfinite(value));
-    RoundStep step{1, static_cast<int>(std::floor(std::log10(value)))};
+    RoundStep step{1, static_cast<int>(std::floor(log10(value)))};
     while (step.value() > value) step = previous(step);
     while (step.value() < value) step = next(step);
     return step;
@@ -136,7 +138,7 @@ FalseColour::FalseColour(const ScaleSettings& settings, std::span<const double> 
 
 double FalseColour::share(double value) const {
     if (scaling_ == Scaling::linear) return (value - range_.low) / (range_.high - range_.low);
-    return std::log(value / range_.low) / std::log(range_.high / range_.low);
+    return log(value / range_.low) / log(range_.high / range_.low);
 }
 
 Rgb FalseColour::operator()(double value) const {

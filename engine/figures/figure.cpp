@@ -8,6 +8,7 @@
 #include <iterator>
 #include <set>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/float_traps.h"
 #include "engine/figures/markup.h"
@@ -207,7 +208,7 @@ class LabelPlaces {
             const auto is_covered = [&box](const LabelBox& number) { return box.meets(number); };
             if (!covered && std::any_of(numbers_.begin(), numbers_.end(), is_covered)) continue;
             taken_.push_back({middle, width});
-            double degrees = std::atan2(to.y - from.y, to.x - from.x) * 180 / kPiD;
+            double degrees = atan2(to.y - from.y, to.x - from.x) * 180 / kPiD;
             if (degrees > 90) degrees -= 180;
             if (degrees <= -90) degrees += 180;
             return LabelPlace{middle, degrees};
@@ -257,7 +258,7 @@ void draw_isolines(Drawing& drawing, const std::vector<Isoline>& lines, Place&& 
         if (!found) return;
         labelled.insert(lines[i].level);
         const double turn = found->degrees * kPiD / 180;
-        drawing.label(found->at + V2d(-std::sin(turn), std::cos(turn)) * 3.5, text, "middle", kSmallFont,
+        drawing.label(found->at + V2d(-sin(turn), cos(turn)) * 3.5, text, "middle", kSmallFont,
                       found->degrees);
     };
     for (const std::size_t i : order) label(i, false);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -172,7 +174,7 @@ ValueGrid smoothed_for(std::span<const double> levels, const ValueGrid& grid, do
     const auto [least, most] = std::minmax_element(levels.begin(), levels.end());
     std::vector<double> kernel;
     for (int i = 0; i <= std::max(1, static_cast<int>(std::ceil(3 * deviation))); ++i)
-        kernel.push_back(std::exp(-sqr(i / deviation) / 2));
+        kernel.push_back(exp(-sqr(i / deviation) / 2));
     std::vector<double> sums, weights;
     for (const double v : grid.values) {
         const double held = *least > 0 ? std::clamp(v, *least / 2, 2 * *most) : v;

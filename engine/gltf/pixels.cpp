@@ -1,3 +1,4 @@
+#include "engine/base/elementary.h"
 #include "engine/gltf/model.h"
 
 #include <algorithm>
@@ -28,7 +29,7 @@ Rgb mean_linear(const Pixels& pixels) {
 Rgb mean_srgb(const Pixels& pixels) {
     // sRGB decoding of IEC 61966-2-1.
     return mean_of(pixels,
-                   [](double v) { return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); });
+                   [](double v) { return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4); });
 }
 
 std::optional<GltfCutout> cutout_of(const Pixels& pixels, double factor, std::optional<double> cutoff) {

@@ -1,5 +1,6 @@
 // Converts glTF's terms to pbrt's. glTF's GGX alpha is the square of its roughness; pbrt takes alpha itself
 // with "remaproughness" false.
+#include "engine/base/elementary.h"
 #include "engine/gltf/write_pbrt.h"
 
 #include <fmt/format.h>
@@ -92,7 +93,7 @@ std::string camera_text(const GltfCamera& camera, const std::string& image_name)
     if (camera.perspective) {
         // pbrt's fov is that of the shorter side.
         const double aspect = camera.aspect > 0 ? camera.aspect : 4.0 / 3;
-        const double fov = aspect >= 1 ? camera.yfov : 2 * std::atan(std::tan(camera.yfov / 2) * aspect);
+        const double fov = aspect >= 1 ? camera.yfov : 2 * atan(tan(camera.yfov / 2) * aspect);
         text += fmt::format("Camera \"perspective\" \"float fov\" {:.9g}\n", fov * kDegrees);
     } else {
         text +=
@@ -106,7 +107,7 @@ std::string default_camera_text(const Extent& extent, const std::string& image_n
     constexpr double kFov = 40;
     const V3d from = V3d(0.55, 0.35, 1).normalized();
     // A sphere of the model's radius fills the fov of the shorter side.
-    const V3d eye = extent.centre + from * (extent.radius / std::sin(kFov / 2 / kDegrees));
+    const V3d eye = extent.centre + from * (extent.radius / sin(kFov / 2 / kDegrees));
     return look_at_text(eye, extent.centre, V3d(0, 1, 0)) +
            fmt::format("Camera \"perspective\" \"float fov\" {}\n", kFov) + film_text(0, image_name);
 }

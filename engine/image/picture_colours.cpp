@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/colour/spectrum.h"
 
@@ -108,7 +109,7 @@ class IccProfile {
         const auto [g, a, shift, c, d, e, f] = p;
         if (kind == 0) return power(g);
         return sampled([&, g = g, a = a, shift = shift, c = c, d = d, e = e, f = f](double x) {
-            const double raised = std::pow(std::max(0.0, a * x + shift), g);
+            const double raised = pow(std::max(0.0, a * x + shift), g);
             if (kind == 1) return a * x + shift >= 0 ? raised : 0.0;
             if (kind == 2) return a * x + shift >= 0 ? raised + c : c;
             return x >= d ? raised + e : c * x + f;
@@ -230,7 +231,7 @@ float Encoding::decode(float x) const {
         case Kind::srgb:
             return srgb_decoded(x);
         case Kind::power:
-            return std::pow(x, exponent);
+            return pow(x, exponent);
         case Kind::table: {
             const float place = std::clamp(x, 0.0F, 1.0F) * static_cast<float>(table->size() - 1);
             const auto i = std::min(static_cast<std::size_t>(place), table->size() - 2);

@@ -31,6 +31,7 @@
 
 #include <array>
 
+#include "engine/base/elementary.h"
 #include "engine/base/monitor.h"
 #include "engine/integrators/integrator.h"
 #include "engine/integrators/photon_mapping.h"
@@ -94,7 +95,7 @@ class FirstRadii {
         if (box.isEmpty()) return largest_;
         const V3d size(box.size());
         const double radius =
-            std::cbrt(0.75 / M_PI * size.x * size.y * size.z * k / static_cast<double>(map.size()));
+            cbrt(0.75 / M_PI * size.x * size.y * size.z * k / static_cast<double>(map.size()));
         return radius > 0 ? std::min(static_cast<float>(radius), largest_) : largest_;
     }
 
@@ -111,7 +112,7 @@ class PassRadii final : public RadiusRule {
     PassRadii(const FirstRadii& first, double share)
         : first_(first),
           scale_(static_cast<float>(std::sqrt(share))),
-          volume_scale_(static_cast<float>(std::cbrt(share))) {}
+          volume_scale_(static_cast<float>(cbrt(share))) {}
     LocalRadius::At radius(MapKind map, const V3f& x, const V3f& n) const override {
         const LocalRadius::At first = first_.at(map, x, n);
         return {scale_ * first.radius, first.whole};

@@ -1,3 +1,4 @@
+#include "engine/base/elementary.h"
 #include "engine/pbrt/material_parts.h"
 
 #include <algorithm>
@@ -87,7 +88,7 @@ struct FourierTable {
         for (std::int64_t k = 0; k < length; ++k) {
             sum +=
                 static_cast<double>(coefficients[static_cast<std::size_t>(offset + channel * length + k)]) *
-                std::cos(static_cast<double>(k) * phi);
+                cos(static_cast<double>(k) * phi);
         }
         return sum;
     }
@@ -204,7 +205,7 @@ std::optional<TableFit> fit_merl(Bytes bytes) {
     for (int i = 0; i < kSteps; ++i) {
         const double theta = (i + 0.5) / kSteps * M_PI / 2;
         const V3d f = value(theta);
-        sums.reflected += f * (2 * M_PI * std::cos(theta) * std::sin(theta) * M_PI / 2 / kSteps);
+        sums.reflected += f * (2 * M_PI * cos(theta) * sin(theta) * M_PI / 2 / kSteps);
         sums.highest = std::max(sums.highest, 0.2126 * f.x + 0.7152 * f.y + 0.0722 * f.z);
         if (theta > 0.5 && theta < 1.2) {
             for (int k = 0; k < 3; ++k) lowest[k] = std::min(lowest[k], f[k]);

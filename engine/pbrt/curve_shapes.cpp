@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 #include "engine/pbrt/shapes.h"
 #include "engine/system/memory.h"
@@ -85,10 +86,10 @@ std::vector<V3d> read_normals(Params& params, std::size_t segments) {
 }
 
 V3d on_great_circle(const V3d& a, const V3d& b, double t) {
-    const double angle = std::acos(std::clamp(a.dot(b), -1.0, 1.0));
-    const double sine = std::sin(angle);
+    const double angle = acos(std::clamp(a.dot(b), -1.0, 1.0));
+    const double sine = sin(angle);
     if (sine < 1e-6) return a;  // equal or opposite normals determine no great circle
-    return (std::sin((1 - t) * angle) * a + std::sin(t * angle) * b) / sine;
+    return (sin((1 - t) * angle) * a + sin(t * angle) * b) / sine;
 }
 
 // A curve that emits becomes a tube with 16 sides and 16 pieces per segment.
@@ -115,7 +116,7 @@ ObjectMesh tube(const std::vector<Segment>& segments, const std::vector<double>&
         const double r = radii[4 * s] * w + radii[4 * s + 3] * u;
         for (int k = 0; k <= kSides; ++k) {
             const double phi = 2 * M_PI * k / kSides;
-            mesh.p.push_back(p + r * (std::cos(phi) * V3d(side) + std::sin(phi) * V3d(y)));
+            mesh.p.push_back(p + r * (cos(phi) * V3d(side) + sin(phi) * V3d(y)));
             mesh.uv.emplace_back(static_cast<float>(i) / static_cast<float>(rings - 1),
                                  static_cast<float>(k) / kSides);
         }
@@ -132,7 +133,7 @@ ObjectMesh tube(const std::vector<Segment>& segments, const std::vector<double>&
 
 // Returns the scale of widths, the cube root of the change of volume. It is exact only for a similarity.
 double width_scale(const M44d& m) {
-    return std::cbrt(std::fabs(m.determinant()));
+    return cbrt(std::fabs(m.determinant()));
 }
 
 }  // namespace

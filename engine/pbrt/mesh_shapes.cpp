@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/elementary.h"
 #include "engine/pbrt/shapes.h"
 #include "engine/scene/mesh.h"
 #include "engine/system/hash.h"
@@ -137,7 +138,7 @@ ObjectMesh read_loop_mesh(Params& params) {
         levels = held;
     }
     constexpr double kMostTriangles = 2e8;
-    if (static_cast<double>(indices.size()) / 3 * std::pow(4.0, levels) > kMostTriangles) {
+    if (static_cast<double>(indices.size()) / 3 * pow(4.0, levels) > kMostTriangles) {
         fail(params.place_of(name), "{} {} makes more than {:g} triangles of {}; use fewer", name, levels,
              kMostTriangles, indices.size() / 3);
     }

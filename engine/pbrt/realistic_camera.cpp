@@ -9,6 +9,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "engine/base/elementary.h"
 #include "engine/pbrt/state.h"
 #include "engine/system/files.h"
 
@@ -118,10 +119,10 @@ void settle_lens(Draft& draft) {
     Camera::Settings& camera = draft.camera;
     const double diagonal = lens.film_diagonal > 0 ? lens.film_diagonal : draft.film_diagonal;
     const double w = draft.film.width, h = draft.film.height;
-    const double side = diagonal * std::min(w, h) / std::hypot(w, h);
+    const double side = diagonal * std::min(w, h) / hypot(w, h);
     camera.kind = Camera::Settings::Kind::perspective;
     camera.fov_degrees = static_cast<float>(
-        std::clamp(2 * std::atan(side / 2 / lens.film_distance) * 180 / M_PI, 1e-3, 179.0));
+        std::clamp(2 * atan(side / 2 / lens.film_distance) * 180 / M_PI, 1e-3, 179.0));
     camera.lens_radius = static_cast<float>(lens.radius);
     camera.focal_distance = static_cast<float>(lens.focus_distance);
     // The film receives L π (r/d)² on the axis; version 4 always measures this.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/pbrt/material_parts.h"
 
 namespace lucerna {
@@ -36,7 +37,7 @@ float color_of_hair(float sigma_a, float beta) {
     const float b2 = beta * beta;
     const float d = 5.969F - 0.215F * beta + 2.532F * b2 - 10.73F * b2 * beta + 5.574F * b2 * b2 +
                     0.245F * b2 * b2 * beta;
-    return std::exp(-std::sqrt(std::max(0.0F, sigma_a)) * d);
+    return exp(-std::sqrt(std::max(0.0F, sigma_a)) * d);
 }
 
 // Absorption per concentration [d'Eon 2011], in red, green and blue.
@@ -98,7 +99,7 @@ float dipole_reflectance(float sigma_a, float reduced_sigma_s, float eta) {
     const float albedo = reduced_sigma_s / extinction;
     const float fdr = inner_reflectance(eta), a = (1 + fdr) / (1 - fdr);
     const float root = std::sqrt(3 * (1 - albedo));
-    return albedo / 2 * (1 + std::exp(-4.0F / 3 * a * root)) * std::exp(-root);
+    return albedo / 2 * (1 + exp(-4.0F / 3 * a * root)) * exp(-root);
 }
 
 // Returns the albedo of the base that gives this reflectance after interreflection below the surface.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/sampler.h"
 #include "engine/base/stats.h"
@@ -42,7 +43,7 @@ struct Cluster {
 
 // Returns the nearest cluster within the search radius of `w`, or a new one.
 Cluster& cluster_near(std::vector<Cluster>& clusters, const V3d& w) {
-    double nearest = std::cos(kSearchRadius);
+    double nearest = cos(kSearchRadius);
     Cluster* found = nullptr;
     for (Cluster& cluster : clusters) {
         const double cosine = cluster.middle.normalized().dot(w);
@@ -98,7 +99,7 @@ std::vector<DaylightSource> sources_of(const LuminanceView& view, const Observer
 // Adds distant lights, attenuated by panes and media, as uniform discs of the sun's solid angle.
 void add_distant_lights(const Observer& observer, const Scene& scene, std::uint64_t seed,
                         std::vector<DaylightSource>& sources) {
-    const double disc = 4 * kPiD * sqr(std::sin(0.5 * kSunRadius));
+    const double disc = 4 * kPiD * sqr(sin(0.5 * kSunRadius));
     const V3f at(observer.eye - scene.origin());
     const std::int32_t medium = medium_around(scene, {at}, observer.view);
     for (const auto& light : scene.lights()) {
@@ -145,7 +146,7 @@ Reading95 dgp_reading(const Reading95& vertical, const Reading95& sum) {
     // Propagates the half-widths to first order by differences, as DGP is smooth in both arguments.
     const double by_vertical = std::fabs(dgp_of(vertical.value + vertical.half_width, sum.value) - dgp);
     const double by_sum = std::fabs(dgp_of(vertical.value, sum.value + sum.half_width) - dgp);
-    return {dgp, std::hypot(by_vertical, by_sum)};
+    return {dgp, hypot(by_vertical, by_sum)};
 }
 
 struct ViewSums {
@@ -198,12 +199,12 @@ LuminanceView view_of(const RenderResult& result, int pixels) {
 
 ViewDirection view_direction(int pixels, int x, int y) {
     const double px = (2 * x + 1.0) / pixels - 1, py = 1 - (2 * y + 1.0) / pixels;
-    const double r = std::hypot(px, py);
+    const double r = hypot(px, py);
     if (r >= 1) return {};
     const double theta = 0.5 * kPiD * r;
-    const double across = r > 0 ? std::sin(theta) / r : 0.5 * kPiD;  // limit of sin(theta) / r at r = 0
+    const double across = r > 0 ? sin(theta) / r : 0.5 * kPiD;  // limit of sin(theta) / r at r = 0
     const double area = sqr(2.0 / pixels);
-    return {{across * px, across * py, std::cos(theta)}, across * 0.5 * kPiD * area};
+    return {{across * px, across * py, cos(theta)}, across * 0.5 * kPiD * area};
 }
 
 bool has_daylight(const Scene& scene) {
@@ -213,9 +214,9 @@ bool has_daylight(const Scene& scene) {
 
 double dgp_of(double vertical, double sum) {
     if (!(vertical > 0)) return 0;
-    const double dgp = 5.87e-5 * vertical + 9.18e-2 * std::log10(1 + sum / std::pow(vertical, 1.87)) + 0.16;
+    const double dgp = 5.87e-5 * vertical + 9.18e-2 * log10(1 + sum / pow(vertical, 1.87)) + 0.16;
     if (vertical >= 1000) return dgp;
-    return dgp / (1 + std::exp(4 - 0.024 * vertical));
+    return dgp / (1 + exp(4 - 0.024 * vertical));
 }
 
 LuminanceView luminance_view(const Observer& observer, Job& job, const DaylightOptions& options,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/photometry/illuminance_text.h"
 #include "engine/text/plain_text.h"
 
@@ -15,7 +16,7 @@ namespace {
 Reading95 relative_error(const Reading95& near, const Reading95& far) {
     if (!(near.value > 0)) return {std::nan(""), 0};
     const double ratio = far.value / near.value;
-    return {ratio - 1, std::hypot(far.half_width, ratio * near.half_width) / near.value};
+    return {ratio - 1, hypot(far.half_width, ratio * near.half_width) / near.value};
 }
 
 std::string percent(const Reading95& error) {

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <span>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -12,7 +14,7 @@ constexpr int kLines = 128;           // grid lines along each side of the model
 constexpr double kHeadroom = 2;       // m
 constexpr double kSameHeight = 0.05;  // m
 constexpr double kLeastShare = 0.05;  // of the area of the model's plan
-const double kLevel = std::cos(3 * kPiD / 180);
+const double kLevel = cos(3 * kPiD / 180);
 
 struct Place {
     double height;

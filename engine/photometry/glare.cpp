@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/sampler.h"
 #include "engine/base/stats.h"
@@ -102,7 +103,7 @@ class Eye {
         };
         const auto flux_over = [&](int power) {
             return per_sample([power](const LuminaireSample& sample) {
-                       return sample.flux / std::pow(sample.position, power);
+                       return sample.flux / pow(sample.position, power);
                    })
                 .value;
         };
@@ -218,8 +219,8 @@ class Eye {
     // Samples a direction that is normally distributed around the first with twice the filter's variance.
     V3f blurred(const LightSample& towards, const V2f& u) const {
         const double sigma = std::sqrt(2.0) * options_.blur / kFwhmOverSigma / double{towards.distance};
-        const double r = sigma * std::sqrt(-2 * std::log1p(-double{u.x})), phi = 2 * kPiD * double{u.y};
-        const V3f local(V3d(r * std::cos(phi), r * std::sin(phi), 1));
+        const double r = sigma * std::sqrt(-2 * log1p(-double{u.x})), phi = 2 * kPiD * double{u.y};
+        const V3f local(V3d(r * cos(phi), r * sin(phi), 1));
         return Frame(towards.w).to_world(local).normalized();
     }
 
@@ -250,8 +251,8 @@ Reading95 rating(const std::vector<GlareSource>& sources, Reading95 GlareSource:
     }
     if (!(sum > 0)) return {-INFINITY, 0};
     if (!is_known(background)) return {NAN, NAN};
-    const double relative = std::hypot(std::sqrt(square) / sum, background.half_width / background.value);
-    return {8 * std::log10(0.25 / background.value * sum), 8 / std::numbers::ln10 * relative};
+    const double relative = hypot(std::sqrt(square) / sum, background.half_width / background.value);
+    return {8 * log10(0.25 / background.value * sum), 8 / std::numbers::ln10 * relative};
 }
 
 void check(const Observer& observer) {

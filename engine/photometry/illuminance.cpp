@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/sampler.h"
 #include "engine/base/warp.h"
@@ -72,7 +73,7 @@ void sum_up(SurfaceIlluminance& done) {
     // The uncertainty of the ratio is taken to first order, as if its two estimates were independent: among
     // many points the darkest contributes little to the mean.
     const double u0 = done.least.value / mean;
-    done.uniformity = {u0, std::hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
+    done.uniformity = {u0, hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
 }
 
 // Light of a point that paths find by chance alone (SampleAccount::by_chance), and the rest of the light.
@@ -261,7 +262,7 @@ ChanceLightAt by_light_paths(const Readings& readings, const Job& job, const Ill
 // Adds the light paths' estimate, which replaces the light met by chance, with its own uncertainty.
 Reading95 instead(const Reading95& rest, const ChanceLightAt::Mean& there) {
     return {rest.value + there.light.value,
-            std::hypot(rest.half_width, kStandardErrors95 * there.light.standard_error) + there.blur};
+            hypot(rest.half_width, kStandardErrors95 * there.light.standard_error) + there.blur};
 }
 
 // Replaces the light that a surface's paths find by chance with the estimate of light paths where it is more
@@ -278,7 +279,7 @@ void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAt
     double rest2 = 0;
     for (const ChanceAtPoint& point : chance) {
         met.value += point.met.value / n;
-        met.standard_error = std::hypot(met.standard_error, point.met.standard_error / n);
+        met.standard_error = hypot(met.standard_error, point.met.standard_error / n);
         rest2 += sqr(point.rest.half_width / n);
     }
     const ChanceLight& light = of_surface.light;

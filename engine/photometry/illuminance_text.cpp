@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "engine/base/elementary.h"
 #include "engine/scene/path_account.h"
 #include "engine/text/plain_text.h"
 
@@ -54,7 +55,7 @@ void add_lamps(nlohmann::json& of, const SurfaceIlluminance& surface, const Surf
 // Prints two significant digits of the half-width.
 std::string reading_text(const Reading95& reading) {
     if (!(reading.half_width > 0)) return fmt::format("{:.4g}", reading.value);
-    const auto magnitude = [](double x) { return static_cast<int>(std::floor(std::log10(x))); };
+    const auto magnitude = [](double x) { return static_cast<int>(std::floor(log10(x))); };
     const int places = std::max(0, 1 - magnitude(reading.half_width));
     constexpr int kMostPlaces = 6;
     if (places > kMostPlaces && std::fabs(reading.value) < 1) {

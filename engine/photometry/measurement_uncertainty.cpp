@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/elementary.h"
 #include "engine/base/stats.h"
 #include "engine/photometry/illuminance_text.h"
 #include "engine/text/plain_text.h"
@@ -88,7 +89,7 @@ SurfaceUncertainty surface_uncertainty(const IlluminanceReport& whole,
 
 double chi_square_quantile(double z, int n) {
     const double v = 2.0 / (9.0 * n);  // n >= 1
-    return n * std::pow(1 - v + z * std::sqrt(v), 3);
+    return n * pow(1 - v + z * std::sqrt(v), 3);
 }
 
 LampUncertainty lamp_uncertainty(std::span<const Reading95> by_replicate, int sensors) {
@@ -124,7 +125,7 @@ FieldError field_error(std::string lamp, std::span<const LightField* const> slab
 }
 
 double combined(const Reading95& monte_carlo, const LampUncertainty& lamps) {
-    return std::hypot(monte_carlo.half_width, lamps.expanded);
+    return hypot(monte_carlo.half_width, lamps.expanded);
 }
 
 std::vector<std::vector<std::string>> uncertainty_rows(const IlluminanceReport& whole,

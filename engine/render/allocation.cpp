@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/base/elementary.h"
 #include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
 
@@ -138,7 +139,7 @@ std::vector<double> SampleAllocation::errors(int half, const std::vector<Seen>& 
         if (!(scale > 0)) continue;
         const double across = std::max(0.0, structure) / scale + of_features / count;
         errors[static_cast<std::size_t>(b)] =
-            std::pow(variance / scale, kPowerOfNoise) * std::pow(across + kLeastStructure, kPowerOfStructure);
+            pow(variance / scale, kPowerOfNoise) * pow(across + kLeastStructure, kPowerOfStructure);
     }
     return errors;
 }

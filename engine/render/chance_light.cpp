@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "engine/base/elementary.h"
 #include "engine/base/stats.h"
 #include "engine/guiding/importance_pre_pass.h"
 #include "engine/scene/path_limits.h"
@@ -217,7 +218,7 @@ const auto kNoMemoryTest = [](const auto&, std::int64_t, std::int64_t) {};
 
 double missing_light(const ChanceLight& by_light_paths, const ChanceLight& met, double standard_errors) {
     const double missing = by_light_paths.value - met.value;
-    const double error = std::hypot(by_light_paths.standard_error, met.standard_error);
+    const double error = hypot(by_light_paths.standard_error, met.standard_error);
     return missing > standard_errors * error ? missing : 0.0;
 }
 
@@ -354,7 +355,7 @@ ChanceLight chance_light_in_view(const Job& job, const ChanceLightWork& work) {
     }
     // The number of photons is uncertain, too, and each is seen by many rays.
     const double of_photons = 2 * rays.mean() / std::sqrt(static_cast<double>(photons));
-    return {rays.mean(), std::hypot(rays.standard_error(), of_photons)};
+    return {rays.mean(), hypot(rays.standard_error(), of_photons)};
 }
 
 ChanceLight mean_of(const Image& image) {

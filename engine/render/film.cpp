@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/elementary.h"
 #include "engine/base/cdf.h"
 #include "engine/base/error.h"
 #include "engine/base/stats.h"
@@ -19,7 +20,7 @@ constexpr std::size_t kSteps = 1024;
 
 double sinc(double x) {
     const double at = M_PI * std::fabs(x);
-    return at < 1e-5 ? 1 : std::sin(at) / at;
+    return at < 1e-5 ? 1 : sin(at) / at;
 }
 
 // The filter of [Mitchell and Netravali 1988], over [-2, 2].
@@ -44,7 +45,7 @@ double filter_value(const FilterSettings& s, double x, double radius) {
         case FilterSettings::Kind::gaussian: {
             // The Gaussian is lowered so that it reaches 0 at the radius.
             const double two_variance = 2 * sqr(static_cast<double>(s.sigma));
-            return std::exp(-x * x / two_variance) - std::exp(-radius * radius / two_variance);
+            return exp(-x * x / two_variance) - exp(-radius * radius / two_variance);
         }
         case FilterSettings::Kind::mitchell:
             return mitchell(2 * x / radius, static_cast<double>(s.b), static_cast<double>(s.c));

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/base/vec.h"
@@ -487,7 +488,7 @@ constexpr double kBeyondShare = 0.5;
 }  // namespace
 
 double variance_in(double samples, const MethodCost& cost) {
-    return cost.variance * std::pow(std::max(samples / cost.seen, 1.0), cost.tail);
+    return cost.variance * pow(std::max(samples / cost.seen, 1.0), cost.tail);
 }
 
 double tail_exponent(std::vector<double> deviations) {
@@ -499,7 +500,7 @@ double tail_exponent(std::vector<double> deviations) {
     std::nth_element(deviations.begin(), threshold, deviations.end(), std::greater<>());
     if (!(*threshold > 0)) return 0;  // most samples do not vary at all
     double sum = 0;
-    for (auto d = deviations.begin(); d != threshold; ++d) sum += std::log(*d / *threshold);
+    for (auto d = deviations.begin(); d != threshold; ++d) sum += log(*d / *threshold);
     if (!(sum > 0)) return 0;
     const double index = static_cast<double>(largest) / sum;
     // Blocks of different noise show a small exponent, too, when taken together.
@@ -516,13 +517,13 @@ Expectation best_in(double seconds, const MethodCost& cost) {
     };
     if (cost.kind == MethodCost::Kind::passes) {
         const double passes = seconds / (cost.prepare + cost.sample);
-        if (passes >= 2) offer(passes, cost.beyond * std::pow(cost.passes / passes, cost.power), 1);
+        if (passes >= 2) offer(passes, cost.beyond * pow(cost.passes / passes, cost.power), 1);
         return best;
     }
     for (double work = 1; work <= cost.most_work; work *= 2) {
         const double prepare = cost.once + cost.prepare * work;
         if (prepare > kMostPreparation * seconds) break;
-        offer((seconds - prepare) / cost.sample, cost.beyond * std::pow(work, -cost.power), work);
+        offer((seconds - prepare) / cost.sample, cost.beyond * pow(work, -cost.power), work);
     }
     return best;
 }
@@ -536,7 +537,7 @@ Expectation soonest_below(double error, const MethodCost& cost) {
     if (cost.kind == MethodCost::Kind::passes) {
         // Both errors must be small enough; doubling finds the number of passes accurately enough.
         for (double passes = 2; passes < 1e9; passes *= 2) {
-            const double beyond = cost.beyond * std::pow(cost.passes / passes, cost.power);
+            const double beyond = cost.beyond * pow(cost.passes / passes, cost.power);
             if (beyond > sqr(kBeyondShare) * square || beyond + variance_in(passes, cost) / passes > square)
                 continue;
             offer(passes, passes * (cost.prepare + cost.sample), beyond, 1);
@@ -545,11 +546,11 @@ Expectation soonest_below(double error, const MethodCost& cost) {
         return best;
     }
     for (double work = 1; work <= cost.most_work; work *= 2) {
-        const double beyond = cost.beyond * std::pow(work, -cost.power);
+        const double beyond = cost.beyond * pow(work, -cost.power);
         if (beyond > sqr(kBeyondShare) * square) continue;
         // variance_in(n) / n = n^(tail - 1) variance / seen^tail falls with n: tail < 1.
         const double wanted = cost.variance / (square - beyond);
-        const double heavy = std::pow(wanted / std::pow(cost.seen, cost.tail), 1 / (1 - cost.tail));
+        const double heavy = pow(wanted / pow(cost.seen, cost.tail), 1 / (1 - cost.tail));
         const double samples = std::max(1.0, heavy > cost.seen ? heavy : wanted);
         offer(samples, cost.once + cost.prepare * work + samples * cost.sample, beyond, work);
     }

@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -25,7 +27,7 @@ void add_denoised(const Job& job, const ImageInProgress& image, const Film::Erro
     // it is.
     const bool is_stated = picture.error_is_known || result.report.ended_by == "error";
     result.report.blur = error.blur;
-    result.report.denoised_error = is_stated ? std::hypot(picture.relative_error, error.blur) : INFINITY;
+    result.report.denoised_error = is_stated ? hypot(picture.relative_error, error.blur) : INFINITY;
 }
 
 }  // namespace

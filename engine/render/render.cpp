@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/monitor.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/image_in_progress.h"
@@ -306,7 +307,7 @@ class Run {
         // More samples do not reduce the blur of one set of photon maps: noise may make up half of the
         // squared error at least, so that the render ends.
         const double blur = image_.film().error().blur, most = options_.limits.error / std::sqrt(2.0);
-        return std::hypot(denoise(image_.layers(), options_.workers).relative_error,
+        return hypot(denoise(image_.layers(), options_.workers).relative_error,
                           in_passes_ ? blur : std::min(blur, most));
     }
 

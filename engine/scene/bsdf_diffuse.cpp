@@ -1,4 +1,5 @@
 // Implements the lobes without a peak.
+#include "engine/base/elementary.h"
 #include "engine/base/warp.h"
 #include "engine/scene/fresnel.h"
 #include "engine/scene/lobe_models.h"
@@ -134,7 +135,7 @@ Draw draw(const OrenNayarLobe& lobe, const Local& at, const BsdfU& u, Transport 
 Rgb albedo_of(const OrenNayarLobe& lobe, const Local& at) {
     const float c = std::clamp(std::fabs(at.wo.z), 0.0F, 1.0F);
     const float s = std::sqrt(1 - c * c);
-    const float theta = std::acos(c);
+    const float theta = acos(c);
     // This is tan θ (1 - sin³ θ) without dividing by a vanishing cosine: 1 - s³ = c² (1 + s + s²)/(1 + s).
     const float beyond = s * c * (1 + s + s * s) / (1 + s) / 3;
     const float g = 2 * kInvPi * (s * (theta - s * c) / 2 + beyond);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 
 namespace lucerna {
@@ -10,7 +11,7 @@ namespace lucerna {
 V2i default_points(double u_length, double v_length) {
     const double longer = std::max(u_length, v_length), shorter = std::min(u_length, v_length);
     const double d = longer >= 2 * shorter ? shorter : longer;
-    const double spacing = std::min(10.0, 0.2 * std::pow(5.0, std::log10(d)));
+    const double spacing = std::min(10.0, 0.2 * pow(5.0, log10(d)));
     const auto along = [spacing](double length) {
         return static_cast<int>(std::clamp(std::round(length / spacing), 1.0, 1e9));
     };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 
 #include "engine/base/warp.h"
@@ -55,8 +56,8 @@ V3f direction(const M44d& m, const V3d& d) {
 V3f fisheye_direction(const V2f& at) {
     const V2f p(2 * at.x - 1, 1 - 2 * at.y);
     const float r = p.length(), theta = 0.5F * kPi * r;
-    const float across = r > 0 ? std::sin(theta) / r : 0.5F * kPi;  // its limit in the centre
-    return {across * p.x, across * p.y, std::cos(theta)};
+    const float across = r > 0 ? sin(theta) / r : 0.5F * kPi;  // its limit in the centre
+    return {across * p.x, across * p.y, cos(theta)};
 }
 
 }  // namespace
@@ -69,7 +70,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     const bool perspective = settings_.kind == Settings::Kind::perspective;
     // `scale` is the length on the plane z = 1 per screen unit. For an orthographic camera both are the same.
     const double scale =
-        perspective ? std::tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
+        perspective ? tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
     const M44d& m = settings_.world_from_camera;
     V3d origin;
     m.multVecMatrix(V3d(0, 0, 0), origin);
@@ -96,7 +97,7 @@ Ray Camera::spherical_ray(const V2f& film) const {
         d = octahedral_square_to_sphere(at);
     } else {
         const float theta = kPi * at.y, phi = 2 * kPi * at.x;
-        d = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+        d = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
     }
     std::swap(d.y, d.z);  // the poles are at the top and bottom
     return {origin_, (d * directions_).normalized()};

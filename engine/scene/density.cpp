@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -98,7 +100,7 @@ double DensityGrid::at(const V3d& p) const {
 double density_at(const Density& density, const V3d& p) {
     if (const auto* grid = std::get_if<DensityGrid>(&density)) return grid->at(p);
     if (const auto* exponential = std::get_if<ExponentialDensity>(&density)) {
-        return exponential->a * std::exp(-exponential->b * exponential->up.dot(p - exponential->base));
+        return exponential->a * exp(-exponential->b * exponential->up.dot(p - exponential->base));
     }
     return 1;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/scene/lobes.h"
 #include "engine/scene/microfacet.h"
 
@@ -16,7 +17,7 @@ float reflected_share(float eta, const V2f& alphas, float mu, float phi) {
     const float z =
         std::max(mu, 1e-6F);  // at grazing, the limit is that every visible facet reflects unshadowed
     const float r = std::sqrt(1 - z * z);
-    const V3f wo(r * std::cos(phi), r * std::sin(phi), z);
+    const V3f wo(r * cos(phi), r * sin(phi), z);
     const Ggx facets(std::max(alphas.x, kLeastAlpha), std::max(alphas.y, kLeastAlpha));
     return mean_over_visible<1024>(facets, wo,
                                    [&](const V3f& m) {
@@ -86,7 +87,7 @@ CoatTable::CoatTable(float eta, std::optional<V2f> alphas)
 
 CoatTable::Between CoatTable::rows_about(float alpha) const {
     if (rows_.size() == 1) return {&rows_[0], &rows_[0], 0};
-    const float x = std::cbrt(std::clamp(alpha / kLargestAlpha, 0.0F, 1.0F)) * (kAlphas - 1);
+    const float x = cbrt(std::clamp(alpha / kLargestAlpha, 0.0F, 1.0F)) * (kAlphas - 1);
     const int low = std::min(static_cast<int>(x), kAlphas - 2);
     return {&rows_[low], &rows_[low + 1], x - static_cast<float>(low)};
 }

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/scene/scene.h"
 
 namespace lucerna {
@@ -19,7 +20,7 @@ float alpha_of(RoughnessMap map, float roughness) {
             return static_cast<float>(std::sqrt(2 / (1 / std::max(r, 1e-4) + 2)));
         }
         case RoughnessMap::v3: {
-            const double x = std::log(std::clamp(r, 1e-3, 1.0));
+            const double x = log(std::clamp(r, 1e-3, 1.0));
             const double alpha = 1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)));
             return static_cast<float>(alpha);
         }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -115,13 +117,13 @@ constexpr std::uint32_t kBranch = 0xf1;  // branch of the path's sampler
 constexpr double kFaint = 0.05;
 
 double exponential(float u) {
-    return -std::log1p(-static_cast<double>(u));  // u < 1
+    return -log1p(-static_cast<double>(u));  // u < 1
 }
 
 V3d decay(const V3d& sigma, double distance) {
     V3d result(1);
     for (int k = 0; k < 3; ++k) {
-        if (sigma[k] > 0) result[k] = std::exp(-sigma[k] * distance);  // the distance may be infinite
+        if (sigma[k] > 0) result[k] = exp(-sigma[k] * distance);  // the distance may be infinite
     }
     return result;
 }
@@ -227,7 +229,7 @@ std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput,
     V3d all(0);
     for (MediaAlong way = along; way.next();) all += uniform_depth(way, way.end());
     V3d interacting(0);
-    for (int k = 0; k < 3; ++k) interacting[k] = -std::expm1(-all[k]);
+    for (int k = 0; k < 3; ++k) interacting[k] = -expm1(-all[k]);
     const V3d contribution = V3d(throughput) * interacting;
     const double sum = contribution.x + contribution.y + contribution.z;
     if (!(sum > 0)) return std::nullopt;
@@ -238,7 +240,7 @@ std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput,
         rest -= contribution[k];
     }
     const double goal =
-        -std::log1p(-static_cast<double>(u.y) * interacting[hero]);  // finite: u < 1, interacting <= 1
+        -log1p(-static_cast<double>(u.y) * interacting[hero]);  // finite: u < 1, interacting <= 1
     V3d before(0);
     while (along.next()) {
         const V3d stretch = uniform_depth(along, along.end());
@@ -252,7 +254,7 @@ std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput,
         double pdf = 0;
         const V3d depth = before + uniform_depth(along, t);
         for (int k = 0; k < 3; ++k) {
-            passed[k] = std::exp(-depth[k]);
+            passed[k] = exp(-depth[k]);
             if (contribution[k] > 0)
                 pdf += contribution[k] / sum * along.uniform()[k] * passed[k] / interacting[k];
         }

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 #include "engine/scene/density.h"
 #include "engine/scene/mesh.h"
@@ -112,7 +113,7 @@ class HenyeyGreenstein {
         const float sine = std::sqrt(std::max(0.0F, 1 - cosine * cosine));
         const float phi = 2 * kPi * u.y;
         const Frame along(-wo);
-        return along.to_world({sine * std::cos(phi), sine * std::sin(phi), cosine}).normalized();
+        return along.to_world({sine * cos(phi), sine * sin(phi), cosine}).normalized();
     }
 
   private:

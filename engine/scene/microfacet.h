@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -60,9 +61,9 @@ class Ggx {
         // Draw a point of the hemisphere's projection along v: half a disc and half an ellipse.
         const float r = std::sqrt(u.x);
         const float phi = 2 * kPi * u.y;
-        const float p1 = r * std::cos(phi);
+        const float p1 = r * cos(phi);
         const float half = 0.5F * (1 + v.z);
-        const float p2 = (1 - half) * std::sqrt(std::max(0.0F, 1 - p1 * p1)) + half * r * std::sin(phi);
+        const float p2 = (1 - half) * std::sqrt(std::max(0.0F, 1 - p1 * p1)) + half * r * sin(phi);
         const V3f h = p1 * t1 + p2 * t2 + std::sqrt(std::max(0.0F, 1 - p1 * p1 - p2 * p2)) * v;
         // Stretch back; normals transform by the inverse transpose.
         return V3f(ax_ * h.x, ay_ * h.y, std::max(0.0F, h.z)).normalized();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/vec.h"
 
@@ -158,19 +159,19 @@ QuadricShape::Line QuadricShape::to_object(const V3d& o, const V3d& d) const {
 
 // Returns the angle about z from the beginning of the sweep, in [0, 2π).
 double QuadricShape::phi_at(const V3d& p) const {
-    if (kind_ != Kind::hyperboloid) return turned_positive(std::atan2(p.y, p.x));
+    if (kind_ != Kind::hyperboloid) return turned_positive(atan2(p.y, p.x));
     const V3d start = p1_ + v_at(p) * (p2_ - p1_);  // the point of the generating line that is swept to p
-    return turned_positive(std::atan2(start.x * p.y - start.y * p.x, start.x * p.x + start.y * p.y));
+    return turned_positive(atan2(start.x * p.y - start.y * p.x, start.x * p.x + start.y * p.y));
 }
 
 double QuadricShape::v_at(const V3d& p) const {
     switch (kind_) {
         case Kind::sphere: {
-            const auto theta = [&](double z) { return std::acos(std::clamp(z / radius_, -1.0, 1.0)); };
+            const auto theta = [&](double z) { return acos(std::clamp(z / radius_, -1.0, 1.0)); };
             return (theta(p.z) - theta(z_min_)) / (theta(z_max_) - theta(z_min_));  // z_min < z_max
         }
         case Kind::disk:
-            return (radius_ - std::hypot(p.x, p.y)) / (radius_ - inner_radius_);  // inner < radius
+            return (radius_ - hypot(p.x, p.y)) / (radius_ - inner_radius_);  // inner < radius
         case Kind::hyperboloid:
             return (p.z - p1_.z) / (p2_.z - p1_.z);  // checked to differ
         default:
@@ -267,14 +268,14 @@ QuadricShape::Surface QuadricShape::at(const Ray& ray, double t) const {
 
 QuadricShape::Surface QuadricShape::at(double u, double v) const {
     const double phi = u * phi_max_;
-    const double cosine = std::cos(phi), sine = std::sin(phi);
+    const double cosine = cos(phi), sine = sin(phi);
     const auto ring = [&](double r, double z) { return V3d(r * cosine, r * sine, z); };
     V3d p;
     if (kind_ == Kind::sphere) {
-        const double from = std::acos(std::clamp(z_min_ / radius_, -1.0, 1.0));
-        const double to = std::acos(std::clamp(z_max_ / radius_, -1.0, 1.0));
+        const double from = acos(std::clamp(z_min_ / radius_, -1.0, 1.0));
+        const double to = acos(std::clamp(z_max_ / radius_, -1.0, 1.0));
         const double theta = from + v * (to - from);
-        p = ring(radius_ * std::sin(theta), radius_ * std::cos(theta));
+        p = ring(radius_ * sin(theta), radius_ * cos(theta));
     } else if (kind_ == Kind::disk) {
         p = ring(radius_ - v * (radius_ - inner_radius_), height_);
     } else if (kind_ == Kind::hyperboloid) {
@@ -296,13 +297,13 @@ V3d QuadricShape::normal_at(const V3d& p) const {
 }
 
 V3d QuadricShape::derivative_v(const V3d& p, double phi) const {
-    const double cosine = std::cos(phi), sine = std::sin(phi);
+    const double cosine = cos(phi), sine = sin(phi);
     const double span = z_max_ - z_min_;
     switch (kind_) {
         case Kind::sphere: {
-            const double from = std::acos(std::clamp(z_min_ / radius_, -1.0, 1.0));
-            const double to = std::acos(std::clamp(z_max_ / radius_, -1.0, 1.0));
-            return (to - from) * V3d(p.z * cosine, p.z * sine, -std::hypot(p.x, p.y));
+            const double from = acos(std::clamp(z_min_ / radius_, -1.0, 1.0));
+            const double to = acos(std::clamp(z_max_ / radius_, -1.0, 1.0));
+            return (to - from) * V3d(p.z * cosine, p.z * sine, -hypot(p.x, p.y));
         }
         case Kind::disk:
             return (inner_radius_ - radius_) * V3d(cosine, sine, 0);
@@ -312,7 +313,7 @@ V3d QuadricShape::derivative_v(const V3d& p, double phi) const {
             return {-radius_ * cosine, -radius_ * sine, height_};
         case Kind::paraboloid: {
             // This is dr/dz = b / r. It is infinite at the vertex, where the surface is normal to the axis.
-            const double r = std::hypot(p.x, p.y);
+            const double r = hypot(p.x, p.y);
             if (r < 1e-10 * radius_) return V3d(cosine, sine, 0) * radius_;
             return span * V3d(cosine * profile_.b / r, sine * profile_.b / r, 1);
         }
@@ -327,7 +328,7 @@ QuadricShape::Surface QuadricShape::surface(const V3d& p, double phi, double v) 
     V3d dpdu(-phi_max_ * p.y, phi_max_ * p.x, 0);
     // On the axis the derivative vanishes, and any tangent serves.
     const double size = kind_ == Kind::hyperboloid ? p1_.length() + p2_.length() : radius_;
-    if (dpdu.length2() < 1e-20 * sqr(size)) dpdu = phi_max_ * size * V3d(-std::sin(phi), std::cos(phi), 0);
+    if (dpdu.length2() < 1e-20 * sqr(size)) dpdu = phi_max_ * size * V3d(-sin(phi), cos(phi), 0);
 
     Surface out;
     world_from_object_.multVecMatrix(p, out.p);
@@ -347,13 +348,13 @@ Box3d QuadricShape::compute_box() const {
     const bool ball = kind_ == Kind::sphere;
     const bool flat = kind_ == Kind::disk;
     const double radius =
-        kind_ == Kind::hyperboloid ? std::max(std::hypot(p1_.x, p1_.y), std::hypot(p2_.x, p2_.y)) : radius_;
+        kind_ == Kind::hyperboloid ? std::max(hypot(p1_.x, p1_.y), hypot(p2_.x, p2_.y)) : radius_;
     const double half = flat ? 0 : 0.5 * (z_max_ - z_min_);
     V3d centre;
     m.multVecMatrix(V3d(0, 0, flat ? height_ : 0.5 * (z_min_ + z_max_)), centre);
     V3d lower, upper;
     for (int j = 0; j < 3; ++j) {
-        const double reach = radius * std::hypot(m[0][j], m[1][j]) + half * std::fabs(m[2][j]);
+        const double reach = radius * hypot(m[0][j], m[1][j]) + half * std::fabs(m[2][j]);
         lower[j] = centre[j] - reach;
         upper[j] = centre[j] + reach;
         if (ball) {

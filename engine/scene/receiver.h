@@ -23,6 +23,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/base/elementary.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "engine/scene/scene.h"
@@ -77,11 +78,11 @@ inline V3f sensor_normal(const Receiver& receiver, const V2f& u) {
         case ReceiverKind::cylindrical: {
             const Frame frame(n);
             const double phi = 2 * kPiD * double{u.x};
-            return frame.to_world(V3f(V3d(std::cos(phi), std::sin(phi), 0)));
+            return frame.to_world(V3f(V3d(cos(phi), sin(phi), 0)));
         }
         case ReceiverKind::semicylindrical: {
             const double phi = kPiD * (double{u.x} - 0.5);
-            return V3f(std::cos(phi) * V3d(n) + std::sin(phi) * V3d(receiver.up).cross(V3d(n)));
+            return V3f(cos(phi) * V3d(n) + sin(phi) * V3d(receiver.up).cross(V3d(n)));
         }
         case ReceiverKind::hemispherical:
         case ReceiverKind::spherical: {

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/scene/texture.h"
 #include "engine/scene/texture_image.h"
 
@@ -129,12 +130,12 @@ struct Map {
     V2d operator()(const SphericalMapping& m) const {
         const V3d p = moved(m.texture_from_world, point.p);
         // atan2 is defined everywhere, also at the poles and the origin.
-        const double phi = std::atan2(p.y, p.x);
-        return {std::atan2(std::hypot(p.x, p.y), p.z) / kPiD, (phi < 0 ? phi + 2 * kPiD : phi) / (2 * kPiD)};
+        const double phi = atan2(p.y, p.x);
+        return {atan2(hypot(p.x, p.y), p.z) / kPiD, (phi < 0 ? phi + 2 * kPiD : phi) / (2 * kPiD)};
     }
     V2d operator()(const CylindricalMapping& m) const {
         const V3d p = moved(m.texture_from_world, point.p);
-        return {(kPiD + std::atan2(p.y, p.x)) / (2 * kPiD), p.z};
+        return {(kPiD + atan2(p.y, p.x)) / (2 * kPiD), p.z};
     }
     V2d operator()(const PlanarMapping& m) const {
         const V3d p = moved(m.texture_from_world, point.p);

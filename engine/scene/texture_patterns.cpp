@@ -8,6 +8,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -277,7 +279,7 @@ RgbTexture marble_texture(const Marble& marble, const Mapping3& mapping) {
     // The range is that of the control points, times 1.5.
     return pattern<Rgb>({0.3F, 0.9F}, [marble, mapping](const TexturePoint& point) {
         const V3d p = marble.scale * texture_position(mapping, point);
-        const double layer = 0.5 + 0.5 * std::sin(p.y + marble.variation * fractal_noise(p, marble.octaves));
+        const double layer = 0.5 + 0.5 * sin(p.y + marble.variation * fractal_noise(p, marble.octaves));
         const double place = 6 * std::clamp(layer, 0.0, 1.0);
         const int first = std::min(5, static_cast<int>(place));
         const auto t = static_cast<float>(place - first);

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/text/plain_text.h"
 
@@ -211,7 +212,7 @@ std::string percent_text(double share) {
     const double percent = 100 * share;
     if (!(std::fabs(percent) < 10)) return fmt::format("{:.0f} %", percent);
     if (std::fabs(percent) >= 1e-4 || percent == 0) return fmt::format("{:.2g} %", percent);
-    const int places = 1 - static_cast<int>(std::floor(std::log10(std::fabs(percent))));
+    const int places = 1 - static_cast<int>(std::floor(log10(std::fabs(percent))));
     return fmt::format("{:.{}f} %", percent, places);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/transport/direct_light.h"
 
 namespace lucerna {
@@ -14,12 +15,12 @@ PassedLamp::PassedLamp(const Ray& ray, double end, const LightBounds& lamp) {
     constexpr double kLeast = 1e-6;  // times the distance to the lamp's centre, for a point lamp on the ray
     const double radius = 0.5 * double{lamp.box.size().length()};
     aside_ = std::max({(way - nearest_ * d).length(), radius, kLeast * way.length(), 1e-30});
-    from_ = std::atan2(-nearest_, aside_);
-    angle_ = std::atan2(end - nearest_, aside_) - from_;
+    from_ = atan2(-nearest_, aside_);
+    angle_ = atan2(end - nearest_, aside_) - from_;
 }
 
 double PassedLamp::draw(float u) const {
-    return std::max(0.0, nearest_ + aside_ * std::tan(from_ + double{u} * angle_));
+    return std::max(0.0, nearest_ + aside_ * tan(from_ + double{u} * angle_));
 }
 
 double PassedLamp::pdf(double t) const {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/colour/spectrum.h"
@@ -326,7 +327,7 @@ EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size,
     emitter.half_size = half;
     emitter.flux = flux;
     emitter.radiance = [=](const V2d& position, const V3d& direction) {
-        const double lobe = exponent == 1 ? 1.0 : std::pow(std::max(0.0, direction.z), exponent - 1);
+        const double lobe = exponent == 1 ? 1.0 : pow(std::max(0.0, direction.z), exponent - 1);
         return l0 * lobe * (pattern ? pattern({position.x / half.x, position.y / half.y}) : 1.0);
     };
     emitter.info.provenance = fmt::format("computed: {} of {:g} x {:g} m, cosine power {:g}",

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <span>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/image/photograph.h"
@@ -20,7 +21,7 @@ constexpr std::uint32_t kHotPixels = 0xffffffffU;
 
 double normal(Sampler& sampler) {
     const V2f u = sampler.next2();
-    return std::sqrt(-2 * std::log1p(-double{u.x})) * std::cos(kTwoPi * double{u.y});  // u.x < 1
+    return std::sqrt(-2 * log1p(-double{u.x})) * cos(kTwoPi * double{u.y});  // u.x < 1
 }
 
 bool travels(const Rig& rig) {
@@ -74,7 +75,7 @@ CameraView oblique_view(const Rig& rig, const CameraModel& camera) {
 double poisson(double mean, Sampler& sampler) {
     if (!(mean > 0)) return 0;
     if (mean < 64) {  // inversion; e^-64 is far above the smallest double
-        double term = std::exp(-mean), sum = term;
+        double term = exp(-mean), sum = term;
         const double u = double{sampler.next()} + 0x1p-25;  // the middle of its interval of 2^-24
         int k = 0;
         while (u > sum && k < 1000) {

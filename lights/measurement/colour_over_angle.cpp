@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/colour/chromaticity.h"
 
 namespace lucerna {
@@ -46,7 +47,7 @@ std::string number(double value, int digits) {
 
 double delta_uv(const V3d& xyz, const V3d& reference) {
     const Chromaticity a = chromaticity(xyz), b = chromaticity(reference);
-    return std::hypot(a.u - b.u, a.v - b.v);
+    return hypot(a.u - b.u, a.v - b.v);
 }
 
 V3d AngularColours::over_planes(std::size_t polar_index) const {

@@ -1,3 +1,4 @@
+#include "engine/base/elementary.h"
 #include "lights/measurement/plane_irradiance.h"
 
 #include <fmt/format.h>
@@ -125,7 +126,7 @@ std::vector<Node> nodes_of(const HatGrid& grid, double theta_most) {
                     const double theta = (i + t.x) * grid.polar_width();
                     nodes.push_back(
                         {theta, (j + s.x) * grid.azimuth_width(),
-                         t.weight * s.weight * std::sin(theta) * grid.polar_width() * grid.azimuth_width()});
+                         t.weight * s.weight * sin(theta) * grid.polar_width() * grid.azimuth_width()});
                 }
             }
         }
@@ -226,10 +227,10 @@ void add_far_light(const LightField& field, const SlabAxes& axes, bool as_render
                         if (monitor.stopped()) throw Stopped("far field: stopped");
                         for (std::int64_t n = begin; n < end; ++n) {
                             const Node& node = nodes[static_cast<std::size_t>(n)];
-                            const double sine = std::sin(node.theta);
-                            const V3d d = axes.to_slab({sine * std::cos(node.phi), -sine * std::sin(node.phi),
-                                                        std::cos(node.theta)});
-                            if (!(d.z > 0) || std::hypot(d.x, d.y) > most * d.z) continue;
+                            const double sine = sin(node.theta);
+                            const V3d d = axes.to_slab({sine * cos(node.phi), -sine * sin(node.phi),
+                                                        cos(node.theta)});
+                            if (!(d.z > 0) || hypot(d.x, d.y) > most * d.z) continue;
                             const V2d slope(d.x / d.z, d.y / d.z);
                             const double intensity =
                                 clamps ? clamped_far_intensity(shown, slope) : far_intensity(shown, slope);
@@ -249,8 +250,8 @@ PhotometricWeb web_of(HatGrid grid, std::span<const Node> nodes, std::span<const
     double differs = 0;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         const auto& [theta, phi, solid] = nodes[n];
-        const double sine = std::sin(theta);
-        const V3d w(sine * std::cos(phi), -sine * std::sin(phi), std::cos(theta));
+        const double sine = sin(theta);
+        const V3d w(sine * cos(phi), -sine * sin(phi), cos(theta));
         differs += std::fabs(solid * web.intensity(w) - flux[n]);
     }
     info.grid_error = differs / web.flux();
@@ -271,7 +272,7 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
     const Rig& rig = field.rig();
     require_light(field.flux());
     const HatGrid grid(90, steps);
-    const std::vector<Node> nodes = nodes_of(grid, std::atan(largest_slope(rig)));
+    const std::vector<Node> nodes = nodes_of(grid, atan(largest_slope(rig)));
     std::vector<double> flux(nodes.size());
     {
         Phase phase(monitor, "far field", nodes.size());
@@ -322,7 +323,7 @@ PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
     for (std::size_t i = 0; i < rays.rays.size(); ++i) {
         const LampRay& ray = rays.rays[i];
         const V3d d(ray.d);
-        const double theta = std::atan2(std::hypot(d.x, d.y), d.z), phi = std::atan2(-d.y, d.x);
+        const double theta = atan2(hypot(d.x, d.y), d.z), phi = atan2(-d.y, d.x);
         const double flux = rays.light_of(i);
         grid.add(theta, phi < 0 ? phi + 2 * kPiD : phi, flux);
         sum += flux;

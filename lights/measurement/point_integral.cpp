@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "lights/gauss.h"
 
 namespace lucerna {
@@ -98,12 +99,12 @@ void PointIntegral::add_disc_panel(int k) {
 // length; the rule is split where v passes a knot and where a moving end passes a panel's edge.
 void PointIntegral::add_cut(const Range& v, const Chord& chord) {
     const double r = half_.x;
-    const auto angle = [&](double y) { return std::asin(std::clamp((y - centre_.y) / r, -1.0, 1.0)); };
+    const auto angle = [&](double y) { return asin(std::clamp((y - centre_.y) / r, -1.0, 1.0)); };
     const double begin = angle(v.from), end = angle(v.to);
     cuts_.clear();
     axis_[1].for_knots(v.from, v.to, [&](double y) { cuts_.push_back(angle(y)); });
-    const double longest = r * std::cos(begin * end < 0 ? 0.0 : std::min(std::fabs(begin), std::fabs(end)));
-    const double shortest = r * std::cos(std::max(std::fabs(begin), std::fabs(end)));
+    const double longest = r * cos(begin * end < 0 ? 0.0 : std::min(std::fabs(begin), std::fabs(end)));
+    const double shortest = r * cos(std::max(std::fabs(begin), std::fabs(end)));
     const auto cut_at_edges = [&](double sign) {
         const auto panel = [&](double half_chord) {
             const double x = centre_.x + sign * half_chord;
@@ -112,7 +113,7 @@ void PointIntegral::add_cut(const Range& v, const Chord& chord) {
         const double a = panel(shortest), b = panel(longest);
         for (int i = static_cast<int>(std::ceil(std::min(a, b))); i <= std::max(a, b); ++i) {
             const double c =
-                std::acos(std::clamp(std::fabs(axis_[0].panel_edge(i) - centre_.x) / r, 0.0, 1.0));
+                acos(std::clamp(std::fabs(axis_[0].panel_edge(i) - centre_.x) / r, 0.0, 1.0));
             for (const double phi : {c, -c})
                 if (phi > begin && phi < end) cuts_.push_back(phi);
         }
@@ -125,13 +126,13 @@ void PointIntegral::add_cut(const Range& v, const Chord& chord) {
     for (const double to : cuts_) {
         for (const GaussNode& g : gauss_rule(rule_)) {
             const double phi = from + (to - from) * g.x;
-            const double half_chord = r * std::cos(phi);
+            const double half_chord = r * cos(phi);
             u_.clear();
             axis_[0].add_range(
                 chord.moving_from ? std::max(centre_.x - half_chord, chord.from_edge) : chord.from_edge,
                 chord.moving_to ? std::min(centre_.x + half_chord, chord.to_edge) : chord.to_edge, u_);
             if (!u_.empty())
-                add_row(axis_[1].node(centre_.y + r * std::sin(phi), (to - from) * g.weight * half_chord));
+                add_row(axis_[1].node(centre_.y + r * sin(phi), (to - from) * g.weight * half_chord));
         }
         from = to;
     }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/elementary.h"
 #include "engine/colour/colour_space.h"
 #include "engine/colour/tone.h"
 #include "engine/colour/working_space.h"
@@ -73,7 +74,7 @@ PictureLook look_of(const Image& image, const std::optional<double>& stops, cons
         throw InputError({"white"}, fmt::format("{:g} is not accepted; expected {:g} to {:g}, in kelvins",
                                                 *white, kLeastWhite, kMostWhite));
     }
-    return {stops ? static_cast<float>(std::exp2(*stops)) : auto_exposure(image), *curve, white};
+    return {stops ? static_cast<float>(exp2(*stops)) : auto_exposure(image), *curve, white};
 }
 
 std::string compare_json(const std::vector<Image>& images, const Image& reference, double mask_above,

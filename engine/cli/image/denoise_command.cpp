@@ -1,4 +1,5 @@
 // lucerna denoise: turns an image's layers into a denoised image with an estimated error.
+#include "engine/base/elementary.h"
 #include "engine/denoise/denoise.h"
 
 #include <fmt/format.h>
@@ -57,7 +58,7 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     double blur = 0;
     if (const auto told = image.attributes.find("lucerna.blur"); told != image.attributes.end())
         std::from_chars(told->second.data(), told->second.data() + told->second.size(), blur);
-    const double error = std::hypot(denoised.relative_error, blur);
+    const double error = hypot(denoised.relative_error, blur);
     denoised.image.attributes["lucerna.denoised"] =
         denoised.error_is_known ? fmt::format("{:.3g}", error) : "unknown";
     command.output.write(denoised.image,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/base/elementary.h"
 #include "engine/colour/chromaticity.h"
 #include "engine/text/plain_text.h"
 #include "engine/text/units.h"
@@ -57,7 +58,7 @@ void print_rig(std::ostream& out, const Rig& rig) {
         fmt::print(out, "between views        linear: measured without an optical filter\n");
     // D > 0 in every accepted rig. Angles are from the centre of S, without the sensor's travel.
     const auto angle = [&rig](int axis) {
-        return std::atan(
+        return atan(
             -rig.m_coordinate.on_plane((-0.5 * rig.pixels[axis] - rig.overhang()) * rig.pixel[axis]) /
             rig.distance);
     };

@@ -9,6 +9,7 @@
 #include <new>
 #include <optional>
 
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/version.h"
 #include "engine/cli/command_files.h"
@@ -89,7 +90,7 @@ Rig lay_planes(const QuickLamp& lamp, const V2d& half) {
     // A cos^N lobe has 1 - cos^(N+1) θ of its flux within θ. The share 1 would need the whole plane; 0.9999
     // is 89° from the axis for N = 1.
     const double share = std::min(lamp.capture, 0.9999);
-    const double cos_edge = std::pow(1 - share, 1 / (lamp.exponent + 1));
+    const double cos_edge = pow(1 - share, 1 / (lamp.exponent + 1));
     const double tan_edge = std::sqrt(1 - cos_edge * cos_edge) / cos_edge;  // share < 1, so the cosine is > 0
     for (int axis = 0; axis < 2; ++axis) {
         // An emitter behind S illuminates a larger area of S.

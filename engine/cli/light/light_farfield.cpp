@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "engine/base/elementary.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/light/lamp_text.h"
 #include "engine/cli/light/light_commands.h"
@@ -51,7 +52,7 @@ std::string escaped(std::string_view text) {
 // Returns 1, 2 or 5 times a power of ten that divides `peak` > 0 into four to ten steps.
 double nice_step(double peak) {
     const double rough = peak / 4;
-    const double power = std::pow(10, std::floor(std::log10(rough)));
+    const double power = pow(10, std::floor(log10(rough)));
     for (const double factor : {5.0, 2.0}) {
         if (factor * power <= rough) return factor * power;
     }
@@ -68,7 +69,7 @@ struct Plot {
     // Returns the point at γ in degrees, to the right for `side` 1 and to the left for -1.
     V2d at(double gamma, double side, double share) const {
         const double angle = gamma * M_PI / 180;
-        return centre + share * kRadius * V2d(side * std::sin(angle), std::cos(angle));
+        return centre + share * kRadius * V2d(side * sin(angle), cos(angle));
     }
 };
 

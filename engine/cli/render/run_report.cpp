@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "engine/base/elementary.h"
 #include "engine/base/parallel.h"
 #include "engine/base/version.h"
 #include "engine/cli/run.h"
@@ -96,7 +97,7 @@ std::optional<double> picture_error(const RunFacts& facts, const RenderReport& r
     if (report.denoised_error)
         return std::isfinite(*report.denoised_error) ? report.denoised_error : std::nullopt;
     if (!report.relative_error) return std::nullopt;
-    return std::hypot(*report.relative_error, facts.choice ? facts.choice->beyond_noise : 0);
+    return hypot(*report.relative_error, facts.choice ? facts.choice->beyond_noise : 0);
 }
 
 std::map<std::string, std::string> header_attributes(const RunFacts& facts, const Job& job,

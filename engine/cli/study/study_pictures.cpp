@@ -1,3 +1,4 @@
+#include "engine/base/elementary.h"
 #include "engine/cli/study/study_page.h"
 
 #include <algorithm>
@@ -60,8 +61,8 @@ class ScenePictureWriter {
                                             reference_.name, scene.mask_above)
                                 .reference;
         // Rounds to quarters of a stop, the steps of the page's slider.
-        pictures_.stops = std::round(4 * std::log2(double{auto_exposure(shown)})) / 4;
-        exposure_ = static_cast<float>(std::exp2(pictures_.stops));
+        pictures_.stops = std::round(4 * log2(double{auto_exposure(shown)})) / 4;
+        exposure_ = static_cast<float>(exp2(pictures_.stops));
         pictures_.width = shown.width;
         pictures_.height = shown.height;
         pictures_.reference = radiance_of(shown, caps.best);
@@ -168,7 +169,7 @@ PictureCaps picture_caps(const std::vector<PictureLoad>& scenes, double budget) 
 int ErrorCode::of(double error) const {
     if (std::isnan(error)) return 128;
     const double size = std::min(std::fabs(error), most);
-    const double step = std::round(127 * std::log1p(size / least) / std::log1p(most / least));
+    const double step = std::round(127 * log1p(size / least) / log1p(most / least));
     return 128 + static_cast<int>(std::copysign(step, error));
 }
 
