@@ -26,11 +26,7 @@ target_link_libraries(lucerna_all INTERFACE ${modules})
 target_link_options(lucerna_base INTERFACE
     "$<INSTALL_INTERFACE:LINKER:-rpath,$<INSTALL_PREFIX>/${LUCERNA_MODULES}>")
 
-set(libraries lucerna_all ${modules} lucerna_libm)
-if(TARGET lucerna_libm_fused)
-    list(APPEND libraries lucerna_libm_fused)
-endif()
-install(TARGETS ${libraries} EXPORT lucernaTargets
+install(TARGETS lucerna_all ${modules} EXPORT lucernaTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
     FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lucerna COMPONENT development)
 if(NOT LUCERNA_SANITIZE)  # which keeps books of the data of each file

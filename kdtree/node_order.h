@@ -183,7 +183,7 @@ std::vector<std::uint32_t> node_order(std::vector<OrderEntry<K>> entries, const 
     constexpr std::size_t kWorthSending = std::size_t{1} << 17;
     shared_chunks(
         entries.size() >= kWorthSending ? workers : workers.alone(), "order of points",
-        static_cast<std::int64_t>(ranges.size()), ResultsOf::everywhere,
+        static_cast<std::int64_t>(ranges.size()), ResultsGo::to_all_ranks,
         [&](std::int64_t chunk) {
             detail::Scratch<K> scratch;
             detail::order<K>(ranges[static_cast<std::size_t>(chunk)], scratch);

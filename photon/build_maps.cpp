@@ -73,8 +73,8 @@ struct ChunkPhotons : LightPathVisitor {
     }
 };
 
-LightPaths light_paths(const MapParameters& parameters, std::int64_t count) {
-    LightPaths paths;
+LightPathRequest light_paths(const MapParameters& parameters, std::int64_t count) {
+    LightPathRequest paths;
     paths.count = count;
     paths.seed = parameters.seed;
     paths.pass = parameters.pass;
@@ -89,7 +89,7 @@ LightPaths light_paths(const MapParameters& parameters, std::int64_t count) {
 // Concatenates the chunks' photons of one class, freeing each as it goes.
 Photons join(std::vector<ChunkPhotons>& chunks, std::size_t kind, std::int64_t paths,
              const Workers& workers) {
-    const float share = 1.0F / static_cast<float>(paths);  // the only place of 1/M; paths >= 1
+    const float share = 1.0F / static_cast<float>(paths);  // 1/M of [Jensen 2001, 5.1]; paths >= 1
     std::vector<std::size_t> begins;
     std::size_t total = 0;
     for (const ChunkPhotons& h : chunks) {
@@ -130,8 +130,8 @@ double bytes_of_maps(double all, double largest) {
     return all * (2 * kBytesOfHit + kTree) + largest * (kBytesOfHit + kOrder);
 }
 
-// Throws InputError if the memory does not suffice for the photons of `total` paths in `sets` sets of maps,
-// extrapolated from the first `done` paths.
+// Throws InputError if the memory does not suffice for the photons of the paths still to be traced, up to
+// `total`, in `sets` sets of maps. They are extrapolated from the first `done` paths.
 void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64_t done, std::int64_t total,
                              int sets) {
     double all = 0, largest = 0;
@@ -168,8 +168,8 @@ std::int64_t within_bounces(const MapParameters& parameters, const std::vector<C
     if (first.paths == 0) return parameters.paths;
     const double length =
         static_cast<double>(first.hits + first.scatterings) / static_cast<double>(first.paths);
-    if (!(length > parameters.most_bounces)) return parameters.paths;
-    const double affordable = static_cast<double>(parameters.paths) * parameters.most_bounces / length;
+    if (!(length > parameters.most_mean_bounces)) return parameters.paths;
+    const double affordable = static_cast<double>(parameters.paths) * parameters.most_mean_bounces / length;
     const auto whole_chunks =
         std::max<std::int64_t>(static_cast<std::int64_t>(affordable) / kPathsPerChunk, 1);
     const std::int64_t paths = std::min(parameters.paths, whole_chunks * kPathsPerChunk);
@@ -275,7 +275,7 @@ std::int64_t trace_all(const Scene& scene, const MapParameters& parameters, cons
     if (targets != std::array<std::int64_t, kMapKinds>{})
         return trace_to_targets(scene, parameters, targets, workers, monitor, chunks);
     std::int64_t paths = parameters.paths;
-    if (parameters.most_bounces > 0 && paths > kPathsPerChunk) {
+    if (parameters.most_mean_bounces > 0 && paths > kPathsPerChunk) {
         trace_until(scene, parameters, kPathsPerChunk, workers, monitor, chunks);
         paths = within_bounces(parameters, chunks, monitor);
     }
@@ -302,7 +302,7 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters
         result.ledger.add(h.ledger);
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) result.counts[kind].add(h.counts[kind]);
     }
-    result.ledger.scale(1.0 / static_cast<double>(paths));
+    result.ledger.scale(1.0 / static_cast<double>(std::max<std::int64_t>(paths, 1)));  // 0 if stopped at once
     result.seconds_trace = tracing.seconds();
 
     // Index.
@@ -366,7 +366,7 @@ struct RaysOfPaths : LightPathVisitor {
 }  // namespace
 
 std::vector<Ray> rays_of_light_paths(const Scene& scene, const MapParameters& parameters) {
-    LightPaths paths;
+    LightPathRequest paths;
     paths.count = parameters.paths;
     paths.seed = parameters.seed;
     paths.pass = parameters.pass;

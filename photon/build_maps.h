@@ -36,7 +36,7 @@ struct MapParameters {
     // Bounds the mean number of bounces per path of `paths`; 0: no bound. If paths are longer, fewer of them
     // are emitted, with a warning: the result stays unbiased but has more noise. Has no effect if a target is
     // set.
-    int most_bounces = 0;
+    int most_mean_bounces = 0;
     // Time by which the maps must be complete. If it is short, fewer paths are traced than `paths` or the
     // targets ask for.
     Deadline deadline = {};
@@ -78,8 +78,8 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters
                              Monitor& monitor);
 
 // Returns by name all parameters that maps depend on beside the scene. Maps in files are those of
-// `photonmap`, which sets neither caustic_chains nor most_bounces and then emits light paths by power: these
-// are not among them.
+// `photonmap`, which sets neither caustic_chains nor most_mean_bounces and then emits light paths by power:
+// these are not among them.
 Facts map_facts(const MapParameters& parameters);
 
 // Rays of a photon pass, for measuring ray tracing apart from shading and storing.

@@ -58,7 +58,7 @@ DensityEstimateResult DensityEstimate::sample_point_estimate(const TangentMetric
             carry(photon, -photon.direction.unpack(), kernel(settings_.kernel, neighbour.key / r2) / r2);
         result.value += brought;
         if (settings_.sharper)
-            result.sharper += more_within(settings_.kernel, neighbour.key, r2, sqr(kSharper)) * brought;
+            result.sharper += more_within(settings_.kernel, neighbour.key, r2, sqr(kInnerRadius)) * brought;
         ++result.photons;
     }
     return result;
@@ -73,7 +73,7 @@ DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Nei
     result.photons = static_cast<int>(found.size());
     if (found.empty()) return result;
     // Bounds the inner radius from below by the surface's error, below which float32 resolves nothing.
-    const float inner2 = std::max(sqr(kSharper), sqr(disc.error) / disc.r2);
+    const float inner2 = std::max(sqr(kInnerRadius), sqr(disc.error) / disc.r2);
     for (const Neighbour& neighbour : found) {
         if (!counts(neighbour.index)) continue;
         if (limits()) result.deepest = std::max(result.deepest, int{map_.bounces()[neighbour.index]});
@@ -184,6 +184,7 @@ DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf
     const Layer layer = kind == MapKind::direct    ? Layer::direct
                         : kind == MapKind::caustic ? Layer::caustic
                                                    : Layer::indirect;
+    // Gloss that counted as specular for the Caustic map is no mirror for layers: its light is indirect.
     const bool by_straying = kind == MapKind::caustic && path.separates_caustics();
     if (!by_straying && !path.has_groups()) {
         const DensityEstimateResult result = radiance(hit, bsdf, wo);

@@ -46,18 +46,18 @@ struct Probing {
     Sampler sampler;  // used by this estimate alone
 };
 
-inline constexpr float kSharper = 0.25F;
+inline constexpr float kInnerRadius = 0.25F;  // of DensityEstimateResult::sharper, relative to the disc's
 
 // An estimate with the quantities that it rests on.
 struct DensityEstimateResult {
     Rgb value{0.0F};  // radiance, W/(m² sr), or irradiance, W/m²
-    // Estimate from the inner disc alone, of radius kSharper · radius, if requested: with more noise and less
-    // blur.
+    // Estimate from the inner disc alone, of radius kInnerRadius · radius, if requested: with more noise and
+    // less blur.
     Rgb sharper{0.0F};
     float radius = 0;  // of the disc, scene units
     int photons = 0;   // found in the disc
-    float share = 1;   // share of the kernel, by which the boundary correction divides
-    float part = 1;    // fraction of the found value that counts
+    float share = 1;   // share of the kernel that photons can reach, by which the boundary correction divides
+    float part = 1;    // fraction of the found value that has reached the disc
     float scale = 0;   // factor from the kernel-weighted sum of the photons to the value
     int deepest = 0;   // most bounces of a photon that counts; set only if bounces are limited
 };

@@ -128,8 +128,8 @@ SurfacePoints bounce_on(const Scene& scene, const PhotonMap& map, const BouncePa
         }
     };
     shared_chunks(
-        workers, "irradiance points", static_cast<std::int64_t>(parts.size()), ResultsOf::everywhere, bounce,
-        [&](std::int64_t chunk, auto& archive) { archive(parts[static_cast<std::size_t>(chunk)]); });
+        workers, "irradiance points", static_cast<std::int64_t>(parts.size()), ResultsGo::to_all_ranks,
+        bounce, [&](std::int64_t chunk, auto& archive) { archive(parts[static_cast<std::size_t>(chunk)]); });
     SurfacePoints all;
     for (const SurfacePoints& part : parts) all.add(part);
     return all;
@@ -172,7 +172,7 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
         }
     };
     shared_chunks(
-        workers, "irradiance", static_cast<std::int64_t>(chunks), ResultsOf::everywhere, estimate,
+        workers, "irradiance", static_cast<std::int64_t>(chunks), ResultsGo::to_all_ranks, estimate,
         [&](std::int64_t chunk, auto& archive) {
             const std::size_t begin = static_cast<std::size_t>(chunk) * kPlacesPerChunk;
             auto own =

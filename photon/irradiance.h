@@ -14,7 +14,7 @@
 // its lamps.
 //
 // Placement. Christensen places a point at every n-th photon, which counts in its own estimate and makes it
-// too bright by kernel(0)/k = 2/k. Without that photon the estimate at the point is unbiased (Slivnyak's
+// too bright by π kernel(0)/k = 2/k. Without that photon the estimate at the point is unbiased (Slivnyak's
 // theorem), but the looked-up values are too dark: a point serves all places to which it is the nearest, so
 // points in larger gaps, where photons happen to be few, serve more places. The two effects nearly cancel if
 // all photons count (6 n/k² remains of 2/k), and 1.5/k remains if the own photon is left out. Points that are

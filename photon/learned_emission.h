@@ -2,10 +2,10 @@
 // where the image needs them.
 //
 // Plain emission is a function of five uniform numbers: one chooses the light by its power, and four
-// (LeSampleU) are passed to that light, which generates a particle from them. Learned emission changes the
-// density of those numbers and nothing else. It has a probability for each light, and for each light a
-// partition of the unit hypercube of its four numbers into blocks, made by successive halving; within a block
-// the numbers stay uniform.
+// (LeSampleU, beside a number of the path) are passed to that light, which generates a particle from them.
+// Learned emission changes the density of those numbers and nothing else. It has a probability for each
+// light, and for each light a partition of the unit hypercube of its four numbers into blocks, made by
+// successive halving; within a block the numbers stay uniform.
 //
 // Blocks divide the numbers, not the cells of a lamp. A measured lamp inverts its four numbers, one after the
 // other, into the interval of S and the pixel of M from which a particle leaves (cell_table.h). A set of

@@ -120,7 +120,7 @@ class LightPath {
     const SurfacePoint& from() const { return from_; }
     const V3f& d() const { return d_; }
     const Rgb& power() const { return power_; }
-    const PathClass& path() const { return path_; }
+    const PathClass& path_class() const { return path_; }
 
     Ray ray() const { return {from_.towards(d_), d_}; }
 
@@ -140,7 +140,7 @@ class LightPath {
     }
 
     // Samples the direction in which the path continues at a surface, and draws the number for its Russian
-    // roulette.
+    // roulette. LightPathGroup samples all of its paths before any of them is scattered.
     std::optional<BsdfSample> sample(const Bsdf& bsdf) {
         const auto [u_lobe, u_direction, u_survive] = sampler_.next_of_bounce();
         u_survive_ = u_survive;
@@ -199,7 +199,7 @@ class LightPath {
     SurfacePoint from_;
     V3f d_;
     Rgb power_;
-    Rgb arriving_{0.0F};   // power before the last segment
+    Rgb arriving_{0.0F};   // power before the last segment; set only where there are media
     float u_survive_ = 0;  // random number of the last bounce's roulette
     PathClass path_;
     std::int32_t medium_;
@@ -229,21 +229,21 @@ struct LightPathVisitor {
     void escape(const LightPathEscape& /*at*/) {}
 };
 
-// Steps at the end of a segment: the visitor receives the event, and the path is scattered. They return false
-// if the path ends there; the ledger then has the reason.
-
-// Returns whether the segment ends at the surface that it hits, if any.
+// Returns whether the segment ends at a surface that it hits. A path that media have absorbed ends before it.
 inline bool is_at_surface(const LightPath& path, const std::optional<Hit>& hit,
                           const std::optional<MediaTraversal::Scattered>& scattered) {
     return hit && !scattered && !is_black(path.power());  // black: absorbed by media and booked
 }
+// These are the steps at the end of a segment: the visitor receives the event, and the path is scattered.
+// They return false if the path ends there; the ledger then has the reason.
+
 // `sample` is that of LightPath::sample() at the hit.
 template <typename Visitor>
 bool interact_at_surface(LightPath& path, const Hit& hit, const Bsdf& bsdf,
                          const std::optional<BsdfSample>& sample, const LightPathStart& start,
                          Visitor& visitor) {
     ++visitor.ledger.hits;
-    visitor.hit(LightPathHit{hit, bsdf, path.d(), path.power(), path.path(), start});
+    visitor.hit(LightPathHit{hit, bsdf, path.d(), path.power(), path.path_class(), start});
     return path.scatter(hit, bsdf, sample);
 }
 template <typename Visitor>
@@ -253,16 +253,16 @@ bool interact_elsewhere(LightPath& path, const std::optional<MediaTraversal::Sca
     if (scattered) {
         ++visitor.ledger.scatterings;
         visitor.scatter(
-            LightPathScatter{scattered->p, scattered->g, path.d(), path.power(), path.path(), start});
+            LightPathScatter{scattered->p, scattered->g, path.d(), path.power(), path.path_class(), start});
         return path.scatter(*scattered);
     }
     visitor.ledger.escaped += V3d(path.power());
-    visitor.escape(LightPathEscape{path.from(), path.d(), path.power(), path.path(), start});
+    visitor.escape(LightPathEscape{path.from(), path.d(), path.power(), path.path_class(), start});
     return false;
 }
-// Returns whether a scattered path is followed further, after `segments` segments.
+// Returns whether a scattered path is followed further, after `segments` segments; if not, books its power.
 inline bool is_followed(const LightPath& path, const LightPathLimits& limits, int segments, Ledger& ledger) {
-    if (!is_of_use(path.path(), limits.use) || int(path.path().bounces()) > limits.longest) {
+    if (!is_of_use(path.path_class(), limits.use) || int(path.path_class().bounces()) > limits.longest) {
         ledger.not_followed += V3d(path.power());
         return false;
     }
@@ -273,7 +273,8 @@ inline bool is_followed(const LightPath& path, const LightPathLimits& limits, in
 
 // Traces one light path from its start to its end [Jensen 2001, 5.2]. Russian roulette follows [Pharr 2004],
 // but by the luminance of the power instead of that of the scale alone, so that every survivor of a surface
-// carries the luminance of its parent. LightPathGroup traces several paths at a time by the same steps.
+// carries the luminance of its parent. LightPathGroup traces several paths at a time by the same
+// steps; this loop runs where the order of hits matters (virtual point lights, luminaires).
 template <typename Visitor>
 void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler sampler,
                       const LightPathLimits& limits, Visitor& visitor) {

@@ -54,7 +54,7 @@ LocalRadius::LocalRadius(const PhotonMap& map, const Parameters& parameters, con
     };
     shared_chunks(
         workers, "first radii", static_cast<std::int64_t>((radii_.size() + kGrain - 1) / kGrain),
-        ResultsOf::everywhere,
+        ResultsGo::to_all_ranks,
         [&](std::int64_t chunk) {
             const auto [begin, end] = part(chunk);
             for (std::size_t i = begin; i < end; ++i) {

@@ -64,7 +64,7 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& pa
                                const Workers& workers) {
     const std::int64_t first = index * parameters.block;
     const std::int64_t count = std::min(parameters.block, parameters.paths - first);
-    LightPaths paths;
+    LightPathRequest paths;
     paths.first = first;
     paths.count = count;
     paths.seed = parameters.seed;

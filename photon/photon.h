@@ -70,7 +70,7 @@ struct Photon {
     PackedDirection direction;  // of travel
     Rgb power;  // W, already divided by the number of emitted paths; in media, the scattered power
     std::uint32_t light : 31;   // index of the light it came from
-    std::uint32_t strayed : 1;  // some bounce of its path was not off a delta lobe
+    std::uint32_t strayed : 1;  // some bounce of its path was not off a delta lobe: its layer is not caustic
     CellId cell;                // cell of that light
 };
 static_assert(sizeof(Photon) == 24);

@@ -139,10 +139,8 @@ class PhotonMap {
     std::unique_ptr<PhotonIndex> index_;  // may refer to the positions, whose buffer moves with the map
 };
 
-// The photons near a point: the search that all estimates and guides share.
-
-// Finds the k nearest photons by the tangent metric and their radius, on construction. Used by one thread, on
-// its stack.
+// Finds the k nearest photons by the tangent metric and their radius, on construction, for estimates, guides
+// and pre-passes. Used by one thread, on its stack.
 class NearPhotons {
   public:
     // k >= 1; `most2` > 0 is the largest squared distance. `x` is the metric's own point.

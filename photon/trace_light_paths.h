@@ -8,6 +8,8 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
+#include <cassert>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -20,14 +22,17 @@
 
 namespace lucerna {
 
-struct LightPaths : LightPathLimits {
+inline constexpr std::int64_t kFirstPaths = 65'536;  // whose memory predicts that of all
+
+// Says which paths are traced.
+struct LightPathRequest : LightPathLimits {
     std::int64_t first = 0;  // index of the first path
     std::int64_t count = 0;  // total, including chunks traced before; first + count <= 2^32
     std::uint64_t seed = 0;
     Purpose purpose = Purpose::emission;
     std::uint32_t pass = 0;
     const LearnedEmission* emission = nullptr;  // density of emission; null: by the lights' power
-    std::int64_t per_chunk = 4096;
+    std::int64_t per_chunk = 4096;              // divides kFirstPaths
     // Traces several paths at a time, which is faster, but visitors see their hits in turns. Otherwise one by
     // one.
     bool interleaved = true;
@@ -35,13 +40,13 @@ struct LightPaths : LightPathLimits {
 };
 
 // Returns the random numbers of all paths. They are made once, since a chunk may be as small as a few paths.
-inline SamplerFamily samplers_of(const LightPaths& paths) {
+inline SamplerFamily samplers_of(const LightPathRequest& paths) {
     return {paths.seed, paths.purpose, paths.pass};
 }
 
 // Traces the paths [begin, end) for one visitor, in the calling thread.
 template <typename Visitor>
-void trace_chunk(const Scene& scene, const LightPaths& paths, const SamplerFamily& samplers,
+void trace_chunk(const Scene& scene, const LightPathRequest& paths, const SamplerFamily& samplers,
                  std::int64_t begin, std::int64_t end, Visitor& visitor) {
     Emission emission(scene, paths.seed, paths.purpose, paths.pass, paths.emission);
     LightPathGroup<Visitor> group(scene, paths, visitor);
@@ -86,17 +91,17 @@ struct LightPathWork {
 
 // Continues until paths.count light paths are traced: `chunks` holds the visitors of the whole chunks traced
 // before, and receives those of all others. make_visitor(n) makes the visitor of a chunk of n paths. The
-// memory of the first 65,536 paths predicts that of all (expected_of): require_memory(chunks, done > 0,
-// count) throws InputError if there is less. If the monitor stops it early, visitors of untraced chunks are
-// default-constructed, and the caller must not use the result.
+// memory of the first 65,536 paths predicts that of all (expected_of): require_memory(chunks, done,
+// count), with done > 0, throws InputError if there is less. If the monitor stops it early, visitors of
+// untraced chunks are default-constructed, and the caller must not use the result.
 template <typename Visitor, typename MakeVisitor, typename RequireMemory>
-void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::vector<Visitor>& chunks,
+void trace_light_paths(const LightPathWork& work, const LightPathRequest& paths, std::vector<Visitor>& chunks,
                        MakeVisitor&& make_visitor, RequireMemory&& require_memory) {
-    constexpr std::int64_t kFirstPaths = 65'536;
-    const std::int64_t first = static_cast<std::int64_t>(chunks.size()) * paths.per_chunk;
+    assert(kFirstPaths % paths.per_chunk == 0);  // or the sample would not consist of whole chunks
+    const std::int64_t traced_before = static_cast<std::int64_t>(chunks.size()) * paths.per_chunk;
     chunks.resize(static_cast<std::size_t>((paths.count + paths.per_chunk - 1) / paths.per_chunk));
     const SamplerFamily samplers = samplers_of(paths);
-    Phase phase(work.monitor, paths.phase, static_cast<std::uint64_t>(paths.count - first));
+    Phase phase(work.monitor, paths.phase, static_cast<std::uint64_t>(paths.count - traced_before));
     const auto trace = [&](std::int64_t from, std::int64_t to) {
         const std::int64_t first_chunk = from / paths.per_chunk;
         const auto begin_of = [&](std::int64_t chunk) { return from + chunk * paths.per_chunk; };
@@ -110,7 +115,7 @@ void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::
         std::atomic<std::int64_t> reported{0};
         shared_chunks(
             kIsShared ? work.workers : work.workers.alone(), paths.phase,
-            (to - from + paths.per_chunk - 1) / paths.per_chunk, ResultsOf::everywhere,
+            (to - from + paths.per_chunk - 1) / paths.per_chunk, ResultsGo::to_all_ranks,
             [&](std::int64_t chunk) {
                 if (work.monitor.stopped()) return;
                 Visitor visitor = make_visitor(end_of(chunk) - begin_of(chunk));
@@ -132,13 +137,13 @@ void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::
             });
     };
     // The sample consists of whole chunks, so that those after them begin at the same paths as without it.
-    const std::int64_t sample = std::min(paths.count, std::max(first, kFirstPaths));
-    trace(first, sample);
+    const std::int64_t sample = std::min(paths.count, std::max(traced_before, kFirstPaths));
+    trace(traced_before, sample);
     if (sample > 0 && !work.monitor.stopped()) require_memory(chunks, sample, paths.count);
     trace(sample, paths.count);
 }
 template <typename Visitor, typename MakeVisitor>
-void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::vector<Visitor>& chunks,
+void trace_light_paths(const LightPathWork& work, const LightPathRequest& paths, std::vector<Visitor>& chunks,
                        MakeVisitor&& make_visitor) {
     trace_light_paths(work, paths, chunks, std::forward<MakeVisitor>(make_visitor),
                       [](const std::vector<Visitor>&, std::int64_t, std::int64_t) {});

@@ -28,7 +28,7 @@ case ${1:-all} in
             # the scenes' generators and the plots of docs
             python3 python3-matplotlib
             # tests and benchmarks
-            libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libboost-dev
+            libgtest-dev libgmock-dev libmpfr-dev libbenchmark-dev librapidcheck-dev libboost-dev
             # the Python module, and its tests
             pybind11-dev python3-dev python3-numpy python3-mypy
             # tests of pages, in a browser

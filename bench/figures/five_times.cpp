@@ -17,7 +17,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "lights/gauss.h"
 #include "lights/measurement/plane_irradiance.h"
@@ -60,7 +59,7 @@ Compared disc() {
 struct Trio {
     static constexpr double kRadius = 0.12, kRing = 0.5 - kRadius, kExponent = 60;
 
-    static double intensity(double cosine) { return 3 * pow(cosine, kExponent); }
+    static double intensity(double cosine) { return 3 * std::pow(cosine, kExponent); }
     static double near(double x, double y, double z) {
         // Sums over rings and sectors of each emitter; its light is smooth, so few are needed.
         constexpr int kSectors = 12;
@@ -71,10 +70,10 @@ struct Trio {
                 const double radius = kRadius * std::sqrt(ring.x);
                 for (int sector = 0; sector < kSectors; ++sector) {
                     const double angle = 2 * M_PI * (sector + 0.5) / kSectors;
-                    const double u = kRing * cos(turn) + radius * cos(angle);
-                    const double v = kRing * sin(turn) + radius * sin(angle);
+                    const double u = kRing * std::cos(turn) + radius * std::cos(angle);
+                    const double v = kRing * std::sin(turn) + radius * std::sin(angle);
                     sum += ring.weight / kSectors *
-                           point_irradiance(x - u, y - v, z, [](double c) { return pow(c, kExponent); });
+                           point_irradiance(x - u, y - v, z, [](double c) { return std::pow(c, kExponent); });
                 }
             }
         }
@@ -149,7 +148,7 @@ void print(const std::string& name, double distance, const Errors& errors) {
 }
 
 double distance_at(int i) {
-    return kFirst * pow(kLast / kFirst, static_cast<double>(i) / (kDistances - 1));
+    return kFirst * std::pow(kLast / kFirst, static_cast<double>(i) / (kDistances - 1));
 }
 
 void compare_formulas(const Compared& lamp) {

@@ -23,7 +23,6 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/base/elementary.h"
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "lights/measurement/plane_irradiance.h"
@@ -123,7 +122,7 @@ void compare(const std::string& lamp, const LightField& field, const Photometric
     for (const auto& [name, point] : points) {
         for (int i = 0; i < effort.distances; ++i) {
             const double sizes =
-                kFirst * pow(kLast / kFirst, static_cast<double>(i) / (effort.distances - 1));
+                kFirst * std::pow(kLast / kFirst, static_cast<double>(i) / (effort.distances - 1));
             const double z = point.z + sizes * origin.size;
             if (!(z > 0)) continue;  // nothing was measured behind S
             const PlaneIrradiance near =

@@ -22,7 +22,6 @@
 #include <filesystem>
 #include <string>
 
-#include "engine/base/elementary.h"
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "engine/image/image.h"
@@ -171,7 +170,7 @@ Lamp disc(const char* name, double exponent, int views, int pixels) {
     rig.views = {views, views};
     rig.pixels = {pixels, pixels};
     rig.distance = kDistance;
-    const double cosine = pow(0.02, 1 / (exponent + 1));  // 98 % of the light is within it
+    const double cosine = std::pow(0.02, 1 / (exponent + 1));  // 98 % of the light is within it
     rig.spacing = V2d(2 * kRadius / (views - 3));
     rig.pixel = V2d(2 * (kRadius + kDistance * std::sqrt(1 - cosine * cosine) / cosine) / pixels);
     const EmitterModel model =

@@ -13,7 +13,6 @@
 
 #include <string>
 
-#include "engine/base/elementary.h"
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "lights/gauss.h"
@@ -38,7 +37,7 @@ Rig rig_of(const Resolution& resolution) {
     rig.views = {resolution.views, resolution.views};
     rig.pixels = {resolution.pixels, resolution.pixels};
     rig.distance = kDistance;
-    const double cosine = pow(0.02, 1 / (kExponent + 1));
+    const double cosine = std::pow(0.02, 1 / (kExponent + 1));
     const double half = kRadius + kDistance * std::sqrt(1 - cosine * cosine) / cosine;
     rig.spacing = V2d(2 * kRadius / (resolution.views - 3));
     rig.pixel = V2d(2 * half / resolution.pixels);
@@ -55,10 +54,10 @@ double disc_irradiance(double x, double y, double z) {
         const double radius = kRadius * std::sqrt((ring + 0.5) / kRings);  // rings of equal areas
         for (int sector = 0; sector < kSectors; ++sector) {
             const double angle = 2 * kPiD * (sector + 0.5 * (ring % 2)) / kSectors;
-            const double dx = x - radius * cos(angle), dy = y - radius * sin(angle);
+            const double dx = x - radius * std::cos(angle), dy = y - radius * std::sin(angle);
             const double d2 = dx * dx + dy * dy + z * z;
             const double cosine = z / std::sqrt(d2);
-            sum += pow(cosine, kExponent + 1) / d2;
+            sum += std::pow(cosine, kExponent + 1) / d2;
         }
     }
     return peak * sum / (kRings * kSectors);
@@ -82,7 +81,7 @@ PlaneIrradiance truth_on(const PlanePatch& patch) {
 
 // Returns the irradiance over squares as wide as the disc and its beam within half of the peak intensity.
 std::vector<PlaneIrradiance> truths_on(int pixels) {
-    const double cosine = pow(0.5, 1 / kExponent), tangent = std::sqrt(1 - cosine * cosine) / cosine;
+    const double cosine = std::pow(0.5, 1 / kExponent), tangent = std::sqrt(1 - cosine * cosine) / cosine;
     std::vector<PlaneIrradiance> truths;
     for (const double plane : kPlanes) {
         const double distance = plane * kDistance, side = 2 * (1.2 * kRadius + distance * tangent);

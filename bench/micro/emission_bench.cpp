@@ -11,7 +11,6 @@
 #include <cmath>
 #include <map>
 
-#include "engine/base/elementary.h"
 #include "engine/base/sampler.h"
 #include "lights/emission_net.h"
 #include "lights/field_pyramid.h"
@@ -42,7 +41,7 @@ LightField make_field(int views, int pixels, bool negative) {
                     const float s = (static_cast<float>(k) + 0.5F) / static_cast<float>(pixels) - 0.5F;
                     const float t = (static_cast<float>(l) + 0.5F) / static_cast<float>(pixels) - 0.5F;
                     const float r2 = sqr(s - 0.5F * u) + sqr(t - 0.5F * v);
-                    const float beam = exp(-12 * r2) * exp(-4 * (u * u + v * v));
+                    const float beam = std::exp(-12 * r2) * std::exp(-4 * (u * u + v * v));
                     const float low = negative ? -0.05F : 0.01F;
                     e[rig.index(m, n, k, l)] = beam * (0.7F + 0.3F * noise.next()) + low * noise.next();
                 }

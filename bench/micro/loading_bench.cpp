@@ -14,7 +14,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "engine/base/elementary.h"
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/scene/mesh.h"
@@ -33,7 +32,7 @@ PlyMesh sheet() {
     for (int y = 0; y <= kSide; ++y) {
         for (int x = 0; x <= kSide; ++x) {
             const float u = static_cast<float>(x) / kSide, v = static_cast<float>(y) / kSide;
-            mesh.p.emplace_back(10 * u, 0.1F * sin(40 * u) * cos(30 * v), 10 * v);
+            mesh.p.emplace_back(10 * u, 0.1F * std::sin(40 * u) * std::cos(30 * v), 10 * v);
         }
     }
     for (int y = 0; y < kSide; ++y) {

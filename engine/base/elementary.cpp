@@ -86,10 +86,10 @@ constexpr Sum kLog10E{0x1.bcb7b1526e50ep-2, 0x1.95355baaafad3p-57};
 constexpr Sum kLog10Of2{0x1.34413509f79ffp-2, -0x1.9dc1da994fd21p-59};
 
 // (e^r - 1 - r) / r² for |r| <= ln 2 / 2, with a relative error of 2^-57.5
-constexpr std::array<double, 11> kExp{
-    0x1.0000000000000p-1,  0x1.5555555555557p-3,  0x1.5555555555556p-5,  0x1.11111111100dfp-7,
-    0x1.6c16c16c162d6p-10, 0x1.a01a01abe6323p-13, 0x1.a01a01a6d7831p-16, 0x1.71de0237484cdp-19,
-    0x1.27e4db67ac2b0p-22, 0x1.af4ddda1c08cdp-26, 0x1.1f72fc83bcbc7p-29};
+constexpr std::array<double, 11> kExp{0x1.0000000000000p-1,  0x1.5555555555557p-3,  0x1.5555555555556p-5,
+                                      0x1.11111111100dfp-7,  0x1.6c16c16c162d6p-10, 0x1.a01a01abe6323p-13,
+                                      0x1.a01a01a6d7831p-16, 0x1.71de0237484cdp-19, 0x1.27e4db67ac2b0p-22,
+                                      0x1.af4ddda1c08cdp-26, 0x1.1f72fc83bcbc7p-29};
 
 constexpr double kMostExponent = 1100;  // e to this is infinite, and e to minus this 0
 
@@ -115,7 +115,9 @@ double exp_of(const Sum& x) {
 // --- logarithms
 
 // (2 atanh s - 2 s - ⅔ s³) / s⁵ as a function of s², for |s| <= (√2 - 1) / (√2 + 1)
-constexpr std::array<double, 9> kLog{0x1.999999999999ap-2, 0x1.2492492492491p-2, 0x1.c71c71c71cfd7p-3, 0x1.745d17451376fp-3, 0x1.3b13b1bc64d9dp-3, 0x1.1110dfb2433c1p-3, 0x1.e1f7f8b33879dp-4, 0x1.ac4ab12e9f860p-4, 0x1.b8d2ce0baf5e8p-4};
+constexpr std::array<double, 9> kLog{0x1.999999999999ap-2, 0x1.2492492492491p-2, 0x1.c71c71c71cfd7p-3,
+                                     0x1.745d17451376fp-3, 0x1.3b13b1bc64d9dp-3, 0x1.1110dfb2433c1p-3,
+                                     0x1.e1f7f8b33879dp-4, 0x1.ac4ab12e9f860p-4, 0x1.b8d2ce0baf5e8p-4};
 constexpr Sum kTwoThirds{0x1.5555555555555p-1, 0x1.5555555555555p-55};
 
 // Represents log(2^n m) for m from √½ to √2: n log 2 + of_m, with a relative error of of_m of about 2^-64.
@@ -159,17 +161,19 @@ bool is_special_log(double x, double& value) {
 
 // --- trigonometry
 
-// (sin r - r) / r³ and (cos r - 1 + r²/2) / r⁴ as functions of r², for |r| <= π/4, with a relative error of 2^-54
-constexpr std::array<double, 7> kSin{-0x1.5555555555555p-3,  0x1.1111111111110p-7,  -0x1.a01a01a019938p-13,
-                                     0x1.71de3a5460952p-19,  -0x1.ae645412c4787p-26, 0x1.61217f0ac7f98p-33,
+// (sin r - r) / r³ and (cos r - 1 + r²/2) / r⁴ as functions of r², for |r| <= π/4, with a relative error of
+// 2^-54
+constexpr std::array<double, 7> kSin{-0x1.5555555555555p-3, 0x1.1111111111110p-7,   -0x1.a01a01a019938p-13,
+                                     0x1.71de3a5460952p-19, -0x1.ae645412c4787p-26, 0x1.61217f0ac7f98p-33,
                                      -0x1.ab17d3985bccep-41};
-constexpr std::array<double, 7> kCos{0x1.5555555555555p-5,  -0x1.6c16c16c16c16p-10, 0x1.a01a01a019d0ap-16,
+constexpr std::array<double, 7> kCos{0x1.5555555555555p-5,   -0x1.6c16c16c16c16p-10, 0x1.a01a01a019d0ap-16,
                                      -0x1.27e4fb7712d61p-22, 0x1.1eed8deb97423p-29,  -0x1.9394ba0c332d9p-37,
                                      0x1.ab785aa02d659p-45};
 constexpr double kHalfPi[3] = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54, -0x1.f1976b7ed8fbcp-110};
 constexpr double kTwoPi = 4 * kHalfPi[0];
 
-// Represents an angle as n right angles and r, |r| <= π/4 but for rounding. Only the last two bits of n count.
+// Represents an angle as n right angles and r, |r| <= π/4 but for rounding. Only the last two bits of n
+// count.
 struct Reduced {
     unsigned n;
     Sum r;
@@ -181,7 +185,8 @@ Reduced reduced(double x) {
     const double first = std::fma(-n, kHalfPi[0], x);
     const Sum second = product(-n, kHalfPi[1]);
     const Sum r = any_sum(first, second.hi);
-    return {static_cast<unsigned>(static_cast<std::int64_t>(n)), sum(r.hi, r.lo + std::fma(-n, kHalfPi[2], second.lo))};
+    return {static_cast<unsigned>(static_cast<std::int64_t>(n)),
+            sum(r.hi, r.lo + std::fma(-n, kHalfPi[2], second.lo))};
 }
 double sin_of(const Sum& r) {
     const double z = r.hi * r.hi;
@@ -207,11 +212,11 @@ SinCos<double> turned(unsigned n, double s, double c) {
 }
 
 // (atan t - t) / t³ as a function of t², for |t| <= tan(π/8), with a relative error of 2^-54
-constexpr std::array<double, 14> kAtan{
-    -0x1.5555555555555p-2, 0x1.9999999999999p-3, -0x1.2492492492461p-3, 0x1.c71c71c718cf7p-4,
-    -0x1.745d1744b4e3fp-4, 0x1.3b13b106d37d1p-4, -0x1.11110ad583fe1p-4, 0x1.e1e0de906806ep-5,
-    -0x1.af19a8b3a761cp-5, 0x1.857fa34a655edp-5, -0x1.5fc95a7433e78p-5, 0x1.3106182c98160p-5,
-    -0x1.bedee1b480460p-6, 0x1.87e420472bbe1p-7};
+constexpr std::array<double, 14> kAtan{-0x1.5555555555555p-2, 0x1.9999999999999p-3,  -0x1.2492492492461p-3,
+                                       0x1.c71c71c718cf7p-4,  -0x1.745d1744b4e3fp-4, 0x1.3b13b106d37d1p-4,
+                                       -0x1.11110ad583fe1p-4, 0x1.e1e0de906806ep-5,  -0x1.af19a8b3a761cp-5,
+                                       0x1.857fa34a655edp-5,  -0x1.5fc95a7433e78p-5, 0x1.3106182c98160p-5,
+                                       -0x1.bedee1b480460p-6, 0x1.87e420472bbe1p-7};
 constexpr Sum kPi{0x1.921fb54442d18p+1, 0x1.1a62633145c07p-53};
 
 // Returns the angle of (x, y), both positive and finite.
@@ -281,7 +286,7 @@ double log10(double x) {
 double log1p(double x) {
     double special = 0;
     if (is_special_log(1 + x, special)) return special;
-    if (x == 0) return x;  // keeps its sign
+    if (x == 0) return x;         // keeps its sign
     const Sum u = any_sum(1, x);  // u.hi > 0
     const Sum value = log_of(u.hi);
     return value.hi + (value.lo + u.lo / u.hi);
@@ -349,17 +354,20 @@ double tan(double x) {
 }
 
 SinCos<float> sin_cos(float x) {
-    if (!(std::fabs(x) < std::numeric_limits<float>::infinity()))
-        return {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN()};
-    // Doubles without their rounding errors are exact enough for floats: the angle has an error of 2^-53 n.
-    const double angle = std::fabs(x) <= 0x1p20F ? static_cast<double>(x) : std::fmod(static_cast<double>(x), kTwoPi);
+    constexpr float kShort = 0x1p20F;  // up to here the angle below has an error of less than 2^-52
+    if (!(std::fabs(x) <= kShort)) {
+        const auto [sin_x, cos_x] = sin_cos(static_cast<double>(x));
+        return {static_cast<float>(sin_x), static_cast<float>(cos_x)};
+    }
+    if (x == 0) return {x, 1};  // keeps its sign
+    const auto angle = static_cast<double>(x);
     const double n = std::nearbyint(angle * (1 / kHalfPi[0]));
     const double r = std::fma(-n, kHalfPi[1], std::fma(-n, kHalfPi[0], angle));
     const double z = r * r;
     const double s = std::fma(r * z, polynomial(kSin, z), r);
     const double c = std::fma(z * z, polynomial(kCos, z), std::fma(z, -0.5, 1));
     const auto [sin_x, cos_x] = turned(static_cast<unsigned>(static_cast<std::int64_t>(n)), s, c);
-    return {static_cast<float>(x == 0 ? static_cast<double>(x) : sin_x), static_cast<float>(cos_x)};
+    return {static_cast<float>(sin_x), static_cast<float>(cos_x)};
 }
 float sin(float x) {
     return sin_cos(x).sin;

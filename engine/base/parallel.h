@@ -45,7 +45,8 @@ class Ordered {
 class Ranks;
 
 // Holds the number of threads, and the ranks of a parallel job (engine/ranks/ranks.h) that share the work;
-// null means this process alone. It is passed as a value and never a global setting.
+// null means this process alone. It is passed as a value and never a global setting. A function that takes
+// workers with ranks may be collective: all ranks must call it, in the same order.
 struct Workers {
     int threads = std::max(1, omp_get_num_procs());
     Ranks* ranks = nullptr;

@@ -434,8 +434,9 @@ MeanError mean_error(const Numbers& errors) {
     return {stats.mean(), stats.standard_error(), stats.count()};
 }
 
-Estimate estimate_of(const Layers& input, const Shares& shares, const std::array<Filtered, 2>& filtered,
-                     Candidate candidate, float scale, const Workers& workers) {
+Estimate estimate_of(const DenoiserInput& input, const Shares& shares,
+                     const std::array<Filtered, 2>& filtered, Candidate candidate, float scale,
+                     const Workers& workers) {
     const V2i size = size_of(input.features);
     Estimate estimate{shares};
     for (std::size_t half = 0; half < 2; ++half) {
@@ -454,7 +455,7 @@ Estimate estimate_of(const Layers& input, const Shares& shares, const std::array
     return estimate;
 }
 
-Estimate measured(const Layers& input, const Shares& shares, const Workers& workers) {
+Estimate measured(const DenoiserInput& input, const Shares& shares, const Workers& workers) {
     const V2i size = size_of(input.features);
     Estimate estimate{shares};
     for (std::size_t half = 0; half < 2; ++half) {
@@ -508,18 +509,18 @@ Image part_of(const Image& image, const std::vector<std::string>& names, const s
 
 }  // namespace
 
-void add_layers(Image& image, const Layers& layers) {
+void add_denoiser_input(Image& image, const DenoiserInput& layers) {
     for (std::size_t half = 0; half < 2; ++half) add_channels(image, layers.halves[half], kHalfNames[half]);
     add_channels(image, layers.features, "");
 }
 
-Layers layers_of(const Image& image, const std::string& file, const std::string& layer) {
+DenoiserInput denoiser_input_of(const Image& image, const std::string& file, const std::string& layer) {
     return {{part_of(image, half_channels(), kHalfNames[0] + layer, file),
              part_of(image, half_channels(), kHalfNames[1] + layer, file)},
             part_of(image, feature_channels(), "", file)};
 }
 
-Denoised denoise(const Layers& input, const Workers& workers) {
+Denoised denoise(const DenoiserInput& input, const Workers& workers) {
     const V2i size = size_of(input.features);
     const Shares shares = shares_of(input.halves);
     Estimate raw = measured(input, shares, workers);

@@ -45,7 +45,7 @@ enum HalfChannel : std::uint8_t { kLight = 0, kVariance = 3, kSamples = 6, kHalf
 const std::vector<std::string>& half_channels();
 
 // Holds the denoiser's input; all images have the same size.
-struct Layers {
+struct DenoiserInput {
     std::array<Image, 2> halves;
     Image features;
 };
@@ -53,11 +53,11 @@ struct Layers {
 // These precede the names of a half's channels in an image with other channels.
 inline constexpr const char* kHalfNames[2] = {"first.", "second."};
 // Adds the layers as channels of an image, those of the halves with the prefixes kHalfNames.
-void add_layers(Image& image, const Layers& layers);
+void add_denoiser_input(Image& image, const DenoiserInput& layers);
 // Extracts the layers. Throws InputError that names `file` and the first missing channel. `layer` is empty,
 // or the layer or light group whose halves are meant, with a dot at its end: for "lightgroup.stage." they
 // begin with first.lightgroup.stage.R.
-Layers layers_of(const Image& image, const std::string& file, const std::string& layer = "");
+DenoiserInput denoiser_input_of(const Image& image, const std::string& file, const std::string& layer = "");
 
 struct Denoised {
     Image image;            // R G B
@@ -69,7 +69,7 @@ struct Denoised {
 
 // Returns the same result for any number of threads. A crop's result differs from that of the whole image
 // only by the influence of its surroundings.
-Denoised denoise(const Layers& layers, const Workers& workers);
+Denoised denoise(const DenoiserInput& layers, const Workers& workers);
 
 // These estimate the peak memory in bytes per pixel and the time of one thread in seconds per pixel.
 inline constexpr std::size_t kDenoiserBytesPerPixel = 640;

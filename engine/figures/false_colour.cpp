@@ -99,8 +99,7 @@ ScaleRange range_of(const ScaleSettings& settings, std::span<const double> value
 
 double RoundStep::multiple(double count) const {
     // A quotient of whole numbers is the double nearest to the decimal; a product with 0.1 is not.
-    return exponent < 0 ? count * mantissa / pow(10, -exponent)
-                        : count * mantissa * pow(10, exponent);
+    return exponent < 0 ? count * mantissa / pow(10.0, -exponent) : count * mantissa * pow(10.0, exponent);
 }
 
 RoundStep round_step_from(double value) {

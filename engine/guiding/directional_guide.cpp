@@ -210,7 +210,7 @@ DirectionGuideMap::DirectionGuideMap(const PhotonMap& map, const DirectionGuidin
     };
     shared_chunks(
         workers, "direction guides", static_cast<std::int64_t>((made.size() + kGrain - 1) / kGrain),
-        ResultsOf::everywhere,
+        ResultsGo::to_all_ranks,
         [&](std::int64_t chunk) {
             const auto [begin, end] = part(chunk);
             for (std::size_t i = begin; i < end; ++i)
@@ -304,7 +304,7 @@ void require_memory_for_photons(const std::vector<UnsampledHits>& chunks, std::i
 DirectionGuideMap build_direction_guides(const Scene& scene, const DirectionGuideParameters& parameters,
                                          const Workers& workers, Monitor& monitor) {
     require_path_numbers("guide", parameters.paths);
-    LightPaths paths;
+    LightPathRequest paths;
     paths.count = parameters.paths;
     paths.seed = parameters.seed;
     paths.phase = "guide";

@@ -202,7 +202,7 @@ void GuideMap::cache_distributions(std::span<const std::unique_ptr<Light>> light
         }
     };
     shared_chunks(workers, "guide's distributions", static_cast<std::int64_t>(chunks.size()),
-                  ResultsOf::everywhere, make, [&](std::int64_t number, auto& archive) {
+                  ResultsGo::to_all_ranks, make, [&](std::int64_t number, auto& archive) {
                       Chunk& chunk = chunks[static_cast<std::size_t>(number)];
                       archive(chunk.distributions, chunk.choices);
                   });
@@ -278,7 +278,7 @@ void require_memory_for_guides(const std::vector<FirstHits>& chunks, std::int64_
 GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
                       Monitor& monitor) {
     require_path_numbers("guide", parameters.paths);
-    LightPaths paths;
+    LightPathRequest paths;
     paths.count = parameters.paths;
     paths.seed = parameters.seed;
     paths.pass = parameters.pass;

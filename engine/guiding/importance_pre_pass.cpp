@@ -51,7 +51,7 @@ struct PrePassPhotons : LightPathVisitor {
 std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene,
                                                               const ImportancePrePassSettings& settings,
                                                               const Workers& workers, Monitor& monitor) {
-    LightPaths paths;
+    LightPathRequest paths;
     paths.count = settings.paths;
     paths.seed = settings.seed;
     paths.pass = kEmissionPrePass;

@@ -29,8 +29,9 @@ constexpr float kLeastGlossChance = 0.1F;
 // of their discs.
 constexpr float kCausticReach = 2;
 
-// These are branches of a camera sample's sampler, for gather rays, for each map's probes, for light samples
-// and for caustics. Adding kChanceBranch to a branch gives the one that decides on a fractional sample.
+// These are branches of a camera sample's sampler, for gather rays, for each map's probes, for light samples,
+// for caustics, and for the choice of the sample of a pass that estimates density. follow.h and eye_path.cpp
+// have further branches. Adding kChanceBranch to a branch gives the one that decides on a fractional sample.
 constexpr std::uint32_t kGatherBranch = 0, kProbesBranch = 1;
 constexpr std::uint32_t kLightBranch = kProbesBranch + kMapKinds, kCausticBranch = kLightBranch + 1;
 constexpr std::uint32_t kChanceBranch = kCausticBranch + 1;
@@ -76,9 +77,9 @@ SplitNumbers fixed_numbers(const PhotonMapSettings& settings) {
 // Follows a path from the eye, or a gather ray, up to the first purely diffuse surface
 // -----------------------------------------------------------------------------------------------------
 
-class FinalGather::Visitor : public EyeVisitor {
+class SecondPass::Visitor : public EyeVisitor {
   public:
-    Visitor(const FinalGather& of, Stage stage, const Splits& splits, const EyePath& path)
+    Visitor(const SecondPass& of, Stage stage, const Splits& splits, const EyePath& path)
         : of_(of),
           stage_(stage),
           splits_(splits),
@@ -102,14 +103,14 @@ class FinalGather::Visitor : public EyeVisitor {
         const Bsdf* rest = nullptr;
         const Bsdf* as_specular = nullptr;  // see GlossySplit
         LightChoice rest_lights = {};       // how `rest` chose its light
-        float rest_scale = 1;  // 1 / probability of following the last two lobes; 0: they are dropped
+        float rest_scale = 1;  // 1 / probability of following `rest` and `as_specular`; 0: they are dropped
     };
     float rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo, Sampler& sampler) const;
     bool turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const;
     // Returns the share of the throughput with which the path began that it still carries.
     float carries(const EyePath& path) const { return max_component(path.throughput) / carried_; }
 
-    const FinalGather& of_;
+    const SecondPass& of_;
     Stage stage_;
     const Splits& splits_;
     float carried_;     // largest component of the throughput at the start; 0: the path brings nothing
@@ -119,7 +120,7 @@ class FinalGather::Visitor : public EyeVisitor {
     float length_ = INFINITY;
 };
 
-bool FinalGather::Visitor::at_surface(EyePath& path, const Vertex& at, Sampler& sampler) {
+bool SecondPass::Visitor::at_surface(EyePath& path, const Vertex& at, Sampler& sampler) {
     const SplitBsdf split(at.bsdf);
     Lobes lobes;
     if (split.diffuse) {
@@ -149,15 +150,15 @@ bool FinalGather::Visitor::at_surface(EyePath& path, const Vertex& at, Sampler& 
 
 // Returns the weight of the non-diffuse lobes, or 0 if Russian roulette drops them. Where a gather ray lands,
 // they survive in proportion to what they are likely to bring, because the gather ray blurs them.
-float FinalGather::Visitor::rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo,
-                                       Sampler& sampler) const {
+float SecondPass::Visitor::rest_scale(const EyePath& path, const SplitBsdf& split, const V3f& wo,
+                                      Sampler& sampler) const {
     if (stage_ != Stage::gather || !split.diffuse || !split.rest) return 1;
     const float chance = std::clamp(split.rest->guessed_albedo(wo) * carries(path), kLeastGlossChance, 1.0F);
     return sampler.next() < chance ? 1 / chance : 0.0F;
 }
 
 // Samples one of the lobes, chosen at random: following each would multiply the rays at every surface.
-bool FinalGather::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const {
+bool SecondPass::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lobes, Sampler& sampler) const {
     const float u_lobe = sampler.next();
     const BsdfU u{sampler.next(), sampler.next2()};
     std::array<const Bsdf*, 3> open{};
@@ -171,10 +172,10 @@ bool FinalGather::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lo
     const auto sample = lobe->sample(at.wo, u, Transport::radiance);
     if (!sample) return false;
     // Except for `rest`, direct light and caustics are already counted at this surface or before it.
-    const bool asked = lobe == lobes.rest;
-    if (!asked) path.rule = EmissionRule::none();
+    const bool samples_lights = lobe == lobes.rest;
+    if (!samples_lights) path.rule = EmissionRule::none();
     path.turn(at, *sample,
-              asked ? EmissionRule::mis(sample->pdf_w, lobes.rest_lights) : EmissionRule::none());
+              samples_lights ? EmissionRule::mis(sample->pdf_w, lobes.rest_lights) : EmissionRule::none());
     path.throughput *= lobe == lobes.diffuse ? share : share * lobes.rest_scale;
     // Faint gloss that the camera sees always survives: it costs one ray beside all the gather rays, and
     // Russian roulette would turn the lamps mirrored in it into bright specks.
@@ -186,8 +187,8 @@ bool FinalGather::Visitor::turn(EyePath& path, const Vertex& at, const Lobes& lo
 // Shading of what the camera sees
 // -----------------------------------------------------------------------------------------------------
 
-FinalGather::FinalGather(const Scene& scene, const PhotonMapSettings& settings, PhotonMapPass parts,
-                         PhotonMappingState state)
+SecondPass::SecondPass(const Scene& scene, const PhotonMapSettings& settings, FirstPassResult parts,
+                       PhotonMappingState state)
     : scene_(scene),
       settings_(settings),
       estimates_(density_settings(settings, scene)),
@@ -202,7 +203,7 @@ FinalGather::FinalGather(const Scene& scene, const PhotonMapSettings& settings, 
       guided_{candidates_that_pay(scene)},
       lights_(scene) {}
 
-void FinalGather::follow(const EyePath& path, Sampler& sampler) const {
+void SecondPass::follow(const EyePath& path, Sampler& sampler) const {
     Splits splits{splitting_.at(path.film)};
     // Across an edge, density estimates vary as much as camera samples do, so every sample takes one.
     if (samples_ > 1 && !(edges_ && edges_->at(path.film))) {
@@ -214,7 +215,7 @@ void FinalGather::follow(const EyePath& path, Sampler& sampler) const {
     lucerna::follow(scene_, path, sampler, Visitor(*this, Stage::eye, splits, path));
 }
 
-void FinalGather::split(const PassContext& context) {
+void SecondPass::split(const PassContext& context) {
     if (!is_split_by_pilot(settings_) || !context.view) return split_by(Splitting(fixed_numbers(settings_)));
     const auto look = [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
         SampleAccount account;
@@ -225,7 +226,7 @@ void FinalGather::split(const PassContext& context) {
     };
     split_by(Splitting(*context.view, context.seed, context.pass, context.workers, look));
 }
-void FinalGather::split_by(const Splitting& learned) {
+void SecondPass::split_by(const Splitting& learned) {
     splitting_ = learned;
     if (!splitting_.any_guided()) directions_.reset();
 }
@@ -256,8 +257,8 @@ void look_at_two(std::uint32_t branch, SplitMoments& pilot, const EyePath& path,
 // books one sample on the given path and returns the ratio of its density to that without guiding. A pilot
 // books the mean of two samples and records both as they reach the pixel.
 template <typename Take>
-void FinalGather::some_of(float number, std::uint32_t branch, SplitMoments* pilot, const EyePath& path,
-                          const Sampler& sampler, Take&& take) const {
+void SecondPass::some_of(float number, std::uint32_t branch, SplitMoments* pilot, const EyePath& path,
+                         const Sampler& sampler, Take&& take) const {
     if (pilot) return look_at_two(branch, *pilot, path, sampler, take);
     const float whole = std::floor(number);
     int count = static_cast<int>(whole);
@@ -272,8 +273,8 @@ void FinalGather::some_of(float number, std::uint32_t branch, SplitMoments* pilo
     }
 }
 // Shades a diffuse surface that the camera sees.
-void FinalGather::shade_eye(const EyePath& path, const Vertex& vertex, const Splits& splits,
-                            Sampler& sampler) const {
+void SecondPass::shade_eye(const EyePath& path, const Vertex& vertex, const Splits& splits,
+                           Sampler& sampler) const {
     const DensityEstimateSettings how = within(path.left, estimates_.eye);
     const std::size_t share = share_class(max_component(path.throughput));
     const SplitNumbers& numbers = splits.plan[share];
@@ -310,7 +311,7 @@ void FinalGather::shade_eye(const EyePath& path, const Vertex& vertex, const Spl
 
 // Books indirect radiance from one direction, and returns the ratio of its density to that without guiding.
 // Emission at the ray's end is direct light or a caustic, which are counted elsewhere.
-float FinalGather::gather_ray(EyePath path, const Vertex& vertex, bool guided, Sampler& sampler) const {
+float SecondPass::gather_ray(EyePath path, const Vertex& vertex, bool guided, Sampler& sampler) const {
     const BsdfU u{sampler.next(), sampler.next2()};
     DirectionGuide guide;
     if (directions_ && guided) guide = directions_->at(vertex.hit.at.p, vertex.bsdf, vertex.wo);
@@ -331,8 +332,8 @@ float FinalGather::gather_ray(EyePath path, const Vertex& vertex, bool guided, S
 // Shades a diffuse surface where a gather ray ended. `length` is that of the ray's first segment: an estimate
 // with a larger radius may reach around the corner that is being shaded. In that case the function evaluates
 // only direct light and caustics, and returns true: the ray continues, to find light of more bounces.
-bool FinalGather::shade_gather(const EyePath& path, const Vertex& vertex, float length,
-                               Sampler& sampler) const {
+bool SecondPass::shade_gather(const EyePath& path, const Vertex& vertex, float length,
+                              Sampler& sampler) const {
     const DensityEstimateSettings how = within(path.left, estimates_.gather);
     // The estimate is booked once it is known that it counts.
     SampleAccount found = path.scratch();
@@ -353,7 +354,7 @@ bool FinalGather::shade_gather(const EyePath& path, const Vertex& vertex, float 
 // any, and otherwise from density estimates. Returns none where no irradiance point is near, on surfaces that
 // are small or seldom lit: there an estimate would use photons of other surfaces, and its probes would cost
 // as many rays as a dozen paths.
-std::optional<FinalGather::IndirectAtGatherHit> FinalGather::indirect_at_gather_hit(
+std::optional<SecondPass::IndirectAtGatherHit> SecondPass::indirect_at_gather_hit(
     const PathAccount& path, const Vertex& vertex, const DensityEstimateSettings& how,
     const Sampler& sampler) const {
     if (irradiance_) {
@@ -362,7 +363,8 @@ std::optional<FinalGather::IndirectAtGatherHit> FinalGather::indirect_at_gather_
             const Rgb radiance = irradiance_suffices(vertex.bsdf)
                                      ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
                                      : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
-            path.add_indirect(found->share * radiance, 0);  // irradiance points do not separate light groups
+            path.add_indirect(found->share * radiance,
+                              0);  // there are no light groups: why_no_light_groups()
             return IndirectAtGatherHit{found->radius, holds_direct(settings_, scene_)};
         }
         // With direct = map, lights that only particles carry are found by density estimates alone.
@@ -378,8 +380,8 @@ std::optional<FinalGather::IndirectAtGatherHit> FinalGather::indirect_at_gather_
 // -----------------------------------------------------------------------------------------------------
 
 // Books direct light by the chosen method.
-void FinalGather::direct(const PathAccount& path, const Vertex& vertex, const DensityEstimateSettings& how,
-                         Sampler& sampler) const {
+void SecondPass::direct(const PathAccount& path, const Vertex& vertex, const DensityEstimateSettings& how,
+                        Sampler& sampler) const {
     if (settings_.direct == DirectMethod::map) {
         estimate(MapKind::direct, path, vertex, how, sampler);
     } else {
@@ -387,8 +389,8 @@ void FinalGather::direct(const PathAccount& path, const Vertex& vertex, const De
     }
 }
 
-// Books direct light by shadow rays, even if the Direct map is used elsewhere.
-void FinalGather::sample_direct(const PathAccount& path, const Vertex& vertex, Sampler& sampler) const {
+// Books direct light by next-event estimation with MIS, even if the Direct map is used elsewhere.
+void SecondPass::sample_direct(const PathAccount& path, const Vertex& vertex, Sampler& sampler) const {
     const LightChoice plain = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
     if (!guides_) {
         direct_light(scene_, vertex, sampler, plain, path);
@@ -400,8 +402,8 @@ void FinalGather::sample_direct(const PathAccount& path, const Vertex& vertex, S
 }
 
 // Books the radiance due to a map's photons, and returns the estimate's radius. Leaves the sampler as it is.
-float FinalGather::estimate(MapKind kind, const PathAccount& path, const Vertex& vertex,
-                            const DensityEstimateSettings& how, const Sampler& sampler) const {
+float SecondPass::estimate(MapKind kind, const PathAccount& path, const Vertex& vertex,
+                           const DensityEstimateSettings& how, const Sampler& sampler) const {
     const PhotonMap* map = maps_.find(kind);
     if (!map) return 0;
     DensityEstimateSettings own = how;
@@ -430,8 +432,8 @@ float FinalGather::estimate(MapKind kind, const PathAccount& path, const Vertex&
 }
 
 // Books the light that a medium scatters into a ray at one place: radiance per scene unit of length.
-void FinalGather::in_scattered(const EyePath& path, const MediumVertex& vertex, const Rgb& sigma_s,
-                               Stage stage, const Splits& splits, Sampler& sampler) const {
+void SecondPass::in_scattered(const EyePath& path, const MediumVertex& vertex, const Rgb& sigma_s,
+                              Stage stage, const Splits& splits, Sampler& sampler) const {
     if (settings_.direct != DirectMethod::map)
         direct_light(scene_, vertex, sampler, lights_.at(vertex.p), path.times(sigma_s));
     const PhotonMap* map = splits.estimates > 0 ? maps_.find(MapKind::volume) : nullptr;

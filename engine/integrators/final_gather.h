@@ -14,11 +14,11 @@
 
 namespace lucerna {
 
-class FinalGather final : public Estimator {
+class SecondPass final : public Estimator {
   public:
     // `state` is the result of the first pass. split() or split_by() then sets the numbers of samples.
-    FinalGather(const Scene& scene, const PhotonMapSettings& settings, PhotonMapPass parts,
-                PhotonMappingState state);
+    SecondPass(const Scene& scene, const PhotonMapSettings& settings, FirstPassResult parts,
+               PhotonMappingState state);
 
     void follow(const EyePath& path, Sampler& sampler) const override;
 
@@ -82,8 +82,8 @@ class FinalGather final : public Estimator {
     std::optional<DirectionGuideMap> directions_;
     std::unique_ptr<const RadiusRule> radii_;
     std::vector<float> caustic_radii_;
-    int samples_;              // see PhotonMapPass
-    const PixelEdges* edges_;  // see PhotonMapPass
+    int samples_;              // see FirstPassResult
+    const PixelEdges* edges_;  // see FirstPassResult
     GuidedLightSettings guided_;
     LightChooser lights_;
     Splitting splitting_;

@@ -30,11 +30,11 @@ namespace {
 
 // Builds the maps of a pass and the estimator that reads them. split() has yet to set its numbers of samples.
 // Returns null if the monitor stopped it.
-std::unique_ptr<FinalGather> make_estimator(const PhotonMapSettings& settings, const PassContext& context,
-                                            PhotonMapPass parts) {
+std::unique_ptr<SecondPass> make_estimator(const PhotonMapSettings& settings, const PassContext& context,
+                                           FirstPassResult parts) {
     auto state = first_pass(settings, context, parts);
     if (!state) return nullptr;
-    return std::make_unique<FinalGather>(context.scene, settings, std::move(parts), std::move(*state));
+    return std::make_unique<SecondPass>(context.scene, settings, std::move(parts), std::move(*state));
 }
 
 // -----------------------------------------------------------------------------------------------------
@@ -55,7 +55,7 @@ PhotonMapSettings settings_of_half(PhotonMapSettings settings) {
 
 class HalvesEstimator final : public Estimator {
   public:
-    using Halves = std::array<std::unique_ptr<FinalGather>, 2>;
+    using Halves = std::array<std::unique_ptr<SecondPass>, 2>;
     explicit HalvesEstimator(Halves halves) : halves_(std::move(halves)) {}
 
     // A path that belongs to no half may use either, because both are equally good.
@@ -75,7 +75,7 @@ std::unique_ptr<const Estimator> halves_of_pass(const PhotonMapSettings& whole, 
     PhotonMapSettings settings = settings_of_half(whole);
     HalvesEstimator::Halves halves;
     for (std::uint32_t half = 0; half < 2; ++half) {
-        PhotonMapPass parts = parts_of_half();
+        FirstPassResult parts = parts_of_half();
         parts.sets = half == 0 ? 2 : 1;
         PassStatistics statistics;
         const PassContext own{context.with_deadline(context.prepared.shared_by(parts.sets)),
@@ -98,7 +98,7 @@ std::unique_ptr<const Estimator> halves_of_pass(const PhotonMapSettings& whole, 
 }  // namespace
 
 std::unique_ptr<const Estimator> photon_map_pass(const PhotonMapSettings& settings,
-                                                 const PassContext& context, PhotonMapPass parts) {
+                                                 const PassContext& context, FirstPassResult parts) {
     auto estimator = make_estimator(settings, context, std::move(parts));
     if (estimator) estimator->split(context);
     return estimator;
@@ -185,7 +185,7 @@ class PhotonMapSession final : public Session {
     std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
                                           PassStatistics& statistics) const override {
         const auto parts = [this] {
-            PhotonMapPass own;
+            FirstPassResult own;
             own.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
             own.guides = guides_ ? &*guides_ : nullptr;
             own.files = files_;

@@ -21,10 +21,10 @@ std::optional<ImportancePrePass> learn_emission(const PhotonMapSettings& setting
                                                 const DensityEstimateSettings& estimate,
                                                 const RenderContext& context, OnceStatistics& statistics);
 
-// Runs both passes of photon mapping: builds the maps and returns the estimator that reads them. Returns null
-// if the monitor stopped it.
+// Runs the first pass, which builds the maps, and returns the estimator of the second. Returns null if the
+// monitor stopped it.
 std::unique_ptr<const Estimator> photon_map_pass(const PhotonMapSettings& settings,
-                                                 const PassContext& context, PhotonMapPass parts);
+                                                 const PassContext& context, FirstPassResult parts);
 
 // Says whether a photon map is built, and why: only what the scene and the chosen methods need [Jensen 2001,
 // 9; Goesele 2003, 5.2].

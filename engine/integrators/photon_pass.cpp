@@ -111,7 +111,7 @@ MapParameters map_parameters(const PhotonMapSettings& settings, const PassContex
 }
 
 std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, const PassContext& context,
-                                             const PhotonMapPass& parts) {
+                                             const FirstPassResult& parts) {
     PhotonMappingState state;
     MapParameters parameters = map_parameters(settings, context);
     parameters.emission = parts.emission;

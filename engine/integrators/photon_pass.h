@@ -1,5 +1,6 @@
 // Runs the first pass of photon mapping: builds the photon maps, and what is derived from them before
-// rendering [Jensen 2001, 7]. Emission, light paths and deposits are in photon/build_maps.h; photon_mapping.h
+// rendering [Jensen 2001, 9.3]. A pass with an index is one of a progressive render and contains both of
+// Jensen's. Emission, light paths and deposits are in photon/build_maps.h; photon_mapping.h
 // says which maps a scene needs.
 #pragma once
 
@@ -30,7 +31,7 @@ class RadiusRule {
 };
 
 // Holds what a pass is given beside its settings. It owns `radii`; the session owns the pointers' targets.
-struct PhotonMapPass {
+struct FirstPassResult {
     // If set, all photons within these radii count in place of the k nearest. If null, each estimate finds
     // its radius from its own photons.
     std::unique_ptr<const RadiusRule> radii = nullptr;
@@ -67,6 +68,6 @@ MapParameters map_parameters(const PhotonMapSettings& settings, const PassContex
 
 // Makes everything that the second pass reads. Returns none if the monitor stopped it.
 std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, const PassContext& context,
-                                             const PhotonMapPass& parts);
+                                             const FirstPassResult& parts);
 
 }  // namespace lucerna

@@ -58,7 +58,7 @@ PixelEdges::PixelEdges(const Scene& scene, const View& view, const Workers& work
             above.swap(below);
         }
     };
-    shared_chunks(workers, "pixel edges", (height_ + kRows - 1) / kRows, ResultsOf::everywhere, look,
+    shared_chunks(workers, "pixel edges", (height_ + kRows - 1) / kRows, ResultsGo::to_all_ranks, look,
                   [&](std::int64_t chunk, auto& archive) {
                       const std::int64_t begin = chunk * kRows, rows = std::min(kRows, height_ - begin);
                       auto own = std::span(edges_).subspan(static_cast<std::size_t>(begin * width_),

@@ -15,9 +15,9 @@ namespace lucerna {
 // In scenes with media direct light is not sampled in advance, because the points do not store their medium.
 bool holds_direct(const PhotonMapSettings& settings, const Scene& scene);
 
-// Makes an irradiance point for one photon in n of the Global map, with the light of all maps. Direct light
-// is sampled, or, with direct = map, read from the Direct map. Requires these maps and a positive
-// settings.precompute.
+// Makes an irradiance point for one photon in n of the Global map, with the light of all maps of surfaces.
+// Direct light is sampled, or, with direct = map, read from the Direct map. Requires these maps and a
+// positive settings.precompute.
 IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonMaps& maps,
                                        const DensityEstimateSettings& how, const PhotonMapSettings& settings);
 

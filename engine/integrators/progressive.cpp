@@ -159,7 +159,7 @@ class ProgressiveSession final : public Session {
                                           PassStatistics& statistics) const override {
         const double share = schedule_.r2_ratio(index);
         statistics.radius_share = std::sqrt(share);
-        PhotonMapPass parts;
+        FirstPassResult parts;
         parts.radii = std::make_unique<PassRadii>(radii_, share);
         parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
         parts.samples = samples_;

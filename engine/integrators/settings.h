@@ -49,7 +49,8 @@ struct PhotonMapSettings {
     // Each camera sample takes this many gather rays. With 0 the number is adaptive, and photons guide the
     // rays where that reduces noise (splitting.h).
     int gather_rays = 0;
-    // Irradiance is precomputed at one photon in n. With 0, density is estimated where each gather ray ends.
+    // Irradiance is precomputed where a bounce from one photon in n lands. With 0, density is estimated where
+    // each gather ray ends.
     int precompute = 4;
     // Applies to what the camera sees. A radius of 0 means 5 % of the scene's diagonal.
     DensityEstimateSettings estimate = {.radius = 0, .boundary = Boundary::probes};

@@ -149,7 +149,7 @@ Splitting::Splitting(const View& view, std::uint64_t seed, std::uint32_t pass, c
             own.square = 0.25 * (seen[0] + seen[1]) * (seen[0] + seen[1]);
         }
     };
-    shared_chunks(workers, "pilot", static_cast<std::int64_t>(cells), ResultsOf::everywhere, look,
+    shared_chunks(workers, "pilot", static_cast<std::int64_t>(cells), ResultsGo::to_all_ranks, look,
                   [&](std::int64_t cell, auto& archive) {
                       auto own = std::span(pixels).subspan(static_cast<std::size_t>(cell) * kPixels, kPixels);
                       archive(own);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "engine/base/elementary.h"
+
 namespace lucerna {
 namespace {
 
@@ -32,9 +34,25 @@ M44d scaling(const V3d& by) {
 }
 
 M44d rotation(double degrees, const V3d& axis) {
-    M44d m;
-    m.setAxisAngle(axis, degrees * (M_PI / 180));
-    return m;
+    // As Imath's setAxisAngle(), which takes sine and cosine from the C library.
+    const auto [s, c] = sin_cos(degrees * (M_PI / 180));
+    const V3d n = axis.normalized(), rest = (1 - c) * n;
+    return {n.x * rest.x + c,
+            n.x * rest.y + n.z * s,
+            n.x * rest.z - n.y * s,
+            0,
+            n.y * rest.x - n.z * s,
+            n.y * rest.y + c,
+            n.y * rest.z + n.x * s,
+            0,
+            n.z * rest.x + n.y * s,
+            n.z * rest.y - n.x * s,
+            n.z * rest.z + c,
+            0,
+            0,
+            0,
+            0,
+            1};
 }
 
 std::optional<M44d> look_at(const V3d& eye, const V3d& target, const V3d& up) {

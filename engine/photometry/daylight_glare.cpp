@@ -189,7 +189,7 @@ std::vector<float> luminances(const Image& image, int pixels) {
 }
 
 LuminanceView view_of(const RenderResult& result, int pixels) {
-    const auto& halves = result.layers.value().halves;
+    const auto& halves = result.denoiser_input.value().halves;
     return {pixels,
             {luminances(halves[0], pixels), luminances(halves[1], pixels)},
             luminances(result.denoised.value(), pixels)};

@@ -63,7 +63,8 @@ bool is_parallel_job();
 int rank_by_launcher();
 
 // Returns how many processes srun has started that know nothing of each other: without --mpi=pmix it starts a
-// program several times. 1 means that this process is the only one.
+// program several times. 1 means that this process is the only one, or
+// that they know each other already.
 int processes_without_mpi();
 
 // Joins the job. Throws InputError if the library is missing or MPI cannot start.

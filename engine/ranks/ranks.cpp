@@ -155,7 +155,7 @@ class Ranks::Share {
             std::max<std::int64_t>(1, (items - end_) * threads_ / (4 * ranks_.all_threads()));
         ranks_.report_done();
         if (ranks_.ended_) return;
-        const std::int64_t first = ranks_.communicator_->fetch_add(ranks_.taken_, more);
+        const std::int64_t first = ranks_.communicator_->fetch_add(ranks_.taken_counter_, more);
         next_ = std::min(first, items);
         end_ = std::min(first + more, items);
     }
@@ -235,10 +235,10 @@ std::vector<std::int64_t> Ranks::work(const Workers& workers, const Loop& loop,
 // Two loops take turns with the counters: when rank 0 clears those of the last loop but one, all ranks have
 // begun the last one, and none uses them any more.
 void Ranks::begin_loop() {
-    taken_ = (taken_ + 2) % Communicator::kCounters;
-    done_ = taken_ + 1;
+    taken_counter_ = (taken_counter_ + 2) % Communicator::kCounters;
+    done_counter_ = taken_counter_ + 1;
     if (leads()) {
-        for (const int counter : {taken_, done_})
+        for (const int counter : {taken_counter_, done_counter_})
             communicator_->fetch_add(counter, -communicator_->fetch_add(counter, 0));
     }
     ended_ = false;
@@ -249,14 +249,14 @@ void Ranks::begin_loop() {
 }
 
 void Ranks::end_loop() {
-    communicator_->fetch_add(done_, kEnded);
+    communicator_->fetch_add(done_counter_, kEnded);
     ended_ = true;
 }
 
 // Returns how many items all ranks have reported.
 std::int64_t Ranks::report_done() {
     const std::int64_t own = unreported_.exchange(0);
-    const std::int64_t all = communicator_->fetch_add(done_, own) + own;
+    const std::int64_t all = communicator_->fetch_add(done_counter_, own) + own;
     if (all >= kEnded) ended_ = true;
     return all % kEnded;
 }

@@ -2,8 +2,9 @@
 //
 // Every rank has the whole scene and runs the same code; at the collective calls below, which all of them
 // make in the same order, they meet. Work is a loop over numbered items whose results depend neither on the
-// rank nor on the time at which they are made. Ranks take items from a counter that all of them share, a few
-// at a time, so that a slow node gets fewer and delays nobody. The image therefore has the same bits for any
+// rank nor on the time at which they are made. Each rank does the items that it owns (tiles of an image,
+// engine/ranks/shared_work.h), or ranks take items from a counter that all of them share, a few at a time, so
+// that a slow node gets fewer and delays nobody. The image therefore has the same bits for any
 // number of ranks and threads.
 #pragma once
 
@@ -138,7 +139,7 @@ class Ranks {
     int exceptions_;  // in flight when the job was joined
 
     // The loop at hand. Its counters, of the items taken and done, are not those of the loop before.
-    int taken_ = 0, done_ = 1;
+    int taken_counter_ = 0, done_counter_ = 1;
     std::atomic<bool> is_in_loop_{false}, ended_{false};
     std::atomic<std::int64_t> unreported_{0};  // items that this rank has done since it last said so
     std::mutex reporting_;

@@ -57,7 +57,7 @@ std::set<std::int64_t> OwnedItems::work(const Workers& workers, std::span<const 
          }))
         left.erase(done);
     if (workers.ranks) {
-        exchange(*workers.ranks, "items left", ResultsOf::everywhere, std::set(left),
+        exchange(*workers.ranks, "items left", ResultsGo::to_all_ranks, std::set(left),
                  [&left](std::int64_t item, auto&) { left.insert(item); });
     }
     return left;

@@ -22,20 +22,20 @@ std::vector<std::int64_t> shared_loop(const Workers& workers, const Ranks::Loop&
                                       const std::function<bool(std::int64_t)>& body);
 
 // Which ranks get results.
-enum class ResultsOf : std::uint8_t { everywhere, at_rank_0 };
+enum class ResultsGo : std::uint8_t { to_all_ranks, to_rank_0 };
 
 // Copies the state of each rank's `own` items to the other ranks, or to rank 0. fields(item, archive) packs
 // and unpacks a state.
 template <typename Items, typename Fields>
-void exchange(Ranks& ranks, std::string_view what, ResultsOf results, const Items& own, Fields&& fields) {
+void exchange(Ranks& ranks, std::string_view what, ResultsGo results, const Items& own, Fields&& fields) {
     Packer packer;
     for (const std::int64_t item : own) {
-        if (results == ResultsOf::at_rank_0 && ranks.leads()) break;
+        if (results == ResultsGo::to_rank_0 && ranks.leads()) break;
         packer(item);
         fields(item, packer);
     }
-    const auto all = results == ResultsOf::everywhere ? ranks.all_gather(what, packer.take())
-                                                      : ranks.gather(what, packer.take());
+    const auto all = results == ResultsGo::to_all_ranks ? ranks.all_gather(what, packer.take())
+                                                        : ranks.gather(what, packer.take());
     for (std::size_t r = 0; r < all.size(); ++r) {
         Unpacker unpacker(all[r]);
         while (static_cast<int>(r) != ranks.rank() && !unpacker.empty())
@@ -45,9 +45,9 @@ void exchange(Ranks& ranks, std::string_view what, ResultsOf results, const Item
 
 // Does what parallel_chunks() does on all ranks. fields(chunk, archive) packs and unpacks a chunk's result.
 // advance(n) reports that n more chunks are done, at rank 0, from any thread. Returns false if the user
-// stopped the ranks; then results are missing.
+// stopped the ranks; then results are missing. In one process it returns true, and bodies ask the monitor.
 template <typename Body, typename Fields, typename Advance>
-bool shared_chunks(const Workers& workers, std::string_view what, std::int64_t chunks, ResultsOf results,
+bool shared_chunks(const Workers& workers, std::string_view what, std::int64_t chunks, ResultsGo results,
                    Body&& body, Fields&& fields, Advance&& advance) {
     Ranks* const ranks = workers.ranks;
     Ranks::Loop loop;
@@ -62,7 +62,7 @@ bool shared_chunks(const Workers& workers, std::string_view what, std::int64_t c
     return true;
 }
 template <typename Body, typename Fields>
-bool shared_chunks(const Workers& workers, std::string_view what, std::int64_t chunks, ResultsOf results,
+bool shared_chunks(const Workers& workers, std::string_view what, std::int64_t chunks, ResultsGo results,
                    Body&& body, Fields&& fields) {
     return shared_chunks(workers, what, chunks, results, std::forward<Body>(body),
                          std::forward<Fields>(fields), [](std::int64_t) {});
@@ -100,10 +100,10 @@ void OwnedItems::balance(Ranks& ranks, Fields&& fields) {
     std::vector<double> seconds(static_cast<std::size_t>(ranks.size()));
     const std::int64_t here = ranks.rank();
     seconds[static_cast<std::size_t>(here)] = seconds_.exchange(0) / ranks.threads(ranks.rank());
-    exchange(ranks, "balance", ResultsOf::everywhere, std::span(&here, 1),
+    exchange(ranks, "balance", ResultsGo::to_all_ranks, std::span(&here, 1),
              [&](std::int64_t rank, auto& archive) { archive(seconds[static_cast<std::size_t>(rank)]); });
     // A state goes to all ranks, and its new owner takes it.
-    exchange(ranks, "items moved", ResultsOf::everywhere, hand_over(seconds),
+    exchange(ranks, "items moved", ResultsGo::to_all_ranks, hand_over(seconds),
              [&](std::int64_t item, auto& archive) {
                  std::vector<std::byte> state;
                  if constexpr (std::remove_reference_t<decltype(archive)>::kUnpacks) {

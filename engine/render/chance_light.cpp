@@ -23,8 +23,8 @@ namespace {
 constexpr std::int64_t kPaths = 1 << 17, kMostPaths = 1 << 21;  // the latter takes seconds
 constexpr std::int64_t kPathsPerChunk = 2048;                   // 64 chunks give the standard error
 
-LightPaths light_paths(const ChanceLightWork& work) {
-    LightPaths paths;
+LightPathRequest light_paths(const ChanceLightWork& work) {
+    LightPathRequest paths;
     paths.count = kPaths;
     paths.per_chunk = kPathsPerChunk;
     paths.seed = work.seed;
@@ -265,7 +265,7 @@ ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<con
     const LightGroups& groups = work.scene.light_groups();
     ChanceLightAt result;
     result.groups_ = std::max<std::size_t>(1, groups.names.size());
-    LightPaths paths = light_paths(work);
+    LightPathRequest paths = light_paths(work);
     paths.interleaved = false;  // BallVisitor follows the segments of one path at a time
     std::vector<BallVisitor> chunks;
     constexpr double kSignificant = 5, kLittle = 0.1;

@@ -180,7 +180,7 @@ Features render_features(const Job& job, std::uint64_t seed, int most_samples, c
                      static_cast<std::size_t>(size.x) * image.channels.size());
     };
     shared_chunks(
-        workers, "features", size.y, ResultsOf::at_rank_0, look, [&](std::int64_t row, auto& archive) {
+        workers, "features", size.y, ResultsGo::to_rank_0, look, [&](std::int64_t row, auto& archive) {
             std::span<float> of_image = row_of(features.image, row), more = row_of(features.more, row);
             archive(of_image, more);
         });

@@ -107,7 +107,7 @@ void ImageInProgress::look_at_features(Monitor& monitor) {
     if (allocation_ && (!workers_.ranks || workers_.ranks->leads())) allocation_->look_at(features_.image);
 }
 
-Layers ImageInProgress::layers() const {
+DenoiserInput ImageInProgress::denoiser_input() const {
     const auto half = [this](int h) { return film_.develop_half(h, job_.film.scale, job_.film.colours); };
     return {{half(0), half(1)}, features_.image};
 }
@@ -208,13 +208,13 @@ void ImageInProgress::fields_of(std::int64_t tile, Archive& archive) {
 }
 
 void ImageInProgress::gather() {
-    count();
+    sum_counts();
     if (std::exchange(is_gathered_, true) || !workers_.ranks) return;
-    exchange(*workers_.ranks, "image", ResultsOf::at_rank_0, owned_.own(),
+    exchange(*workers_.ranks, "image", ResultsGo::to_rank_0, owned_.own(),
              [this](std::int64_t tile, auto& archive) { fields_of(tile, archive); });
 }
 
-void ImageInProgress::count() {
+void ImageInProgress::sum_counts() {
     const Counts own{tiles_.bad_samples(), job_.scene.rays() + resumed_.rays,
                      job_.scene.invalid_rays() + resumed_.invalid_rays};
     counts_ = own;
@@ -232,18 +232,18 @@ void ImageInProgress::count() {
     }
 }
 
-void ImageInProgress::prepare_next(int done, int rounds) {
+void ImageInProgress::prepare_next(int done, int count) {
     Ranks* const ranks = workers_.ranks;
     if (allocation_ && !ranks) allocation_->decide(done);
     if (!ranks) return;
     if (allocation_ && SampleAllocation::is_decision(done)) decide_on_ranks(*ranks, done);
-    if (std::has_single_bit(static_cast<unsigned>(rounds)))
+    if (std::has_single_bit(static_cast<unsigned>(count)))
         owned_.balance(*ranks, [this](std::int64_t tile, auto& archive) { fields_of(tile, archive); });
 }
 
 // Rank 0 decides on what the owners of all tiles saw, and all ranks get its allocation.
 void ImageInProgress::decide_on_ranks(Ranks& ranks, int done) {
-    exchange(ranks, "allocation", ResultsOf::at_rank_0, owned_.own(), [&](std::int64_t tile, auto& archive) {
+    exchange(ranks, "allocation", ResultsGo::to_rank_0, owned_.own(), [&](std::int64_t tile, auto& archive) {
         for_each_block(tile, [&](int block) { allocation_->fields_for_decision(block, done, archive); });
     });
     Packer decided;

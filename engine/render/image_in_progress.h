@@ -60,14 +60,15 @@ class ImageInProgress {
     int tiles() const { return tiles_.tiles(); }
 
     // After a whole round or pass, at `done` samples per pixel: allocates samples anew where
-    // SampleAllocation::decide() does, and at powers of two of `rounds` balances the tiles among ranks.
-    void prepare_next(int done, int rounds);
+    // SampleAllocation::decide() does, and at powers of two of `count` (samples per pixel, or passes)
+    // balances the tiles among ranks.
+    void prepare_next(int done, int count);
     bool is_adaptive() const { return allocation_.has_value(); }
 
     // Copies all sums to rank 0, and counts. The functions below refer to rank 0's sums.
     void gather();
     // Adds up what all ranks have counted so far; at rank 0, and as of the last call.
-    void count();
+    void sum_counts();
     const BadSamples& bad_samples() const { return counts_.bad; }
     std::uint64_t rays() const { return counts_.rays; }
     std::uint64_t invalid_rays() const { return counts_.invalid_rays; }
@@ -76,7 +77,7 @@ class ImageInProgress {
     const std::optional<LayerFilms>& layer_films() const { return layer_films_; }
     const Features& features() const { return features_; }
     // The input of the denoiser; of a film of two halves.
-    Layers layers() const;
+    DenoiserInput denoiser_input() const;
 
     // How many tiles this rank has rendered, counted in every sweep.
     std::uint64_t rendered() const { return rendered_; }

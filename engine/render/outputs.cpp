@@ -17,10 +17,10 @@ double interval(bool is_wanted, double seconds) {
 // Adds the denoised picture and its estimated error.
 void add_denoised(const Job& job, const ImageInProgress& image, const Film::ErrorEstimate& error,
                   const Workers& workers, RenderResult& result) {
-    result.layers = image.layers();
+    result.denoiser_input = image.denoiser_input();
     // The filters need pixels beyond the edges of a crop, which `lucerna merge` has.
     if (job.film.is_part()) return;
-    Denoised picture = denoise(*result.layers, workers);
+    Denoised picture = denoise(*result.denoiser_input, workers);
     result.denoised = std::move(picture.image);
     if (!std::isfinite(error.relative)) return;
     // The error is infinite if it is unknown. An estimate that ended the render is stated, however uncertain

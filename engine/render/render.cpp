@@ -141,7 +141,7 @@ class Run {
         if (is_enough(rule, done)) return end(rule.reason());
         const auto session = begin(kPreparation);
         const auto estimator = session ? prepare(*session, 0, monitor_, report_.passes) : nullptr;
-        image_.count();
+        image_.sum_counts();
         report_.rays_prepare = image_.rays() - (options_.resume ? options_.resume->rays : 0);
         if (!estimator) return end("user");
         Progress progress(monitor_, "image", span(), options_.limits);
@@ -307,8 +307,8 @@ class Run {
         // More samples do not reduce the blur of one set of photon maps: noise may make up half of the
         // squared error at least, so that the render ends.
         const double blur = image_.film().error().blur, most = options_.limits.error / std::sqrt(2.0);
-        return hypot(denoise(image_.layers(), options_.workers).relative_error,
-                          in_passes_ ? blur : std::min(blur, most));
+        return hypot(denoise(image_.denoiser_input(), options_.workers).relative_error,
+                     in_passes_ ? blur : std::min(blur, most));
     }
 
     void end(std::string_view reason, Progress& progress) {

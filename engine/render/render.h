@@ -47,7 +47,7 @@ struct RenderResult {
     Image image;
     RenderReport report;
     // Both halves of a film of two halves, with features; and the denoised image, R G B.
-    std::optional<Layers> layers = {};
+    std::optional<DenoiserInput> denoiser_input = {};
     std::optional<Image> denoised = {};
     // LayerFilms::develop()'s, and Features::variance and ::ids, if the job's film asks for parts.
     std::optional<Image> parts = {};

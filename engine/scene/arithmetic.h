@@ -2,7 +2,8 @@
 // Embree's instruction sets traces rays.
 //
 // A portable build (the default) computes the same everywhere: it has one instruction set for compiled code
-// and one for Embree, statically linked libm functions, and no fused or reordered arithmetic. A native build
+// and one for Embree, elementary functions of its own (engine/base/elementary.h), and no fused or reordered
+// arithmetic. A native build
 // uses the instruction set of the machine that builds it, and Embree that of the machine that runs it.
 // docs/explanation/portable.md says what is promised and how it is verified.
 #pragma once

@@ -27,6 +27,8 @@
 
 namespace lucerna {
 
+// An image file has further layers in the wider sense (groups of channels): features and halves of the
+// samples.
 enum class Layer : std::uint8_t { emission, direct, indirect, caustic, media };
 inline constexpr std::size_t kLayers = 5;
 inline std::string_view layer_name(Layer layer) {
@@ -53,20 +55,20 @@ struct LightGroups {
 struct SampleAccount {
     std::array<Rgb, kLayers> layers;
     std::vector<Rgb> groups;  // one for each of the scene's light groups
-    // Holds the share of the radiance that no light sampling can find: light that a scattered path met by
-    // chance at the end of a specular chain. `groups_by_chance` has this share by light group.
+    // Holds the part of the radiance that no light sampling can find: light that a scattered path met by
+    // chance at the end of a specular chain. `groups_by_chance` has it by light group.
     Rgb by_chance;
     std::vector<Rgb> groups_by_chance;
     // Holds the difference of density estimates at the visible place from sharper ones
     // (DensityEstimateResult). It is estimated only if `wants_blur`.
     Rgb blur;
     bool wants_blur = false;
-    const LightGroups* of;  // outlives this account; null: no groups
+    const LightGroups* light_groups;  // outlives this account; null: no groups
 
-    explicit SampleAccount(const LightGroups* light_groups = nullptr)
-        : groups(light_groups ? light_groups->names.size() : 0),
+    explicit SampleAccount(const LightGroups* of_scene = nullptr)
+        : groups(of_scene ? of_scene->names.size() : 0),
           groups_by_chance(groups.size()),
-          of(light_groups) {
+          light_groups(of_scene) {
         clear();
     }
     void clear() {
@@ -89,7 +91,8 @@ struct SampleAccount {
 };
 
 // Represents the end of a path from the eye: throughput, scattering events so far, and account of the sample.
-// All radiance reaches an image through the functions that book it here, which multiply it by the throughput.
+// All radiance reaches an image through the functions add_…() here, which multiply it by the throughput,
+// except where they say otherwise.
 class PathAccount {
   public:
     // Begins a path at the eye. `to` must outlive it.
@@ -107,7 +110,7 @@ class PathAccount {
     // Makes all further light go to another account.
     void use_account(SampleAccount& account) { to_ = &account; }
     // Returns an empty account with the same groups, for light that may turn out not to count.
-    SampleAccount scratch() const { return SampleAccount(to_->of); }
+    SampleAccount scratch() const { return SampleAccount(to_->light_groups); }
     // Books the contents of a scratch account of this path, without multiplying by the throughput.
     void add_account(const SampleAccount& found, float share = 1) const { to_->add(found, share); }
 
@@ -130,7 +133,8 @@ class PathAccount {
         add(layers[static_cast<std::size_t>(way_)], radiance, light);
         if (!by_chance || way_ == Way::eye) return;
         to_->by_chance += throughput * radiance;
-        if (!to_->groups.empty()) to_->groups_by_chance[to_->of->of(light)] += throughput * radiance;
+        if (!to_->groups.empty())
+            to_->groups_by_chance[to_->light_groups->of(light)] += throughput * radiance;
     }
     void add_emitted(const Rgb& radiance, std::uint32_t light, bool by_chance = false) const {
         add_emitted(radiance, static_cast<std::int32_t>(light), by_chance);
@@ -164,7 +168,7 @@ class PathAccount {
     bool separates_caustics() const { return way_ == Way::eye; }
     bool has_groups() const { return !to_->groups.empty(); }
     std::uint32_t group_of(std::uint32_t light) const {
-        return has_groups() ? to_->of->of(static_cast<std::int32_t>(light)) : 0;
+        return has_groups() ? to_->light_groups->of(static_cast<std::int32_t>(light)) : 0;
     }
 
   private:
@@ -190,7 +194,7 @@ class PathAccount {
     // `arriving` includes the throughput.
     void add_arriving(Layer layer, const Rgb& arriving, std::int32_t light) const {
         to_->layers[static_cast<std::size_t>(layer)] += arriving;
-        if (!to_->groups.empty()) to_->groups[to_->of->of(light)] += arriving;
+        if (!to_->groups.empty()) to_->groups[to_->light_groups->of(light)] += arriving;
     }
 
     SampleAccount* to_;

@@ -71,7 +71,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     maps.specular_below = specular_below_;
     maps.longest = most_bounces(settings.max_depth) - 1;
     maps.caustic_chains = rays_find_rest_;
-    maps.most_bounces = kMostBounces;
+    maps.most_mean_bounces = kMostBounces;
     maps.emission = learned;
     maps.index = settings.index;
     density_.radius = largest_radius(diagonal(scene));
@@ -85,7 +85,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
         if (context.monitor.stopped()) return;
         // The other half gets as many paths, even if there were time for more or fewer.
         maps.paths = static_cast<std::int64_t>(built.ledger.paths);
-        maps.most_bounces = 0;
+        maps.most_mean_bounces = 0;
         constexpr auto kCaustic = static_cast<std::size_t>(MapKind::caustic);
         maps_.push_back(std::move(*built.maps[kCaustic]));
         made_->paths += built.ledger.paths;

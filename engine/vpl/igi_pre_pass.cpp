@@ -79,7 +79,7 @@ std::vector<PathTrial> try_paths(const RenderContext& context, const IgiSettings
                                  std::span<const ShadingPoint> places) {
     const ShadingPointContribution shading(context.scene, settings);
     std::vector<PathTrial> all(static_cast<std::size_t>(settings.pre_pass));
-    LightPaths paths;
+    LightPathRequest paths;
     paths.count = settings.pre_pass;
     paths.seed = context.seed;
     paths.pass = kEmissionPrePass;
@@ -292,7 +292,7 @@ std::vector<float> importances_of(const VplSets& sets, std::size_t many, const S
     };
     shared_chunks(
         context.workers, "importance of virtual point lights", static_cast<std::int64_t>(chunks),
-        ResultsOf::everywhere,
+        ResultsGo::to_all_ranks,
         [&](std::int64_t chunk) {
             if (context.monitor.stopped()) return;
             std::size_t i = static_cast<std::size_t>(chunk) * kGrain;

@@ -62,7 +62,7 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
                         "emitted (nsets, nlights)",
                         parameters.sets, parameters.paths, kMostPaths));
     }
-    LightPaths paths;
+    LightPathRequest paths;
     paths.count = static_cast<std::int64_t>(all);
     paths.seed = parameters.seed;
     paths.purpose = Purpose::vpl;

@@ -55,8 +55,8 @@ struct VplSets {
     Ledger ledger;                      // divided by the number of paths
 };
 
-// Returns LightPaths::specular_below for VPLs. With of_indirect all gloss counts as specular, so that light
-// from gloss does not count as scattered.
+// Returns LightPathRequest::specular_below for VPLs. With of_indirect all gloss counts as specular, so that
+// light from gloss does not count as scattered.
 inline float vpl_specular_below(VplGloss gloss) {
     return gloss == VplGloss::of_indirect ? INFINITY : 0;
 }

@@ -276,7 +276,7 @@ LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filter
             archive(own);
         }
     };
-    if (!shared_chunks(workers, "views", rig.views.x, ResultsOf::everywhere, acquire_views, fields,
+    if (!shared_chunks(workers, "views", rig.views.x, ResultsGo::to_all_ranks, acquire_views, fields,
                        [&](std::int64_t more) { phase.advance(static_cast<std::uint64_t>(more)); }))
         throw Stopped(kStopped);
     double sum = 0;

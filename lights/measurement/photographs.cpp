@@ -392,7 +392,7 @@ Assembly assemble(const Manifest& manifest, const PhotographReader& reader, cons
             for (const FilterSign sign : kFilterSigns) add(assembly.images.of(sign, c));
         if (options.deviations) add(assembly.deviations);
     };
-    if (!shared_chunks(workers, "photographs", views, ResultsOf::at_rank_0, assemble_view, fields,
+    if (!shared_chunks(workers, "photographs", views, ResultsGo::to_rank_0, assemble_view, fields,
                        [&](std::int64_t more) { phase.advance(static_cast<std::uint64_t>(more)); }))
         throw Stopped(kStopped);
     for (float& variance : assembly.deviations) variance = std::sqrt(variance);

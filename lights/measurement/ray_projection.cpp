@@ -257,7 +257,7 @@ void FilterSums::copy_from_rank_0(Ranks& ranks) {
 }
 
 void FilterSums::gather(Ranks& ranks) {
-    exchange(ranks, "filter sums", ResultsOf::at_rank_0, OwnedItems({1, &ranks}, rows_of(rig)).own(),
+    exchange(ranks, "filter sums", ResultsGo::to_rank_0, OwnedItems({1, &ranks}, rows_of(rig)).own(),
              fields());
 }
 
@@ -270,7 +270,7 @@ bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
     const auto count = static_cast<std::int64_t>(rays.size());
     std::vector<Sorted> chunks(static_cast<std::size_t>((count + kRaysPerChunk - 1) / kRaysPerChunk));
     if (!shared_chunks(
-            workers, "sorted rays", static_cast<std::int64_t>(chunks.size()), ResultsOf::everywhere,
+            workers, "sorted rays", static_cast<std::int64_t>(chunks.size()), ResultsGo::to_all_ranks,
             [&](std::int64_t chunk) {
                 const std::int64_t begin = chunk * kRaysPerChunk;
                 chunks[static_cast<std::size_t>(chunk)] =
@@ -300,7 +300,7 @@ bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
     OwnedItems owned(workers, rows);
     owned.work(workers, rows, {}, add_row);
     if (workers.ranks) {
-        exchange(*workers.ranks, "squares", ResultsOf::everywhere, owned.own(),
+        exchange(*workers.ranks, "squares", ResultsGo::to_all_ranks, owned.own(),
                  [&](std::int64_t row, auto& archive) { archive(squares[static_cast<std::size_t>(row)]); });
     }
     for (const double s : squares) sums.squares += s;

@@ -258,7 +258,7 @@ TEST_F(RunLayers, DenoisedGroups_AreThoseOfEachGroupsHalves) {
     const Image image = read_exr("a.exr");
     for (const std::string group : kGroups) {
         const std::string layer = "lightgroup." + group + ".";
-        const Image denoised = denoise(layers_of(image, "a.exr", layer), {}).image;
+        const Image denoised = denoise(denoiser_input_of(image, "a.exr", layer), {}).image;
         for (int y = 0; y < image.height; ++y) {
             for (int x = 0; x < image.width; ++x) {
                 for (int c = 0; c < 3; ++c) {

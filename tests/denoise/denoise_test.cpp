@@ -18,7 +18,7 @@ constexpr int kWide = 96, kHigh = 64;
 
 struct Picture {
     Image truth = Image::rgb(kWide, kHigh);
-    Layers layers;
+    DenoiserInput layers;
 };
 
 // Returns two walls that meet in the middle, lit by `light`. The right one has a fine pattern of colours; the
@@ -261,8 +261,8 @@ TEST(Denoise, OnePixel_IsItself) {
         std::copy_n(image.data.begin(), image.channels.size(), one.data.begin());
         return one;
     };
-    const Layers& all = picture.layers;
-    const Layers one{{corner(all.halves[0]), corner(all.halves[1])}, corner(all.features)};
+    const DenoiserInput& all = picture.layers;
+    const DenoiserInput one{{corner(all.halves[0]), corner(all.halves[1])}, corner(all.features)};
     const Denoised denoised = denoise(one, {});
     EXPECT_NEAR(denoised.image.data[0], 0.5F * (one.halves[0].data[0] + one.halves[1].data[0]), 1e-6F);
 }
@@ -270,12 +270,12 @@ TEST(Denoise, OnePixel_IsItself) {
 TEST(DenoiseLayers, AddedToAnImage_AreFoundAgain) {
     const Picture picture = walls();
     Image image = picture.truth;
-    add_layers(image, picture.layers);
-    const Layers found = layers_of(image, "room.exr");
+    add_denoiser_input(image, picture.layers);
+    const DenoiserInput found = denoiser_input_of(image, "room.exr");
     EXPECT_EQ(found.halves[1].data, picture.layers.halves[1].data);
     EXPECT_EQ(found.features.data, picture.layers.features.data);
     try {
-        layers_of(picture.truth, "room.exr");
+        denoiser_input_of(picture.truth, "room.exr");
         ADD_FAILURE() << "there are none";
     } catch (const InputError& error) {
         EXPECT_NE(std::string(error.what()).find("room.exr: has no channel first.R"), std::string::npos)

@@ -109,7 +109,7 @@ RunningStats counted(const Room& room, std::int64_t paths_of_run) {
     parallel_each(Workers{2}, kRuns, 1, [&](std::size_t run) {
         Count count;
         count.origin = job.scene.origin();
-        LightPaths paths;
+        LightPathRequest paths;
         paths.seed = 100 + run;
         paths.count = paths_of_run;
         trace_chunk(job.scene, paths, samplers_of(paths), 0, paths_of_run, count);

@@ -150,7 +150,7 @@ RunningStats count_light_paths(const Job& job) {
     parallel_each(Workers{2}, kRuns, 1, [&](std::size_t run) {
         Count count;
         count.origin = job.scene.origin();
-        LightPaths paths;
+        LightPathRequest paths;
         paths.seed = 1000 + run;
         paths.count = kPaths;
         trace_chunk(job.scene, paths, samplers_of(paths), 0, kPaths, count);

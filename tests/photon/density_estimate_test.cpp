@@ -178,7 +178,7 @@ TEST(DensityEstimate, Sharper_IsTheEstimateOnAQuarterOfTheRadius) {
         const std::vector<float> radii(map.size(), 0.2F);
         const DensityEstimateResult by_photon =
             DensityEstimate(map, settings, radii).radiance(floor_hit({0.5F, 0.5F, 0}), white(), kUp);
-        settings.radius *= kSharper;
+        settings.radius *= kInnerRadius;
         settings.sharper = false;
         const DensityEstimateResult small =
             DensityEstimate(map, settings).radiance(floor_hit({0.5F, 0.5F, 0}), white(), kUp);

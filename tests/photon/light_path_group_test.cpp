@@ -94,7 +94,7 @@ TEST(PathRays, OfAPass_AreAsManyAsItTraces_AndMeetWhatItMeets) {
     EXPECT_EQ(scene.count_hits({}, Workers{2}), 0U);
 }
 
-TEST(LightPaths, FirstPathsLeft_TellsWhatAllWillLeave) {
+TEST(LightPathRequest, FirstPathsLeft_TellsWhatAllWillLeave) {
     const std::vector<std::size_t> left{3, 0, 7};
     EXPECT_EQ(expected_of(left, 20, 100, [](std::size_t found) { return found; }), 50);
     EXPECT_EQ(expected_of(left, 20, 0, [](std::size_t found) { return found; }), 0);

@@ -166,7 +166,7 @@ TEST(Maps, BetweenMirrors_AreMadeOfFewerPaths_AndHoldTheSamePower) {
     EXPECT_TRUE(unbound.warnings.empty());
     EXPECT_EQ(all.ledger.paths, 40'000U);
     const double bounces = static_cast<double>(all.ledger.hits) / 40'000;
-    parameters.most_bounces = static_cast<int>(bounces / 4);
+    parameters.most_mean_bounces = static_cast<int>(bounces / 4);
     RecordingMonitor monitor;
     const PhotonMaps bound = build_photon_maps(scene, parameters, Workers{2}, monitor);
     ASSERT_EQ(monitor.warnings.size(), 1U);

@@ -7,6 +7,8 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <regex>
+#include <sstream>
 
 #include "engine/image/image.h"
 #include "engine/scene/arithmetic.h"
@@ -135,6 +137,21 @@ TEST(PortableBuild, TunablesThemselves_ChangeAProgramThatTakesLibmAsItIs) {
     EXPECT_GT(own.size(), 5U);
     EXPECT_EQ(own, output_of(sum));
     EXPECT_NE(own, output_of("GLIBC_TUNABLES=" + std::string(kOldLibm) + sum));
+}
+
+// Their results would be those of the machine's C library. OpenSubdiv's headers call sin and cos for weights
+// of floats, and erfc serves statistics, not images.
+TEST(PortableBuild, CallsNoElementaryFunctionOfTheCLibrary) {
+    const std::string called = output_of("nm -D --undefined-only '" LUCERNA_COMMAND "'");
+    EXPECT_THAT(called, HasSubstr("fmod"));
+    std::istringstream lines(called);
+    const std::regex elementary(
+        "U (((sin|cos|sincos)f)|(a(sin|cos|tan)|tan|atan2|exp|exp2|exp10|expm1|log|log2|log10|log1p|pow|cbrt|"
+        "hypot|tgamma|lgamma_r)f?)(@.*)?");
+    for (std::string line; std::getline(lines, line);) {
+        const std::size_t at = line.find("U ");
+        EXPECT_FALSE(at != line.npos && std::regex_match(line.substr(at), elementary)) << line;
+    }
 }
 
 TEST(PortableBuild, SaysWhatItIs) {

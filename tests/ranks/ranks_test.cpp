@@ -57,7 +57,7 @@ TEST(Ranks, Chunks_AreEverywhereWhateverTheRanksAndThreads) {
                 const Workers workers{ranks.threads(ranks.rank()), &ranks};
                 std::vector<std::vector<int>> made(kChunks);
                 const bool whole = shared_chunks(
-                    workers, "squares", kChunks, ResultsOf::everywhere,
+                    workers, "squares", kChunks, ResultsGo::to_all_ranks,
                     [&](std::int64_t chunk) {
                         ++calls;
                         made[static_cast<std::size_t>(chunk)] = {static_cast<int>(chunk * chunk), 1};
@@ -113,7 +113,7 @@ TEST(Ranks, OwnedItems_AreDoneAtTheirOwnersInEveryRound) {
             });
             EXPECT_TRUE(left.empty());
             EXPECT_EQ(done, 8 * workers.threads);
-            if (round % 2 == 1) exchange(ranks, "states", ResultsOf::at_rank_0, owned.own(), fields);
+            if (round % 2 == 1) exchange(ranks, "states", ResultsGo::to_rank_0, owned.own(), fields);
         }
         const std::vector<int> rounds{0, 1, 2, 3, 4, 5};
         for (std::size_t item = 0; ranks.leads() && item < kItems; ++item) EXPECT_EQ(states[item], rounds);
@@ -163,7 +163,7 @@ TEST(Ranks, BalancedItems_MoveFromASlowRankWithTheirStates) {
             last[static_cast<std::size_t>(ranks.rank())] = done;
             owned.balance(ranks, fields);
         }
-        exchange(ranks, "states", ResultsOf::at_rank_0, owned.own(), fields);
+        exchange(ranks, "states", ResultsGo::to_rank_0, owned.own(), fields);
         const std::vector<int> rounds{0, 1, 2, 3, 4, 5};
         for (std::size_t item = 0; ranks.leads() && item < kItems; ++item) EXPECT_EQ(states[item], rounds);
     });
@@ -198,7 +198,7 @@ TEST(Ranks, AskedToStop_AllKnowAndLeaveTheRest) {
         if (ranks.leads()) ranks.listen_to([&done] { return done >= 20; });
         EXPECT_FALSE(ranks.stopped());
         const bool whole = shared_chunks(
-            {2, &ranks}, "slow", 20'000, ResultsOf::everywhere,
+            {2, &ranks}, "slow", 20'000, ResultsGo::to_all_ranks,
             [&](std::int64_t) {
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 ++done;
@@ -231,7 +231,7 @@ TEST(Ranks, AnErrorOfOneRank_EndsThemAll) {
     EXPECT_THROW(on_ranks(3, {2},
                           [](Ranks& ranks) {
                               shared_chunks(
-                                  {2, &ranks}, "bad", 50, ResultsOf::everywhere,
+                                  {2, &ranks}, "bad", 50, ResultsGo::to_all_ranks,
                                   [&](std::int64_t chunk) {
                                       if (chunk == 17) throw InputError("seventeen");
                                   },

@@ -181,7 +181,7 @@ TEST(Allocation, OfAnImage_IsTheSameForAnyNumberOfThreads) {
     }
     float least = INFINITY, most = 0;
     double all = 0;
-    for (const Image& half : one.layers->halves) {
+    for (const Image& half : one.denoiser_input->halves) {
         for (std::size_t i = 0; i < half.data.size() / kHalfChannels; ++i) {
             const float samples = half.data[kHalfChannels * i + kSamples];
             least = std::min(least, samples), most = std::max(most, samples);

@@ -72,8 +72,8 @@ TEST(Halves, Long_OfAPathTracersImage_DoNotDependOnEachOther) {
         return of_both / std::sqrt(of_a * of_b);
     };
     const RenderResult result = image(kSamples, true);
-    ASSERT_TRUE(result.layers);
-    const auto& halves = result.layers->halves;
+    ASSERT_TRUE(result.denoiser_input);
+    const auto& halves = result.denoiser_input->halves;
     // Independent halves have a correlation of 0 ± 1/48; the tolerance is four sigmas.
     EXPECT_LT(std::fabs(correlation(halves[0], halves[1])), 4.0 / kSize);
     // The same half given twice is fully correlated.

@@ -442,7 +442,7 @@ TEST(Features, OfAWallAhead_AreItsPlaceAndNormal) {
         testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 8, 8, 60), PathSettings{}, 4);
     job.film.parts = job.film.two_halves = true;
     const RenderResult result = rendered(job);
-    const Image &features = result.layers->features, &more = *result.parts;
+    const Image &features = result.denoiser_input->features, &more = *result.parts;
     const auto of = [&more](int x, int y, const char* name) {
         return more.value(x, y, static_cast<int>(find_channel(more, name).value()));
     };
@@ -472,7 +472,7 @@ TEST(Features, OfAnEdge_AreOfMoreSamples) {
         testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 9, 9, 60), PathSettings{}, 32);
     job.film.parts = job.film.two_halves = true;
     const RenderResult result = rendered(job);
-    const Image &features = result.layers->features, &more = *result.parts;
+    const Image &features = result.denoiser_input->features, &more = *result.parts;
     const auto variance = static_cast<int>(find_channel(more, "albedo.variance.G").value());
     for (int x = 0; x < 9; ++x) {
         EXPECT_EQ(more.value(x, 0, variance), 0);

@@ -12,9 +12,9 @@ fail() {
     exit 1
 }
 
-# What the first entry of .preinit_array is relocated to, and where the check is.
-array=$(readelf -SW "$program" | awk '{ for (i = 1; i < NF; ++i) if ($i == ".preinit_array") print $(i + 2) }')
-[ -n "$array" ] || fail "no .preinit_array"
+# What the first entry of .init_array is relocated to, and where the check is.
+array=$(readelf -SW "$program" | awk '{ for (i = 1; i < NF; ++i) if ($i == ".init_array") print $(i + 2) }')
+[ -n "$array" ] || fail "no .init_array"
 first=$(readelf -rW "$program" | awk -v at="$array" '$1 == at && $3 == "R_X86_64_RELATIVE" { print $4 }')
 check=$(nm -C "$program" | awk '/refuse_unfit_processor/ { print $1 }')
 [ -n "$check" ] || fail "the program does not look at the processor"

@@ -48,7 +48,7 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     declare(command.output, files);
 
     const Image image = read_exr(command.image);
-    const Layers layers = layers_of(image, command.image);
+    const DenoiserInput layers = denoiser_input_of(image, command.image);
     const Stopwatch clock;
     Denoised denoised = denoise(layers, command.workers);
     const double seconds = clock.seconds();

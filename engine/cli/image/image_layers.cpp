@@ -53,7 +53,8 @@ void add_denoised_groups(Image& image, const LayerNames& chosen, const std::stri
     for (const std::string& group : light_groups_of(image)) {
         const std::string layer = layer_of_group(group) + ".";
         if (!find_channel(image, kHalfNames[0] + layer + "R")) continue;
-        add_channels(image, denoise(layers_of(image, file, layer), workers).image, "denoised." + layer);
+        add_channels(image, denoise(denoiser_input_of(image, file, layer), workers).image,
+                     "denoised." + layer);
     }
 }
 

@@ -33,7 +33,9 @@ void append(const char* text, char* to, std::size_t size) {
     to[size - 1] = '\0';
 }
 
-void refuse_unfit_processor() {
+// Runs before the other initialisers of the program, some of which have instructions that this one looks for.
+constexpr int kFirst = 101;  // the numbers below are the compiler's
+[[gnu::constructor(kFirst)]] void refuse_unfit_processor() {
     char line[600] = "lucerna: this processor lacks ";
     const std::size_t begun = strlen(line);
     if (!lacks(this_processor(), kCompiledFor, line + begun, 300)) return;
@@ -44,11 +46,6 @@ void refuse_unfit_processor() {
     static_cast<void>(none);
     _exit(1);
 }
-
-// Runs even before the initialisers of shared libraries, because they call functions of libm, which are the
-// program's.
-using Step = void (*)();
-[[gnu::section(".preinit_array"), gnu::used]] constinit Step first_of_all = refuse_unfit_processor;
 
 }  // namespace
 

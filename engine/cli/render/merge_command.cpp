@@ -52,7 +52,7 @@ void act(const MergeCommand& command, const CommandContext& context) {
     MergedParts merged = merge_parts(parts);
     std::optional<Denoised> denoised;
     if (find_channel(merged.image, "first.R"))
-        denoised = denoise(layers_of(merged.image, command.output.file), command.workers);
+        denoised = denoise(denoiser_input_of(merged.image, command.output.file), command.workers);
     Image image = merged.keeps_layers || !denoised ? std::move(merged.image)
                                                    : with_channels(merged.image, is_of_the_image);
     if (denoised) {

@@ -55,7 +55,7 @@ void complete_image(const RunFacts& facts, const Job& job, const FileLayers& lay
     Image& image = result.image;
     image.attributes.merge(header_attributes(facts, job, result.report));
     if (result.denoised) add_channels(image, *result.denoised, "denoised.");
-    if (layers.halves && result.layers) add_layers(image, *result.layers);
+    if (layers.halves && result.denoiser_input) add_denoiser_input(image, *result.denoiser_input);
     if (layers.parts && result.parts) add_channels(image, *result.parts, "");
     // A part is denoised when it is merged, as the filters need pixels of other parts.
     if (result.denoised) add_denoised_groups(image, layers.chosen, facts.scene.string(), workers);
