@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The one list of what Lucerna needs from Debian 12. Installs what is missing; says nothing when all is there.
+# The one list of what Lucerna needs from Debian 12, 13 or Ubuntu 24.04. Installs what is missing; says nothing when all is there.
 # usage: scripts/deps.sh [product|package|slurm|blender]     product: what building and using the `lucerna` command needs; package: what scripts/package.sh runs; slurm: what scripts/slurm.sh starts; blender: what the add-on for Blender is tested with, a gigabyte; default: product and tests
 set -euo pipefail
 
@@ -24,7 +24,7 @@ case ${1:-all} in
     all)
         packages+=(
             # other builds: clang++, sanitizers, fuzzers
-            clang clang-format ccache libomp-14-dev libclang-rt-14-dev
+            clang clang-format ccache libomp-dev libclang-rt-dev
             # the scenes' generators and the plots of docs
             python3 python3-matplotlib
             # tests and benchmarks
@@ -45,6 +45,17 @@ case ${1:-all} in
         ;;
 esac
 
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+    cat >&2 <<'END'
+deps.sh: this system has no apt-get; install these with its package manager, headers included:
+  g++ 12 or clang 16, CMake 3.23, Ninja, pkgconf
+  Embree 3.13 or 4, FLANN 1.9 with lz4, Highway 1.0, OpenEXR 3.1 with Imath, OpenImageIO 2.4, oneTBB 2021, OpenSubdiv 3.5, zlib
+  Random123 1.14, CLI11 2.3, fmt 9, nlohmann-json 3.11, tinygltf 2.5, toml++ 3.3, librsvg 2.54 with fontconfig, Open MPI 4.1
+  d3.min.js 5 or newer (node-d3)
+then build: cmake --preset release -DLUCERNA_TESTS=OFF && cmake --build --preset release --target lucerna
+END
+    exit 1
+fi
 missing=()
 for package in "${packages[@]}"; do
     dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep 'ok installed' >/dev/null || missing+=("$package")
