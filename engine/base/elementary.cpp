@@ -217,7 +217,7 @@ constexpr std::array<double, 14> kAtan{-0x1.5555555555555p-2, 0x1.9999999999999p
                                        -0x1.11110ad583fe1p-4, 0x1.e1e0de906806ep-5,  -0x1.af19a8b3a761cp-5,
                                        0x1.857fa34a655edp-5,  -0x1.5fc95a7433e78p-5, 0x1.3106182c98160p-5,
                                        -0x1.bedee1b480460p-6, 0x1.87e420472bbe1p-7};
-constexpr Sum kPi{0x1.921fb54442d18p+1, 0x1.1a62633145c07p-53};
+constexpr Sum kHalfTurn{0x1.921fb54442d18p+1, 0x1.1a62633145c07p-53};
 
 // Returns the angle of (x, y), both positive and finite.
 Sum angle(double y, double x) {
@@ -236,10 +236,10 @@ Sum angle(double y, double x) {
         const Sum high = any_sum(hi, result.hi);
         result = sum(high.hi, high.lo + (lo + result.lo));
     };
-    if (wide) add(kPi.hi / 4, kPi.lo / 4);
+    if (wide) add(kHalfTurn.hi / 4, kHalfTurn.lo / 4);
     if (!steep) return result;
     result = {-result.hi, -result.lo};
-    add(kPi.hi / 2, kPi.lo / 2);
+    add(kHalfTurn.hi / 2, kHalfTurn.lo / 2);
     return result;
 }
 
@@ -381,17 +381,19 @@ double atan2(double y, double x) {
     double ay = std::fabs(y), ax = std::fabs(x);
     Sum result{0, 0};
     if (ay == kInfinity || ax == kInfinity) {
-        result = ay == ax ? Sum{kPi.hi / 4, kPi.lo / 4} : ay > ax ? Sum{kPi.hi / 2, kPi.lo / 2} : Sum{0, 0};
+        result = ay == ax  ? Sum{kHalfTurn.hi / 4, kHalfTurn.lo / 4}
+                 : ay > ax ? Sum{kHalfTurn.hi / 2, kHalfTurn.lo / 2}
+                           : Sum{0, 0};
     } else if (ax == 0 && ay > 0) {
-        result = {kPi.hi / 2, kPi.lo / 2};
+        result = {kHalfTurn.hi / 2, kHalfTurn.lo / 2};
     } else if (ay > 0) {
         constexpr double kLarge = 0x1p1000;  // a sum of two of these is finite
         if (std::max(ay, ax) > kLarge) ay *= 0.25, ax *= 0.25;
         result = angle(ay, ax);
     }
     if (std::signbit(x)) {
-        const Sum high = sum(kPi.hi, -result.hi);
-        result = {high.hi, high.lo + (kPi.lo - result.lo)};
+        const Sum high = sum(kHalfTurn.hi, -result.hi);
+        result = {high.hi, high.lo + (kHalfTurn.lo - result.lo)};
     }
     return std::copysign(result.hi + result.lo, y);
 }
