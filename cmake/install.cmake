@@ -3,7 +3,9 @@
 include(CMakePackageConfigHelpers)
 
 install(TARGETS lucerna RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
-install(TARGETS lucerna_pictures lucerna_mpi LIBRARY DESTINATION ${LUCERNA_MODULES} COMPONENT program)
+if(loaded_modules)
+    install(TARGETS ${loaded_modules} LIBRARY DESTINATION ${LUCERNA_MODULES} COMPONENT program)
+endif()
 
 # The program makes this from its own tables of options.
 set(manual ${PROJECT_BINARY_DIR}/lucerna.1)

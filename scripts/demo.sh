@@ -8,7 +8,7 @@ echo "== packages"
 bash scripts/deps.sh product
 
 echo "== build"
-[ -f build/release/CMakeCache.txt ] || cmake --preset release -DLUCERNA_TESTS=OFF --log-level=WARNING >/dev/null
+[ -f build/release/CMakeCache.txt ] || cmake --preset release -DLUCERNA_TESTS=OFF --log-level=NOTICE >/dev/null
 cmake --build --preset release --target lucerna --parallel "$(nproc)"
 lucerna=build/release/lucerna
 

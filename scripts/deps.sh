@@ -18,7 +18,7 @@ packages=(
 )
 case ${1:-all} in
     product) ;;
-    package) packages=(dpkg-dev debhelper fakeroot lintian) ;;
+    package) packages=(dpkg-dev debhelper fakeroot lintian patchelf zstd) ;;
     slurm) packages=(slurmctld slurmd slurm-client munge) ;;
     blender) packages=(blender python3-openimageio) ;;
     all)

@@ -15,7 +15,7 @@ esac
 
 bash scripts/deps.sh
 [ "$suite" != ci ] || bash scripts/deps.sh blender || echo "no Blender: the test of its add-on is skipped"
-cmake --preset release -DLUCERNA_TESTS=ON ${CI:+-DLUCERNA_WERROR=ON} --log-level=WARNING >/dev/null
+cmake --preset release -DLUCERNA_TESTS=ON ${CI:+-DLUCERNA_WERROR=ON} --log-level=NOTICE >/dev/null
 # The quick tests need neither the benchmarks nor the programs of the other runs.
 target=all
 [ "$suite" != quick ] || target=quick_tests

@@ -1,9 +1,11 @@
 #include "engine/pictures/svg.h"
 
+#include <dlfcn.h>
 #include <fontconfig/fontconfig.h>
 #include <librsvg/rsvg.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <stdexcept>
 
@@ -25,8 +27,19 @@ using Owned = std::unique_ptr<T, Release>;
     throw std::runtime_error(owned ? owned->message : "no cause given");
 }
 
+// Adds the fonts that a relocatable archive has beside this library (scripts/package.sh).
+void add_own_fonts() {
+    Dl_info here{};
+    if (dladdr(reinterpret_cast<void*>(&add_own_fonts), &here) == 0) return;
+    const std::filesystem::path fonts = std::filesystem::path(here.dli_fname).parent_path() / "fonts";
+    std::error_code unknown;
+    if (std::filesystem::is_directory(fonts, unknown))
+        FcConfigAppFontAddDir(nullptr, reinterpret_cast<const FcChar8*>(fonts.c_str()));
+}
+
 // Throws if the font is missing. librsvg would silently use another font, or omit the text if there is none.
 void require_font(const std::string& family) {
+    add_own_fonts();
     const Owned<FcPattern> wanted(FcPatternCreate());
     FcPatternAddString(wanted.get(), FC_FAMILY, reinterpret_cast<const FcChar8*>(family.c_str()));
     FcConfigSubstitute(nullptr, wanted.get(), FcMatchPattern);

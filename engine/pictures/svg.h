@@ -8,7 +8,7 @@
 
 namespace lucerna {
 
-// Implements Pictures::draw_svg.
+// Implements Pictures::draw_svg. Throws std::runtime_error, in a build without librsvg always.
 DrawnSvg draw_svg_by_librsvg(std::string_view svg, double scale, const std::string& font);
 
 }  // namespace lucerna

@@ -273,6 +273,10 @@ RTCGeometryType type_of(Curves::Kind kind) {
 
 }  // namespace
 
+int embree_version() {
+    return RTC_VERSION_MAJOR;
+}
+
 struct Accelerator::Impl {
     const ShapeSet& world;
     const std::vector<ShapeSet>& sets;  // those of the prototypes
@@ -322,7 +326,9 @@ Accelerator::Impl::Impl(const ShapeSet& own, const std::vector<ShapeSet>& of_pro
 }
 
 void Accelerator::Impl::open_device(int threads) {
-    device.reset(rtcNewDevice(fmt::format("threads={},isa={}", std::max(1, threads), embree_isa()).c_str()));
+    std::string settings = fmt::format("threads={}", std::max(1, threads));
+    if (!embree_isa().empty()) settings += fmt::format(",isa={}", embree_isa());
+    device.reset(rtcNewDevice(settings.c_str()));
     if (!device) {
         // The stacks of its threads are the first large blocks that Embree allocates.
         throw InputError(

@@ -12,6 +12,9 @@
 
 namespace lucerna {
 
+// Returns the major version of Embree. Hits of different versions differ in their last bits.
+int embree_version();
+
 class Accelerator {
   public:
     struct Placed {

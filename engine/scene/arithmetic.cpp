@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "engine/scene/accelerator.h"
+
 namespace lucerna {
 namespace {
 
@@ -14,8 +16,12 @@ constexpr std::string_view compiled_for() {
     return "x86-64-v3";
 #elif defined(__SSE4_2__)
     return "x86-64-v2";
-#else
+#elif defined(__x86_64__)
     return "x86-64";
+#elif defined(__aarch64__)
+    return "arm64";
+#else
+    return "other processor";
 #endif
 }
 
@@ -28,6 +34,9 @@ constexpr std::string_view kCompiler = "g++ " __VERSION__;
 }  // namespace
 
 std::string_view embree_isa() {
+#ifndef __x86_64__
+    return "";  // Embree has only one there
+#else
     if (kPortableBuild) return "avx2";  // every x86-64-v3 machine has it
     // This is Embree's own order of preference.
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
@@ -39,11 +48,13 @@ std::string_view embree_isa() {
     if (__builtin_cpu_supports("avx")) return "avx";
     if (__builtin_cpu_supports("sse4.2")) return "sse4.2";
     return "sse2";
+#endif
 }
 
 std::string arithmetic() {
-    return fmt::format("{}, {}, Embree {}, {}", kPortableBuild ? "portable" : "native", compiled_for(),
-                       embree_isa(), kCompiler)
+    const std::string_view isa = embree_isa();
+    return fmt::format("{}, {}, Embree {}{}{}, {}", kPortableBuild ? "portable" : "native", compiled_for(),
+                       embree_version(), isa.empty() ? "" : " ", isa, kCompiler)
         .substr(0, kArithmeticLength);
 }
 

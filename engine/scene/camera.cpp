@@ -69,8 +69,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     require(window.y0 != window.y1, "the screen window's y0", window.y0, "different from y1");
     const bool perspective = settings_.kind == Settings::Kind::perspective;
     // `scale` is the length on the plane z = 1 per screen unit. For an orthographic camera both are the same.
-    const double scale =
-        perspective ? tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
+    const double scale = perspective ? tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
     const M44d& m = settings_.world_from_camera;
     V3d origin;
     m.multVecMatrix(V3d(0, 0, 0), origin);

@@ -64,7 +64,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<librsvg/", {"engine/pictures/svg.cpp"}},
     {"<fontconfig/", {"engine/pictures/svg.cpp"}},
     {"<dlfcn.h>",
-     {"engine/system/module.cpp", "tests/process/preload/other_isa.cpp",
+     {"engine/system/module.cpp", "engine/pictures/svg.cpp", "tests/process/preload/other_isa.cpp",
       "tests/process/preload/kill_at_file.cpp"}},
     {"<opensubdiv/", {"engine/scene/loop.cpp"}},
     {"<zlib.h>", {"engine/system/files.cpp", "engine/image/png_guard.cpp"}},

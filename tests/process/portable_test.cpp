@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "engine/image/image.h"
+#include "engine/scene/accelerator.h"
 #include "engine/scene/arithmetic.h"
 #include "engine/system/hash.h"
 #include "tests/support/cannot_run.h"
@@ -157,7 +158,8 @@ TEST(PortableBuild, CallsNoElementaryFunctionOfTheCLibrary) {
 TEST(PortableBuild, SaysWhatItIs) {
     EXPECT_EQ(output_of("'" LUCERNA_COMMAND "' --version"), fmt::format("lucerna 0.1.0\n{}\n", arithmetic()));
     if (!kPortableBuild) LUCERNA_CANNOT_RUN() << "this is a native build";
-    EXPECT_THAT(arithmetic(), ::testing::StartsWith("portable, x86-64-v3, Embree avx2, "));
+    EXPECT_THAT(arithmetic(), ::testing::StartsWith(
+                                  fmt::format("portable, x86-64-v3, Embree {} avx2, ", embree_version())));
 }
 
 }  // namespace portable_test
