@@ -1,4 +1,4 @@
-// Direct light at one place: its closed form, and how many rays are spent on it.
+// Tests direct light at one point: its value against the closed form, and the number of rays spent on it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,9 +16,9 @@ using testing::SceneMaker;
 
 constexpr int kSamples = 100'000;
 constexpr float kAlbedo = 0.6F, kRadiance = 5;
-constexpr float kSky = 6e-4F;  // about as powerful as the lamp: drawn about as often
+constexpr float kSky = 6e-4F;  // about as powerful as the lamp, so drawn about as often
 
-// A lamp of 0.2 by 0.2 above a floor, as high as asked for.
+// Return the corners of a lamp of 0.2 by 0.2 at the given height, and a scene with that lamp above a floor.
 std::vector<V3d> corners(float height) {
     return {{-0.1, -0.1, height}, {-0.1, 0.1, height}, {0.1, 0.1, height}, {0.1, -0.1, height}};
 }
@@ -30,7 +30,7 @@ Scene lamp_above_floor(float height, bool sky) {
     if (sky) make.light(make_infinite_light(Rgb(kSky), {V3f(0.0F), 10}));
     return make.build();
 }
-// Seen from the floor's origin, where nothing but the lamp hides the sky.
+// Returns the radiance reflected at the floor's origin, where nothing but the lamp hides the sky.
 double expected(float height, bool sky) {
     const double lamp = testing::contour_irradiance(corners(height), V3d(0.0), V3d(0, 0, 1));
     return kAlbedo / double{kPi} * (lamp * kRadiance + (sky ? (double{kPi} - lamp) * kSky : 0));
@@ -38,7 +38,7 @@ double expected(float height, bool sky) {
 
 struct Lit {
     RunningStats radiance;
-    double rays;  // for each of its samples
+    double rays;  // per sample
 };
 Lit lit(float height, bool sky) {
     const Scene scene = lamp_above_floor(height, sky);
@@ -56,7 +56,7 @@ Lit lit(float height, bool sky) {
     return result;
 }
 
-// Four sigmas, six comparisons.
+// Six comparisons at 4 sigmas: false alarms below 4e-4.
 TEST(DirectLight, FromLampsNearAndFar_IsTheContourIntegral) {
     for (const bool sky : {false, true}) {
         for (const float height : {0.1F, 0.5F, 3.0F}) {
@@ -70,8 +70,8 @@ TEST(DirectLight, FromLampsNearAndFar_IsTheContourIntegral) {
     }
 }
 
-// A floor under a sky, with a sun and without: what each sample brings beside the sky's part is the sun, all
-// of it, in every sample.
+// Compares a floor under a sky with and without a sun: every sample differs by exactly the sun's
+// contribution.
 TEST(DirectLight, OfASunBesideASky_IsTheSameInEverySample) {
     constexpr float kSun = 2;
     const auto floor = [&](bool sun, bool roof) {
@@ -101,10 +101,10 @@ TEST(DirectLight, OfASunBesideASky_IsTheSameInEverySample) {
 }
 
 TEST(DirectLight, OfASmallLamp_TakesLittleMoreThanItsOwnRay) {
-    // Near, the lamp takes a third of the hemisphere, and both strategies are needed.
+    // Nearby, the lamp covers a third of the hemisphere, and both strategies are needed.
     EXPECT_GT(lit(0.1F, false).rays, 1.8);
     EXPECT_LT(lit(3, false).rays, 1.3);
-    // A sky is found by the BSDF's directions, whatever lamps shine before it.
+    // A sky is sampled through the BSDF, whatever lamps there are besides.
     EXPECT_GT(lit(3, true).rays, 1.6);
 }
 

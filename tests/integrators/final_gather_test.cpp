@@ -1,4 +1,4 @@
-// Final gather: whatever is precomputed, the light is the same.
+// Tests that final gather yields the same light with and without precomputed irradiance.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ struct Precomputed {
     DirectMethod direct;
 };
 
-// The image's mean against path's; the noise of each is some 0.2 %.
+// Compares the image's mean with the path tracer's; the noise of each is some 0.2 %.
 TEST(FinalGather, PrecomputedOrNot_MeanWithinOnePercentOfPath) {
     Monitor silent;
     const auto mean = [&](const IntegratorSettings& settings, int spp) {
@@ -36,7 +36,7 @@ TEST(FinalGather, PrecomputedOrNot_MeanWithinOnePercentOfPath) {
         settings.gather_rays = 8;
         settings.direct = precomputed.direct;
         settings.precompute = precomputed.precompute;
-        // The Direct map seen by the camera is dark along edges.
+        // The Direct map seen by the camera is too dark along edges.
         const float within = precomputed.direct == DirectMethod::map ? 0.03F : 0.01F;
         const Rgb seen = mean(settings, 16);
         for (int c = 0; c < 3; ++c) {
@@ -46,9 +46,9 @@ TEST(FinalGather, PrecomputedOrNot_MeanWithinOnePercentOfPath) {
     }
 }
 
-// A wall whose normals are bent by 45° towards a light that grazes the floor: all that the floor is lit by
-// comes from the wall, and the wall reflects by the bent normal, √2 of what its own one says. By normals at
-// corners, and by a relief.
+// Returns a wall with normals bent by 45°, by vertex normals or a relief, towards a light that grazes the
+// floor. The floor is lit by the wall alone, which reflects by the bent normal: √2 of what the geometric
+// normal would give.
 Scene bent_wall(bool relief) {
     SceneMaker make;
     constexpr float kHalf = 0.70710678F;

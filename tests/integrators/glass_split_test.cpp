@@ -1,4 +1,5 @@
-// Light followed both ways at smooth glass: the mean of following one, in less noise.
+// Tests splitting at smooth glass: following both reflection and transmission has the mean of following one,
+// with less noise.
 #include <gtest/gtest.h>
 
 #include "engine/base/stats.h"
@@ -37,7 +38,7 @@ TEST(ReflectChance, OfGlassAndPanes_IsWhereSamplesTurn) {
     EXPECT_FALSE(surface(rough).reflect_chance(kUp));
 }
 
-// A bright image in the mirror of glass and a dim one behind it: what each way shows.
+// The radiance seen by reflection and by transmission: a bright reflection before a dim background.
 struct Seen {
     float mirrored, behind;
     float operator()(const BsdfSample& way) const {
@@ -66,7 +67,7 @@ Noise look(float cosine, const Seen& seen, float mistake = 1) {
     return noise;
 }
 
-// Four sigmas, three comparisons.
+// Three comparisons at 4 sigmas: false alarms below 2e-4.
 TEST(GlassSplit, BothWays_HaveTheMeanOfOneInLessNoise) {
     for (const float cosine : {1.0F, 0.3F, -0.8F}) {
         const Noise noise = look(cosine, {20, 0.3F});

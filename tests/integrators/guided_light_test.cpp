@@ -1,4 +1,4 @@
-// Direct light by the photons near: guided is unbiased, gated is biased as it says.
+// Tests direct light from nearby photons: `guided` is unbiased, `gated` has the predicted bias.
 #include "engine/guiding/guide.h"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@ namespace guided_light_test {
 
 using testing::SceneMaker;
 
-// A beam: a lamp of 20 by 20 intervals whose light falls off from its middle and leans outwards, so that
-// every place is lit from a few parts of it.
+// Returns a lamp of 20 by 20 intervals whose light falls off from its middle and leans outwards, so that
+// every point is lit from few of its intervals.
 LightField beam() {
     Rig rig;
     rig.views = {19, 19};
@@ -38,7 +38,7 @@ LightField beam() {
     return {rig, std::move(e)};
 }
 
-// Light leaves along -y from the height of 1.
+// Returns the lamp at the height of 1, emitting along -y.
 std::unique_ptr<Light> lamp_above() {
     MeasuredSettings settings;
     settings.world_from_light = M44d(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 1);
@@ -48,7 +48,7 @@ std::unique_ptr<Light> lamp_above() {
     return make_measured_light(std::move(field), std::move(table), settings, silent);
 }
 
-// A floor with a step on it, which throws a shadow.
+// Adds a floor with a plate above it, which casts a shadow.
 void add_floor(SceneMaker& make) {
     const auto white = make.diffuse(Rgb(0.8F, 0.6F, 0.4F));
     make.quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, white);
@@ -85,7 +85,7 @@ Scene large_light() {
     return make.build();
 }
 
-// Points of the floor, lit and unlit, at the rim of the step's shadow and below it.
+// Returns points of the floor, lit and unlit, at the edge of the plate's shadow and inside it.
 std::vector<V3f> places() {
     return {{0.3F, 0, 0.2F}, {-0.35F, 0, -0.1F}, {0.13F, 0, -0.2F}, {0.16F, 0, 0.15F},
             {0, 0, 0.16F},   {0.02F, 0, -0.05F}, {0.9F, 0, 0.9F},   {-0.16F, 0, 0}};
@@ -114,7 +114,8 @@ bool same(const RunningStats& a, const RunningStats& b) {
     return std::fabs(a.mean() - b.mean()) <= 4 * sigma;
 }
 
-// From plenty of photons, and from so few that most places have none or the wrong ones.
+// Compares guided with plain direct light, from many photons and from so few that most points have none or
+// misleading ones (4 sigmas, 32 comparisons per scene).
 void expect_unbiased(const Scene& scene, const char* name) {
     Monitor silent;
     for (const std::int64_t photons : {20, 20'000}) {
@@ -152,7 +153,7 @@ TEST(GuidedLight, OneLargeLight_IsUnbiased) {
     expect_unbiased(large_light(), "large");
 }
 
-// The estimate of one draw with its density taken from another mixture.
+// Estimates direct light by one draw, weighted by the density of another mixture.
 double mean_by(const Scene& scene, const V3f& x, const LightChoice& drawn_by, const LightChoice& weighed_by,
                double& sigma) {
     RunningStats stats;
@@ -193,7 +194,7 @@ TEST(LightChoice, ADensityThatIsNotTheMixtures_IsRejected) {
     }
 }
 
-// Directions drawn by the mixture fall on the lamp as the density says that a ray seeing it there has.
+// Directions drawn by the mixture are distributed on the lamp as its density states (chi-square).
 TEST(LightChoice, DirectionsTowardsALamp_FollowTheDensity_AndTheTestSeesWhenTheyDoNot) {
     const Scene scene = lamp_over_floor();
     Monitor silent;
@@ -206,7 +207,7 @@ TEST(LightChoice, DirectionsTowardsALamp_FollowTheDensity_AndTheTestSeesWhenThey
     const LightChoice choice = LightChoice().guided(guide, 0.3F), other = LightChoice().guided(guide, 0.4F);
     const Light& light = *scene.lights()[0];
 
-    constexpr int kBins = 20;  // each way across S, 8 cm wide: its intervals
+    constexpr int kBins = 20;  // in each direction across S, 8 cm wide; one per interval
     constexpr int kDraws = 200'000;
     constexpr int kSteps = 16;  // midpoint rule within a bin
     const auto bin_of = [](const V3f& p) {
@@ -232,7 +233,7 @@ TEST(LightChoice, DirectionsTowardsALamp_FollowTheDensity_AndTheTestSeesWhenThey
                 const V3d p((i + 0.5) * step - 0.04, 1, (j + 0.5) * step - 0.04);
                 const V3d way = p - V3d(x);
                 const auto seen = light.Le(Ray{x, V3f(way.normalized())});
-                if (!seen) continue;  // dark: nothing is drawn there
+                if (!seen) continue;  // dark, so nothing is drawn there
                 const double solid_angle = step * step * way.y / (way.length2() * way.length());
                 const double share = double{density.pdf_w(scene, 0, *seen)} * solid_angle;
                 expected[bin_of(V3f(p))] += kDraws * share;
@@ -247,7 +248,7 @@ TEST(LightChoice, DirectionsTowardsALamp_FollowTheDensity_AndTheTestSeesWhenThey
     EXPECT_FALSE(testing::chi_square(observed, expected_by(other)).accepted());
 }
 
-// By how much the gate darkens: where `expected` photons lie in its disc on average, none does with
+// The gate stays closed where no photon lies in its disc: with `expected` photons on average, with
 // probability exp(-expected).
 TEST(GatedLight, OnAFlatSurface_LacksWhatWasPredicted) {
     SceneMaker make;
@@ -276,7 +277,7 @@ TEST(GatedLight, OnAFlatSurface_LacksWhatWasPredicted) {
         const double closed = std::exp(-expected);
         const double sigma = std::sqrt(kMaps * closed * (1 - closed));
         EXPECT_NEAR(open, kMaps * (1 - closed), 4 * sigma);
-        // A point light seen is a certainty: the mean lacks exactly the closed maps.
+        // A point light is sampled without variance: exactly the closed maps are missing from the mean.
         EXPECT_NEAR(lit, open * 0.25 * 0.5 * double{kInvPi}, 1e-4 * lit);
         // The prediction for twice the radius is rejected.
         EXPECT_GT(std::fabs(open - kMaps * (1 - std::exp(-4 * expected))), 4 * sigma);
@@ -291,7 +292,7 @@ RenderResult render_with(Scene scene, const IntegratorSettings& settings, int sp
                   silent);
 }
 
-// The two differ by their noise alone: mean and variance of z over 8 x 8 blocks.
+// The images differ by noise alone: z-tests of all pixels, and the ratios of the channels' means.
 TEST(GuidedLight, AsAPicture_AgreesWithDirect) {
     PhotonMapSettings guided;
     guided.direct = DirectMethod::guided;
@@ -312,7 +313,7 @@ TEST(GuidedLight, AsAPicture_AgreesWithDirect) {
     }
 }
 
-// One light without parts leaves nothing to choose: not a photon is sent for it.
+// A single light without parts leaves no choice, so no photons are emitted for it.
 TEST(GuidedLight, OneLightWithoutParts_IsMcBitForBit) {
     PhotonMapSettings mc, guided;
     mc.indirect = guided.indirect = IndirectMethod::none;

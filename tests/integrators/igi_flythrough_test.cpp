@@ -1,4 +1,4 @@
-// Frames of a flythrough: one seed keeps the VPLs where they are, whatever the camera does, and so what
+// Tests frames of a flythrough: with one seed the VPLs stay where they are as the camera moves, so that what
 // stands still does not flicker.
 #include <gtest/gtest.h>
 
@@ -32,14 +32,15 @@ Camera from(const V3f& eye) {
     return testing::camera(eye, {0.5F, 0.5F, 1}, kSize, kSize, 40);
 }
 
-// A patch of the back wall as a camera at `eye` sees it, by the estimator's lights and the eye's own samples.
+// Returns the mean radiance of a patch of the back wall as a camera at `eye` sees it, from the estimator's
+// VPLs and the eye's own samples.
 double patch(const testing::OnePass& estimator, const V3f& eye, std::uint64_t seed) {
     constexpr std::uint32_t kAcross = 8, kSamples = 16;
     double sum = 0;
     for (std::uint32_t i = 0; i < kAcross * kAcross; ++i) {
         const V3f at(0.1F + 0.03F * static_cast<float>(i % kAcross),
                      0.4F + 0.03F * static_cast<float>(i / kAcross), 1);
-        const auto family = (static_cast<std::uint64_t>(eye.x * 1000) << 32) | i;  // of other pixels
+        const auto family = (static_cast<std::uint64_t>(eye.x * 1000) << 32) | i;  // differs by camera
         for (std::uint32_t sample = 0; sample < kSamples; ++sample) {
             Sampler sampler = Sampler::stratified(seed, Purpose::test, family, sample);
             sum += double{luminance(estimator.Li(Ray{eye, (at - eye).normalized()}, sampler))};
@@ -50,7 +51,8 @@ double patch(const testing::OnePass& estimator, const V3f& eye, std::uint64_t se
 
 const V3f kHere(0.5F, 0.5F, -1.4F), kThere(0.53F, 0.5F, -1.35F);  // one frame later
 
-// Bit for bit: what a ray sees does not depend on the camera for which a pass was prepared.
+// The comparison is bit for bit: the radiance along a ray does not depend on the camera for which a pass was
+// prepared.
 TEST(IgiFlythrough, OfOneSeed_KeepsItsVpls) {
     const Scene scene = testing::small_cornell();
     const auto here = prepared(scene, from(kHere), 5), there = prepared(scene, from(kThere), 5),
@@ -86,7 +88,7 @@ TEST(IgiFlythrough, OfOneSeed_DoesNotFlickerAsFreshSeedsDo) {
     EXPECT_LT(std::sqrt(fixed), 0.2 * std::sqrt(fresh));
 }
 
-// A pre-pass looks through the camera: what it keeps moves with it.
+// A pre-pass traces rays from the camera, so the VPLs that it keeps depend on the view.
 TEST(IgiFlythrough, ByAPrePass_DependsOnTheCamera) {
     const Scene scene = testing::small_cornell();
     const auto here = prepared(scene, from(kHere), 5, 4096), there = prepared(scene, from(kThere), 5, 4096);

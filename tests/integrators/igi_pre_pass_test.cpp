@@ -1,5 +1,5 @@
-// The importance pre-pass of instant global illumination: which lights it finds, that no mean moves, and what
-// is gained.
+// Tests the importance pre-pass of instant global illumination: which lights it favours, that it preserves
+// the mean, and how much variance it removes.
 #include "engine/vpl/igi_pre_pass.h"
 
 #include <gtest/gtest.h>
@@ -61,29 +61,31 @@ TEST(IgiPrePass, ALightThatNobodySees_IsLeftToTheDefensiveWeight) {
         ASSERT_TRUE(closed.guides);
         const Guide guide = closed.guides->at(V3f(0.3F, 0, 0.3F), V3f(0, 1, 0));
         EXPECT_EQ(guide.probability(0, kNoCell), 1);
-        // Through a hole some of its light is seen, and much of it is still not.
+        // Through a passage part of its light is seen, and much of it is still not.
         const IgiPrePass open = pre_pass_of(two_rooms(true), settings);
         EXPECT_GT(open.importance.emission.probability(1), closed.importance.emission.probability(1) + 0.02);
         EXPECT_LT(open.importance.emission.probability(1), 0.45);
     }
 }
 
-// What photons would not tell: one spot's light ends on the floor, in full view, where its VPLs face nothing
-// that is seen; the other's on the ceiling, which is not seen and lights the floor.
+// Importance differs from visibility. The light of one spot ends on the floor, in full view, but its VPLs
+// there light nothing that is seen; that of the other ends on the ceiling, which is not seen but lights the
+// floor.
 TEST(IgiPrePass, LightThatLightsWhatIsSeen_MattersMoreThanLightThatIsSeen) {
     SceneMaker make;
     const auto white = make.diffuse(Rgb(0.6F));
     make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, white);     // the floor, all that the camera sees
     make.quad({0, 0.6F, 0}, {1, 0, 0}, {0, 0, 1}, white);  // a ceiling that faces it
-    make.light(make_spot_light({0.2F, 0.5F, 0.5F}, {0, -1, 0}, Rgb(1), {20, 20}));  // on the floor
-    make.light(make_spot_light({0.8F, 0.1F, 0.5F}, {0, 1, 0}, Rgb(1), {20, 20}));   // on the ceiling
+    make.light(make_spot_light({0.2F, 0.5F, 0.5F}, {0, -1, 0}, Rgb(1), {20, 20}));  // lights the floor
+    make.light(make_spot_light({0.8F, 0.1F, 0.5F}, {0, 1, 0}, Rgb(1), {20, 20}));   // lights the ceiling
     const Scene scene = make.build();
     const Camera camera = testing::camera({0.5F, 0.55F, 0.02F}, {0.5F, 0, 0.6F}, 32, 32, 40);
     Monitor silent;
     const Workers workers{2};
     const RenderContext context{scene, 4, workers, silent, View{&camera, V2f(0.0F), V2f(32.0F)}};
     const IgiPrePass pre_pass = run_igi_pre_pass(steered(), context).value();
-    // VPLs of the first lie on the floor and light the ceiling; only after one more bounce the floor.
+    // VPLs of the first spot lie on the floor and light the ceiling; they light the floor only after one more
+    // bounce.
     EXPECT_LT(pre_pass.importance.emission.probability(0), 0.4);
     EXPECT_GT(pre_pass.importance.emission.probability(1), 0.6);
 }
@@ -127,7 +129,7 @@ TEST(IgiPrePass, StoppedByTheMonitor_IsNone) {
     EXPECT_FALSE(run_igi_pre_pass(steered(), context));
 }
 
-// Mean and error of the picture's mean luminance over seeds.
+// Returns the statistics of the image's mean luminance over seeds.
 RunningStats means(const IntegratorSettings& settings, std::uint64_t first, std::uint64_t seeds,
                    int spp = 4) {
     RunningStats stats;
@@ -143,7 +145,7 @@ bool agree(const RunningStats& a, double scale, const RunningStats& b) {
     return std::fabs(scale * a.mean() - b.mean()) < 4 * error;
 }
 
-// Of all sets: that of the path tracer, with and without a pre-pass.
+// The mean over seeds is that of the path tracer, with and without a pre-pass (4 sigmas, two comparisons).
 TEST(IgiPrePass, SteeredSets_HaveTheMeanOfPath) {
     IgiSettings settings = steered();
     settings.mindist = 1e-6F;  // no fading
@@ -156,14 +158,14 @@ TEST(IgiPrePass, SteeredSets_HaveTheMeanOfPath) {
     RecordProperty("steered_path", std::to_string(pre_pass.mean() / truth.mean()));
     EXPECT_TRUE(agree(truth, 1, plain)) << plain.mean() << " of " << truth.mean();
     EXPECT_TRUE(agree(truth, 1, pre_pass)) << pre_pass.mean() << " of " << truth.mean();
-    EXPECT_FALSE(agree(truth, 1.05, pre_pass));  // an error of 5 % is seen
+    EXPECT_FALSE(agree(truth, 1.05, pre_pass));  // detects an error of 5 %
 }
 
-// What the starts' weights are there for: without them a steered set would be too bright.
+// Without the weights of the path starts a steered set would be too bright.
 TEST(IgiPrePass, SteeredStarts_AreWeighted_AndTheTestSeesWrongWeights) {
     const Scene scene = two_rooms(true, false);
     const IgiPrePass pre_pass = pre_pass_of(scene, steered());
-    RunningStats plain, weighted, unweighted;  // power that arrives in the left room
+    RunningStats plain, weighted, unweighted;  // power emitted in the left room
     for (std::uint32_t pass = 0; pass < 60; ++pass) {
         for (const LearnedEmission* learned :
              {static_cast<const LearnedEmission*>(nullptr), &pre_pass.importance.emission}) {
@@ -184,7 +186,7 @@ TEST(IgiPrePass, SteeredStarts_AreWeighted_AndTheTestSeesWrongWeights) {
     EXPECT_FALSE(agree(plain, 1, unweighted));
 }
 
-// The variance of a pixel over seeds, relative to its mean squared, of the mean pixel.
+// Returns the variance of a pixel over seeds relative to its squared mean, averaged over pixels.
 double relative_variance(const IgiSettings& settings) {
     std::vector<RunningStats> pixels(static_cast<std::size_t>(kSize) * kSize);
     for (std::uint64_t seed = 0; seed < 24; ++seed) {
@@ -200,16 +202,16 @@ double relative_variance(const IgiSettings& settings) {
     return sum / static_cast<double>(pixels.size());
 }
 
-// Half of all paths start where nobody sees, and of a steered set an eighth: 4/7 of the variance is the best
-// there is.
+// Half of all paths start in the room that is not seen; of a steered set, an eighth do. The variance can thus
+// fall to 4/7 at best.
 TEST(IgiPrePass, SteeredSets_HaveLessVariance) {
     const double plain = relative_variance(steered(0)), pre_pass = relative_variance(steered());
     RecordProperty("plain_over_steered", std::to_string(plain / pre_pass));
     EXPECT_LT(pre_pass, 0.75 * plain);
 }
 
-// Thinned sets: how many lights stay, that the light they carry is in the mean what all carried, and that the
-// test would see it if they were not weighted.
+// Thinning keeps its share of the lights and preserves the mean of the power they carry; without the weights
+// of the kept lights the test fails.
 TEST(IgiThinning, KeepsItsShareOfTheLights_AndTheMeanOfWhatTheyCarry) {
     const Scene scene = two_rooms(true, false);
     const IgiSettings settings = steered();

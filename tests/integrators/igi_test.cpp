@@ -1,5 +1,5 @@
-// Instant global illumination is right at every least distance: what a bound cuts off, compensation puts
-// back.
+// Tests that instant global illumination is unbiased at every least distance: compensation adds what the
+// bound removes.
 #include <gtest/gtest.h>
 
 #include "engine/vpl/vpl_shading.h"
@@ -19,7 +19,7 @@ using testing::region_means;
 using testing::RegionMeans;
 using testing::SceneMaker;
 
-// Along the edges at which the box's back wall meets the others.
+// Selects the pixels along the edges at which the box's back wall meets the others.
 bool along_edges(double x, double y) {
     const double at = std::max(std::fabs(x), std::fabs(y));
     return 0.48 < at && at < 0.7;
@@ -65,7 +65,7 @@ TEST(ClampedGeometry, WithinTheErrorOfPositions_IsZero) {
     EXPECT_EQ(ClampedGeometry(0, 2).clamped(1e-30F, 0, 0), 1) << "a cosine of 0 needs no clamp";
 }
 
-// --- energy; on scenes of the repository in tests/reference
+// --- energy (tests/reference has the same on scenes of the repository)
 
 class Compensation : public ::testing::Test {
   protected:
@@ -100,7 +100,7 @@ TEST_F(Compensation, Without_TheSameTestRejects) {
     expect_differs(means(testing::small_cornell(), igi, 32), path(), "clamp");
 }
 
-// Direct light counts once, however indirect light is scaled.
+// Direct light is unaffected by the scale of indirect light.
 TEST_F(Compensation, IsScaledAsAllIndirectLightIs) {
     IgiSettings igi = few_lights(0.2F * diagonal_, kSets);
     igi.indirect_scale = 0;
@@ -136,7 +136,7 @@ TEST(CompensationInFog, Long_AgreesWithPath_AndWithoutItLightIsMissing) {
     expect_differs(means(foggy(), igi, 8), path, "fog");
 }
 
-// --- no end
+// --- termination
 
 Scene white_room() {
     SceneMaker make;
@@ -160,7 +160,7 @@ TEST(IgiWithCompensation, InARoomThatAbsorbsNothing_Ends) {
     }
 }
 
-// Through the peak of gloss single virtual lights are sparks, unless rays bring what gloss shows.
+// Seen through a glossy lobe's peak, single virtual lights are fireflies, unless rays sample the gloss.
 TEST(IgiCompensation, OnAGlossyFloor_HasNoMoreNoiseThanPaths) {
     const auto variance = [](const IntegratorSettings& settings) {
         Scene scene = testing::small_cornell_with([](testing::SceneMaker& make) {

@@ -1,4 +1,4 @@
-// The integrators against each other and against themselves on other numbers of threads.
+// Compares the integrators with each other, and with themselves on other numbers of threads.
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
@@ -56,7 +56,7 @@ TEST(Render, PhotonsByOurTreeOrByFlann_SameImageBitForBit) {
     };
     PhotonMapSettings guided;
     guided.photons = 20'000;
-    guided.direct = DirectMethod::guided;  // with guides of light and, by the pilot, of gather rays
+    guided.direct = DirectMethod::guided;  // guides direct light and, as the pilot chooses, gather rays
     guided.pre_pass = 2'000;
     IgiSettings igi;
     igi.nlights = 16;
@@ -128,8 +128,8 @@ TEST(Render, StoppedAtOnce_GivesAnImageAndSaysSo) {
     }
 }
 
-// The mean colour of each method over the box, against the path tracer: 1 %, wider than four sigma of either
-// mean.
+// Compares the mean colour of each method over the box with the path tracer's, within 1 %, which is wider
+// than four sigmas of either mean.
 TEST(Render, SmallCornell_EveryMethodAgreesWithPathInTheMean) {
     const auto reference =
         render_with(testing::small_cornell(), testing::small_cornell_camera(48), PathSettings{}, 256);
@@ -153,14 +153,14 @@ TEST(Render, SmallCornell_EveryMethodAgreesWithPathInTheMean) {
         const Rgb mean = testing::mean_rgb(result.image);
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c] / expected[c], 1, 0.01) << name << " channel " << c;
     }
-    // Direct light alone is clearly less: the comparison can tell.
+    // The comparison detects that direct light alone is darker.
     const auto direct =
         render_with(testing::small_cornell(), testing::small_cornell_camera(48), DirectSettings{}, 16);
     EXPECT_LT(testing::mean_rgb(direct.image)[0] / expected[0], 0.9F);
 }
 
-// Surfaces that are diffuse and something else (varnish, gloss, a mirror under it): photons are gathered for
-// the one part, rays traced for the other, and together they are what the path tracer sees.
+// On surfaces that are diffuse and specular or glossy (varnish, gloss, a mirror beneath), photons are
+// gathered for the diffuse part and rays traced for the rest; the sum agrees with the path tracer.
 TEST(Render, Long_VarnishAndGloss_EveryMethodAgreesWithPath) {
     const auto make_scene = [] {
         SceneMaker make;
@@ -195,12 +195,12 @@ TEST(Render, Long_VarnishAndGloss_EveryMethodAgreesWithPath) {
         EXPECT_NEAR(testing::luminance_stats(result.image).mean() / expected, 1, 0.01);
         EXPECT_EQ(result.report.numbers().at("photons.global.dropped.surface_not_diffuse"), 0);
     }
-    // What one of the parts alone would give is another picture.
+    // Direct light alone is another image.
     const auto direct = render_with(make_scene(), camera, DirectSettings{}, 64);
     EXPECT_LT(testing::luminance_stats(direct.image).mean() / expected, 0.95);
 }
 
-// Glass over a floor: the caustic is a large part of the light there, and only the Caustic map has it.
+// Below a glass sphere the caustic is a large part of the light, and only the Caustic map holds it.
 TEST(Render, GlassSphereUnderALamp_PhotonMapAndIgiAgreeWithPath) {
     const auto make_scene = [] {
         SceneMaker make;
@@ -224,7 +224,7 @@ TEST(Render, GlassSphereUnderALamp_PhotonMapAndIgiAgreeWithPath) {
     const auto by_igi = render_with(make_scene(), camera, igi, 16);
     EXPECT_NEAR(testing::luminance_stats(by_igi.image).mean() / expected, 1, 0.015);
     EXPECT_GT(by_igi.report.numbers().at("photons.caustic.stored"), 1000);
-    // Without caustics the same picture is darker by more than the tolerance.
+    // Without caustics the image is darker by more than the tolerance.
     igi.caustic_paths = 0;
     const auto without = render_with(make_scene(), camera, igi, 16);
     EXPECT_LT(testing::luminance_stats(without.image).mean() / expected, 0.97);

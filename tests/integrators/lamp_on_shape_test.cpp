@@ -1,4 +1,5 @@
-// A measured lamp seen on a shape: whatever the shape, the same light, and both strategies of MIS find it.
+// Tests a measured lamp that emits from a shape: for any shape the light is the same, and both strategies of
+// MIS sample it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +18,8 @@ namespace lamp_on_shape_test {
 using ::testing::HasSubstr;
 using testing::SceneMaker;
 
-// What the lamp stands behind; the lamp's S lies around the origin, 4 by 6 cm, and light leaves along z.
+// The shape from which the lamp emits. The lamp's S lies around the origin, 4 by 6 cm, and light leaves along
+// z.
 enum class Glass { none, bulb, bead, pane_behind, pane_before };
 constexpr Glass kAll[] = {Glass::none, Glass::bulb, Glass::bead, Glass::pane_behind, Glass::pane_before};
 
@@ -37,7 +39,7 @@ std::unique_ptr<Light> lamp(Shapes shapes, Monitor& monitor) {
     return make_measured_light(f, CellTable(f, {1}, monitor), {}, monitor, std::move(shape));
 }
 
-// Adds the lamp to the scene, on its glass if there is one. The glass itself is black.
+// Adds the lamp to the scene, on its glass if there is one. The glass reflects nothing.
 void add_lamp(SceneMaker& make, Glass glass, Monitor& monitor) {
     const auto black = make.diffuse(Rgb(0.0F));
     Shapes shapes;
@@ -58,7 +60,7 @@ void add_lamp(SceneMaker& make, Glass glass, Monitor& monitor) {
     make.last_mesh().traits.light = make.light(lamp(std::move(shapes), monitor));
 }
 
-// ∫ L g over all lines of S and M, with L as a camera beyond M sees it.
+// Estimates ∫ L g over all lines of S and M, where L is the radiance that a camera beyond M sees.
 RunningStats seen_flux(const Scene& scene) {
     const Rig r = rig();
     const V2d s_size(r.spacing.x * r.intervals(0), r.spacing.y * r.intervals(1));
@@ -110,12 +112,12 @@ TEST(LampOnShape, Particles_StartWhereTheirLinesLeaveIt) {
             const auto bare = plain.lights()[0]->sample_Le(net.at(i).u);
             ASSERT_TRUE(e && bare);
             flux.add(double{luminance(e->weight)});
-            // The same line.
+            // Both particles travel on the same line.
             EXPECT_EQ(e->d, bare->d);
             const V3d between = V3d(e->from.p) - V3d(bare->from.p);
             EXPECT_LT(between.cross(V3d(e->d)).length(), 1e-6);
             on_s += e->from.p == bare->from.p;
-            // Nothing of the shape lies ahead.
+            // The particle starts outside the shape and does not meet it again.
             EXPECT_FALSE(scene.intersect(Ray{e->from.towards(e->d), e->d}));
             if (glass == Glass::bulb) {
                 EXPECT_NEAR(e->from.p.length(), 0.05F, 1e-6F);
@@ -133,7 +135,7 @@ TEST(LampOnShape, Particles_StartWhereTheirLinesLeaveIt) {
     }
 }
 
-// Glare: light that a glossy floor throws from the lamp to the eye, by three strategies.
+// The light that a glossy floor reflects from the lamp to the eye: by light sampling, BSDF sampling and MIS.
 struct Glare {
     RunningStats lights, bsdf, both;
 };
@@ -186,9 +188,9 @@ TEST(LampOnShape, GlareOnAGlossyFloor_LightsBsdfAndBoth_AreOne) {
         SCOPED_TRACE(static_cast<int>(glass));
         same(g.lights, g.both);
         same(g.bsdf, g.both);
-        // No glass comes between lamp and floor: the light is that of the bare lamp.
+        // The glass does not attenuate light: the floor is lit as by the bare lamp.
         same(g.both, plain.both);
-        // Neither strategy alone does as well.
+        // MIS has less variance than the worse of the two strategies.
         EXPECT_LT(g.both.variance(), std::max(g.lights.variance(), g.bsdf.variance()));
     }
 }

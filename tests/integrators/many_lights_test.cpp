@@ -18,7 +18,8 @@ using testing::SceneMaker;
 
 constexpr int kCells = 32;
 
-// A row of closed cells along x, 1 m each, with a lamp of 0.1 m at every ceiling; thin fog, if asked for.
+// Returns a row of closed cells along x, 1 m each, with a lamp of 0.1 m at every ceiling, and optionally thin
+// fog.
 Scene cells(float albedo, bool fog) {
     SceneMaker make;
     const auto grey = make.diffuse(Rgb(albedo)), black = make.diffuse(Rgb(0.0F));
@@ -39,7 +40,7 @@ Scene cells(float albedo, bool fog) {
     return make.build();
 }
 
-// Along a ray through the middle of a cell in the middle of the row, to a wall.
+// Samples the radiance along a ray to a wall through a cell in the middle of the row.
 RunningStats seen(const Scene& scene, const IntegratorSettings& settings) {
     constexpr int kSamples = 4000;
     const Ray ray{{16.2F, 0.5F, 0.1F}, V3f(0.6F, 0.1F, 0.8F).normalized()};
@@ -58,8 +59,8 @@ RunningStats seen(const Scene& scene, const IntegratorSettings& settings) {
     return stats;
 }
 
-// One sample by power among the 32 equal lamps finds the lamp of its cell once in 32 times: its variance is
-// at least 31 times the squared mean.
+// One sample by power among the 32 equal lamps selects the lamp of its own cell once in 32 times, so its
+// variance is at least 31 times the squared mean.
 constexpr double kVarianceByPower = kCells - 1;
 
 template <typename Settings>
@@ -70,7 +71,7 @@ void expect_lights_chosen_by_the_tree(const Scene& scene, const Settings& settin
         << name << ": " << std::sqrt(tree.variance()) / tree.mean();
 }
 
-// The lamps nearest to a place of one cell are as likely those of its neighbours, whose light a wall stops.
+// The lamps nearest to a point are as likely in the neighbouring cells, whose light a wall blocks.
 TEST(ManyLights, ChoiceGuidedByPhotons_KeepsTheMeanOfPaths_WithLessNoise) {
     const Scene scene = cells(0.5F, false);
     PathSettings settings;
@@ -83,7 +84,7 @@ TEST(ManyLights, ChoiceGuidedByPhotons_KeepsTheMeanOfPaths_WithLessNoise) {
     EXPECT_LT(guided.variance(), 0.6 * plain.variance()) << plain.variance();
 }
 
-// Nothing but the fog scatters: light is asked for there alone.
+// In the scene with black walls only the fog scatters, so direct light is sampled there alone.
 void expect_lights_chosen_by_every_method(const Scene& scene) {
     expect_lights_chosen_by_the_tree(scene, PathSettings{}, "path");
     expect_lights_chosen_by_the_tree(scene, DirectSettings{}, "direct");
@@ -105,7 +106,7 @@ TEST(ManyLights, FogBetweenBlackWalls_LightsAreChosenByTheTree_UnderEveryMethod)
     expect_lights_chosen_by_every_method(cells(0, true));
 }
 
-// A path that media may scatter asks at surfaces, too.
+// In a scene with scattering media the path tracer samples direct light at surfaces, too.
 TEST(ManyLights, WallsInAFoggyScene_ChooseByTheTree) {
     SceneMaker make;
     make.region(testing::in_box(testing::homogeneous(Rgb(0), Rgb(0.01F)), {-9, -9, -9}, {-8, -8, -8}));
@@ -132,9 +133,9 @@ TEST(ManyLights, WallsInAFoggyScene_ChooseByTheTree) {
 
 // --- precomputed irradiance
 
-// Values at precomputed places do not average out however many samples the image has: a place that asks the
-// lamps of other cells is a blot. Of four draws by power among 32 lamps, the mean has a relative standard
-// deviation of sqrt(31/4) = 2.8.
+// Errors of precomputed irradiance do not average out however many samples the image has: a point that
+// sampled the lamps of other cells is a blot. The mean of four draws by power among 32 lamps has a relative
+// standard deviation of sqrt(31/4) = 2.8.
 TEST(ManyLights, PrecomputedIrradiance_ChoosesByTheTree) {
     const Scene scene = cells(0.4F, false);
     PhotonMapSettings settings;

@@ -1,5 +1,5 @@
-// Paths of so many bounces and no more: every method shows the light of the same ones, those of the path
-// tracer with that limit, which counts them where it scatters.
+// Tests the limit on path length: every method shows the light of the same paths as the path tracer with that
+// limit, which counts a bounce wherever light is scattered.
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
@@ -12,7 +12,7 @@ namespace max_depth_test {
 
 using testing::RegionMeans;
 
-// A ball of glass and a mirror: chains that are seen through, and that light comes by.
+// Adds a glass ball and a mirror, for specular chains from the camera and from the light.
 Scene cornell_with_glass() {
     return testing::small_cornell_with([](testing::SceneMaker& make) {
         make.sphere({0.28F, 0.22F, 0.3F}, 0.2F, make.material(DielectricMaterial{}));
@@ -21,14 +21,15 @@ Scene cornell_with_glass() {
     });
 }
 
-// Where the camera looks into the mirror: the ball has spots of the lamp that would decide a mean.
+// The region in which the camera sees the mirror. In the ball it sees spots of the lamp, which would dominate
+// a mean.
 const testing::Where kMirror = [](double x, double y) { return x > 0.1 && x < 0.5 && y > -0.15 && y < 0.25; };
 
 RegionMeans means(Scene scene, IntegratorSettings settings, int max_depth, int spp) {
     set_max_depth(settings, max_depth);
     const Job job =
         testing::make_job(std::move(scene), testing::small_cornell_camera(24), std::move(settings), spp);
-    // A mirror is black by paths of one bounce.
+    // In paths of one bounce the mirror is black.
     const testing::Where floor = [](double /*x*/, double y) { return y < -0.6; };
     return testing::region_means(job, 12, testing::all_but_the_lamp, max_depth > 1 ? kMirror : floor);
 }
@@ -48,7 +49,7 @@ std::vector<Named> methods() {
     gather.gather_rays = 4;
     PhotonMapSettings estimates = gather, seen = gather;
     estimates.precompute = 0;
-    seen.photons = 400'000;  // what an estimate blurs near edges is then less than the noise
+    seen.photons = 400'000;  // the blur of the estimate near edges is then below the noise
     seen.indirect = IndirectMethod::map;
     seen.direct = DirectMethod::map;
     ProgressiveSettings progressive;
@@ -65,7 +66,7 @@ std::vector<Named> methods() {
 
 class MaxDepth : public ::testing::TestWithParam<int> {};
 
-// Twelve seeds and twelve comparisons for each depth: a right method fails once in a hundred depths.
+// Twelve seeds, and ten comparisons for each depth: a correct method fails at one depth in 160.
 TEST_P(MaxDepth, Long_EveryMethod_ShowsTheLightOfTheSamePaths) {
     const int depth = GetParam();
     const RegionMeans path = means(cornell_with_glass(), PathSettings{}, depth, 128);
@@ -77,7 +78,7 @@ TEST_P(MaxDepth, Long_EveryMethod_ShowsTheLightOfTheSamePaths) {
 
 INSTANTIATE_TEST_SUITE_P(Bounces, MaxDepth, ::testing::Values(1, 2, 3, 5));
 
-// The same test, given paths of one bounce more.
+// The same test must reject paths of one more bounce.
 TEST(MaxDepthIsSeen, Long_OneBounceMore_IsRefused) {
     const RegionMeans path = means(cornell_with_glass(), PathSettings{}, 3, 128);
     for (const Named& method : methods()) {
@@ -85,7 +86,7 @@ TEST(MaxDepthIsSeen, Long_OneBounceMore_IsRefused) {
     }
 }
 
-// In fog scattering counts as well.
+// Scattering in fog counts as a bounce as well.
 TEST(MaxDepthInFog, Long_EveryMethod_ShowsTheLightOfTheSamePaths) {
     const RegionMeans path = means(testing::foggy_cornell(1, 0.3F), PathSettings{}, 2, 128);
     for (const Named& method : methods()) {

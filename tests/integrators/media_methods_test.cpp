@@ -1,4 +1,4 @@
-// Participating media by every method: what is quick to tell. (tests/closed_form has furnaces and fog.)
+// Tests participating media with every method: the quick tests. Furnaces and fog are in tests/closed_form.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,14 +13,14 @@ using ::testing::HasSubstr;
 
 // --- absorption alone
 
-// A light 1 m over a floor, seen from the side: L = ρ/π I cosθ/d² times what both ways let through.
+// A light 1 m above a floor, seen from the side: L = ρ/π I cosθ/d² times the transmittance of both segments.
 struct OverFloor {
     const char* name;
     void (*place)(SceneMaker&, const Medium&);
-    double light_length, eye_length;  // in the medium
+    double light_length, eye_length;  // lengths in the medium
 };
 
-constexpr float kX = 0.5F;  // where the eye looks
+constexpr float kX = 0.5F;  // x at which the camera looks
 const V3f kEye(3, 0, 0.6F);
 
 std::vector<OverFloor> over_floor() {
@@ -58,7 +58,8 @@ TEST(Absorption, LightOverAFloor_FallsByBeersLawUnderEveryMethod) {
     const Rgb sigma_a(0.1F, 0.8F, 2);
     std::vector<Method> all = methods();
     all.push_back({"direct", DirectSettings{}});
-    // What a density estimate of k photons leaves: some 1/√k, and the light's fall over the disc.
+    // A density estimate of k photons has a relative noise of some 1/√k, and a bias from the light's falloff
+    // over the disc.
     auto& maps = std::get<PhotonMapSettings>(all[4].settings);
     maps.photons = 500'000;
     maps.estimate.k = 2000;
@@ -120,7 +121,7 @@ TEST(FoggyCornell, AnyNumberOfThreads_SameImageBitForBit) {
     }
 }
 
-// --- what is built
+// --- the volume map
 
 std::string volume_note(const Medium& medium, DirectMethod direct, double& stored) {
     Monitor silent;

@@ -1,4 +1,4 @@
-// The path tracer in participating media, against closed forms, quadrature and itself.
+// Tests the path tracer in participating media against closed forms, quadrature and itself.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -23,7 +23,7 @@ using testing::single_scattering;
 
 using Colour = std::array<RunningStats, 3>;
 
-// Radiance along rays that `ray_of` makes from two numbers, by many paths.
+// Returns the radiance along rays that `ray_of` makes from two random numbers, over `samples` paths.
 template <typename RayOf>
 Colour radiance(const Scene& scene, int samples, int max_depth, RayOf ray_of) {
     Monitor monitor;
@@ -54,7 +54,7 @@ bool same(const RunningStats& a, const RunningStats& b) {
 }
 
 const V3d kLow(-1, -1, -1), kHigh(1, 1, 1);
-const Ray kThrough = testing::kThroughFog;  // in the cube from t = 2 to t = 4
+const Ray kThrough = testing::kThroughFog;  // inside the cube from t = 2 to t = 4
 
 // --- single scattering
 
@@ -84,7 +84,7 @@ TEST(MediaPath, PointLightInFog_ScatteredOnceAsTheLineIntegralSays) {
     }
 }
 
-// --- absorption and emission of the sky's kind
+// --- absorption
 
 TEST(MediaPath, SkyThroughAnAbsorbingCube_FallsByBeersLaw) {
     SceneMaker make;
@@ -103,7 +103,7 @@ TEST(MediaPath, UnboundedFog_HidesTheSky) {
     EXPECT_EQ(radiance(make.build(), kThrough, 100)[0].mean(), 0);
 }
 
-// A lamp that is no geometry: a sheet at x = 5 that shines towards -x, and that nobody can ask.
+// A lamp without geometry: a plane at x = 5 that shines towards -x and cannot be sampled.
 class Sheet final : public Light {
   public:
     std::string_view kind() const override { return "sheet"; }
@@ -120,12 +120,12 @@ class Sheet final : public Light {
 };
 
 TEST(MediaPath, LampWithoutGeometry_IsSeenOnceThroughAllThatLiesBeforeIt) {
-    for (const double end : {4.0, 7.0}) {  // before the lamp, or beyond it
+    for (const double end : {4.0, 7.0}) {  // the box ends before the lamp or beyond it
         SceneMaker make;
         make.region(in_box(homogeneous(Rgb(0.1F), Rgb(0)), {-2, -1, -1}, {end, 1, 1}));
         make.ball_of(make.medium(homogeneous(Rgb(0.5F), Rgb(0))), {0, 0.2F, 0.1F}, 1);
         make.light(std::make_unique<Sheet>());
-        // Where nothing scatters there is no chance in it.
+        // Without scattering the estimate has no variance.
         const Colour stats = radiance(make.build(), kThrough, 16);
         const double depth = 0.1 * (std::min(end, 5.0) + 2) + 0.5 * 2;
         EXPECT_NEAR(stats[0].mean(), 2 * std::exp(-depth), 1e-5);
@@ -133,7 +133,7 @@ TEST(MediaPath, LampWithoutGeometry_IsSeenOnceThroughAllThatLiesBeforeIt) {
     }
 }
 
-// --- furnaces: whatever scatters without loss in even light is not to be seen
+// --- furnaces: a medium that scatters without loss in uniform light is invisible
 
 void expect_radiance(const Scene& scene, double expected, int samples, const char* what) {
     const Colour stats = radiance(scene, samples, 0, [](const V2f& u) {
@@ -166,7 +166,8 @@ TEST(MediaFurnace, LosslessMediumUnderAnEvenSky_CannotBeSeen) {
     }
 }
 
-// Kirchhoff: what absorbs in even light gives back as much if it emits sigma_a times the light.
+// Kirchhoff's law: in uniform light an absorbing medium emits as much as it absorbs if its emission is
+// sigma_a times the radiance.
 TEST(MediaFurnace, MediumAsHotAsTheSky_CannotBeSeen) {
     for (const bool grid : {false, true}) {
         Medium gas = homogeneous({0.3F, 1, 3}, {1, 0.5F, 0}, 0.2F);
@@ -190,7 +191,7 @@ TEST(MediaFurnace, GlowingWallsAroundALosslessMedium_ShowTheirSeries) {
     for (const RunningStats& channel : stats) EXPECT_TRUE(agrees(channel, 6)) << channel.mean();
 }
 
-// --- the same thing said in two ways
+// --- equivalent descriptions
 
 Scene lit_cube(const std::function<void(SceneMaker&)>& place) {
     SceneMaker make;
@@ -201,7 +202,7 @@ Scene lit_cube(const std::function<void(SceneMaker&)>& place) {
     return make.build();
 }
 
-// The twelve triangles of the cube [-1, 1]³ as a border.
+// Encloses a medium in the cube [-1, 1]³ by twelve triangles as medium interfaces.
 void border_cube(SceneMaker& make, std::int32_t medium) {
     const auto air = make.material(InterfaceMaterial{});
     const V3f x(2, 0, 0), y(0, 2, 0), z(0, 0, 2), low(-1.0F), high(1.0F);
@@ -241,7 +242,7 @@ TEST(MediaPath, OneMediumInFourSpellings_LooksTheSame) {
                 << name << ' ' << k << ": " << region[k].mean() << " and " << stats[k].mean();
         }
     }
-    // A medium a little denser, or one that scatters the other way, is another.
+    // The test detects a medium that is a little denser, or scatters in the other direction.
     Medium denser = cloud, back = cloud;
     denser.sigma_s = cloud.sigma_s * 1.2F;
     back.g = -0.4F;
@@ -252,25 +253,25 @@ TEST(MediaPath, OneMediumInFourSpellings_LooksTheSame) {
     }
 }
 
-// The path tracer that knows media, in a scene whose medium lies out of everybody's way.
+// Renders with the path tracer for media, in a scene whose medium no path meets.
 TEST(MediaPath, AMediumFarAway_ChangesNothing) {
     const Colour plain = cube_seen(lit_cube([](SceneMaker&) {}));
     const Colour with = cube_seen(lit_cube([](SceneMaker& make) {
         make.region(in_box(homogeneous(Rgb(1), Rgb(1)), {50, 50, 50}, {51, 51, 51}));
     }));
     for (std::size_t k = 0; k < 3; ++k)
-        EXPECT_NEAR(with[k].mean() / plain[k].mean(), 1, 1e-6);  // the same paths, rounded otherwise
+        EXPECT_NEAR(with[k].mean() / plain[k].mean(), 1, 1e-6);  // the same paths, with different rounding
 }
 
 TEST(MediaPath, EnergyOfALightInALosslessCloud_LeavesAtTheSkysDistance) {
-    // A point light of 4π W in the middle of a lossless ball sends 1 W/sr on the mean, whatever it scatters:
-    // a small black-bodied eye is no help, but a large diffuse sphere around collects E = Φ/(4πR²).
+    // A point light of 4π W in the middle of a lossless ball emits 1 W/sr on average, however the ball
+    // scatters: a large diffuse sphere around it receives E = Φ/(4πR²).
     SceneMaker make;
     make.sphere(V3f(0.0F), 10, make.diffuse(Rgb(0.5F)));
     make.ball_of(make.medium(homogeneous(Rgb(0), {0.5F, 1, 2}, 0.3F)), V3f(0.0F), 2);
     make.light(make_point_light(V3f(0.0F), Rgb(1)));
-    // Direct light alone at the wall: bounce 0 is the wall, further ones are cut; the closed sphere then
-    // shows ρ/π E/(1 - ρ) as an integrating sphere, because nothing is lost anywhere.
+    // The closed sphere then shows ρ/π E/(1 - ρ) as an integrating sphere does, because nothing is absorbed
+    // on the way.
     const Colour stats = radiance(make.build(), {{5, 0, 0}, V3f(1, 0.2F, 0.1F).normalized()}, 100'000);
     const double expected = 0.5 / M_PI * (4 * M_PI / (4 * M_PI * 100)) / (1 - 0.5);
     for (const RunningStats& channel : stats)

@@ -1,4 +1,4 @@
-// Which pixels show an edge.
+// Tests which pixels are found to contain an edge.
 #include "engine/integrators/pixel_edges.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,8 @@ TEST(PixelEdges, SphereBeforeAWall_ItsOutlineAlone) {
     constexpr int kSide = 64;
     const Camera camera = testing::camera({0, 0, -4}, {0, 0, 0}, kSide, kSide, 60);
     const PixelEdges edges(scene, {&camera, V2f(0.0F), V2f(float{kSide})}, Workers{2});
-    // The outline's radius in pixels: tan of its angle, asin(1/4), over that of half the picture.
+    // The outline's radius in pixels is the tangent of its angle, asin(1/4), over that of half the field of
+    // view, times half the image's width.
     const double outline = std::tan(std::asin(0.25)) / std::tan(M_PI / 6) * kSide / 2;
     int found = 0;
     for (int y = 0; y < kSide; ++y) {

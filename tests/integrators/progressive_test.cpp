@@ -1,4 +1,5 @@
-// Passes of photon maps: their mean against closed forms, with the slopes that the theory gives.
+// Tests passes of photon maps: their mean and variance against closed forms, with the rates that theory
+// predicts.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -17,7 +18,7 @@ namespace progressive_test {
 
 using testing::SceneMaker;
 
-// One pass after the other of a scene.
+// Makes the passes of a scene.
 class Passes {
   public:
     Passes(Scene scene, const ProgressiveSettings& settings, std::uint64_t seed) : scene_(std::move(scene)) {
@@ -29,7 +30,7 @@ class Passes {
         return session_->pass(number, silent_, statistics);
     }
 
-    // What an estimator of one of these passes sees.
+    // Returns the radiance that the estimator of a pass finds along a camera ray.
     Rgb seen(const Estimator& estimator, const Ray& ray, Sampler& sampler) const {
         return testing::seen_along(estimator, scene_, ray, sampler);
     }
@@ -45,7 +46,7 @@ class Passes {
 
 constexpr float kAlbedo = 0.5F;
 
-// Intensity 1 at height 1: irradiance (1 + ρ²)^(-3/2) at distance ρ from the point below.
+// Returns a light of intensity 1 at height 1: irradiance (1 + ρ²)^(-3/2) at distance ρ from the point below.
 Scene lamp_over_floor() {
     SceneMaker make;
     make.quad({-9, 0, -9}, {0, 0, 18}, {18, 0, 0}, make.diffuse(Rgb(kAlbedo)));
@@ -53,8 +54,8 @@ Scene lamp_over_floor() {
     return make.build();
 }
 
-// The mean of an estimate of radius r under the lamp: the irradiance blurred by Epanechnikov's kernel, with t
-// = (ρ/r)² 2 ∫ (1-t) (1 + r² t)^(-3/2) dt; about 1 - r²/2.
+// Returns the mean of an estimate of radius r below the lamp: the irradiance blurred by Epanechnikov's
+// kernel, 2 ∫ (1-t) (1 + r² t)^(-3/2) dt with t = (ρ/r)², about 1 - r²/2.
 double blurred_irradiance(double r2) {
     constexpr int kSteps = 2000;
     double sum = 0;
@@ -76,7 +77,7 @@ ProgressiveSettings of_direct_map(float alpha) {
     return settings;
 }
 
-// Irradiance below the lamp by each of the first passes.
+// Returns the irradiance below the lamp in each of the first passes.
 std::vector<double> irradiances(const ProgressiveSettings& settings, int passes) {
     Passes all(lamp_over_floor(), settings, 5);
     std::vector<double> values;
@@ -95,7 +96,7 @@ RunningStats first(const std::vector<double>& values, int n) {
     return stats;
 }
 
-// What the mean of n passes should be.
+// Returns the expected mean of n passes.
 double predicted_mean(double alpha, double first_r2, int n) {
     const RadiusSchedule schedule(alpha);
     double sum = 0;
@@ -112,12 +113,12 @@ TEST(Progressive, LampOverFloor_BiasFallsAsPredicted) {
         EXPECT_TRUE(testing::agrees(mean, predicted_mean(2.0 / 3, 0.36, n)))
             << n << " passes: " << mean.mean() << " ± " << mean.standard_error();
     }
-    // To first order the bias is that of one pass times bias_of_mean.
+    // To first order the bias is that of one pass times bias_of_mean().
     const RadiusSchedule schedule(2.0 / 3);
     const double bias = 1 - first(values, kPasses).mean();
     EXPECT_NEAR(bias / (0.5 * 0.36 * schedule.bias_of_mean(kPasses)), 1, 0.15);
 
-    // A radius that stays, or shrinks at another pace, is told apart.
+    // The test rejects a constant radius and other rates.
     const RunningStats all = first(values, kPasses);
     EXPECT_FALSE(testing::agrees(all, predicted_mean(1, 0.36, kPasses)));
     EXPECT_FALSE(testing::agrees(all, predicted_mean(0.8, 0.36, kPasses)));
@@ -134,7 +135,7 @@ TEST(Progressive, LampOverFloor_AlphaOneKeepsItsBias) {
 
 // --- variance: the integrating sphere ---
 
-// Rays from inside that see the sphere all over.
+// Returns rays from a point inside, in all directions.
 std::vector<Ray> rays_all_over(int n) {
     std::vector<Ray> rays;
     Sampler sampler(3, Purpose::test, 0, 0);
@@ -146,7 +147,7 @@ std::vector<Ray> rays_all_over(int n) {
     return rays;
 }
 
-// Mean square relative error over the rays after each number of passes.
+// Returns the mean squared relative error over the rays after each number of passes.
 std::vector<double> square_errors(const ProgressiveSettings& settings, const std::vector<int>& after,
                                   std::uint64_t seed) {
     constexpr float kFlux = 12;
@@ -169,12 +170,12 @@ std::vector<double> square_errors(const ProgressiveSettings& settings, const std
     return errors;
 }
 
-// The sphere's irradiance is the same everywhere, and Euclidean distances measure its area exactly (a cap's
-// area is π chord²): there is no bias, and the error is variance alone. The first radius is that of the local
+// The sphere's irradiance is uniform, and Euclidean distances measure its area exactly (a cap's area is π
+// chord²), so there is no bias, and the error is variance alone. The first radius is that of the local
 // density.
 //
-// Rays that share photons err together: one render's square error scatters by 10 to 20 %. By how much the
-// mean of many renders may be off is said by their own scatter.
+// Rays that share photons have correlated errors: the squared error of one render scatters by 10 to 20 %. The
+// uncertainty of the mean over renders is estimated from that scatter.
 class VarianceOfPasses {
   public:
     explicit VarianceOfPasses(float alpha) {
@@ -188,7 +189,7 @@ class VarianceOfPasses {
         for (std::uint64_t seed = 0; seed < 32; ++seed)
             errors_.push_back(square_errors(settings, kAfter, seed));
     }
-    // How likely errors as these are if the variance falls as it does with another alpha.
+    // Returns the p-value of the errors if the variance falls as with the given alpha.
     double p_value(double alpha) const {
         const RadiusSchedule schedule(alpha);
         double least = 1;
@@ -210,7 +211,7 @@ TEST(Progressive, Long_IntegratingSphere_VarianceFallsAsPredicted) {
     const VarianceOfPasses shrinking(2.0F / 3), constant(1);
     EXPECT_GT(shrinking.p_value(2.0 / 3), testing::kFalseAlarm);
     EXPECT_GT(constant.p_value(1), testing::kFalseAlarm);
-    // What they must refuse: each other's law.
+    // Each must reject the other's rate.
     EXPECT_LT(shrinking.p_value(1), testing::kFalseAlarm);
     EXPECT_LT(constant.p_value(2.0 / 3), testing::kFalseAlarm);
 }
@@ -232,8 +233,8 @@ TEST(Progressive, Pass_RemembersNoOther) {
     EXPECT_NE(seen, in_order.seen(*in_order.pass(4), ray, c));
 }
 
-// Eight samples of a pass look at the same few photons. What the image says its variance is must be what
-// images of other seeds differ by; taken from sample to sample it would be several times smaller.
+// The eight samples of a pass share its photons. The variance that an image states must be that between
+// images of other seeds; computed between samples it would be several times too small.
 TEST(Progressive, VarianceOfTheImage_IsTakenBetweenPasses) {
     ProgressiveSettings settings;
     settings.photons = 300;
@@ -249,7 +250,7 @@ TEST(Progressive, VarianceOfTheImage_IsTakenBetweenPasses) {
         EXPECT_EQ(result.report.passes_done, 8);
         return result.image;
     };
-    // Of each pair of images, over all pixels; pixels err together, pairs do not.
+    // Sums over the pixels of each pair of images; pixels are correlated, pairs are independent.
     std::vector<std::pair<double, double>> pairs;
     for (std::uint64_t seed = 0; seed < 30; ++seed) {
         const Image a = picture(2 * seed), b = picture(2 * seed + 1);
@@ -267,7 +268,7 @@ TEST(Progressive, VarianceOfTheImage_IsTakenBetweenPasses) {
         return testing::t_test(off, 0);
     };
     EXPECT_GT(p_value(1), testing::kFalseAlarm);
-    // A claim that is half or double of it is refused.
+    // Half or twice the stated variance is rejected.
     EXPECT_LT(p_value(0.5), testing::kFalseAlarm);
     EXPECT_LT(p_value(2), testing::kFalseAlarm);
 }
@@ -285,20 +286,20 @@ TEST(Progressive, SmallCornell_MeanAgreesWithPath) {
     for (const DirectMethod direct : {DirectMethod::mc, DirectMethod::map}) {
         settings.direct = direct;
         const Rgb found = mean(settings, 32);
-        // The Direct map is dark where its disc hangs over an edge: more of that is left after few passes.
+        // The Direct map is too dark where its disc extends over an edge, and more of that bias remains after
+        // few passes.
         const double most = direct == DirectMethod::mc ? 0.01 : 0.03;
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c] / expected[c], 1, most) << c;
     }
 }
 
-// One estimate for all samples of a pass: the mean of an estimate each. Of three samples it is one by chance
-// alone.
+// One estimate shared by the samples of a pass has the mean of one estimate per sample.
 testing::RegionMeans of_samples(int samples) {
     ProgressiveSettings settings;
     settings.photons = 5000;
     settings.samples = samples;
     settings.estimate.k = 20;
-    settings.estimate.radius = 0.05F;  // the same bias
+    settings.estimate.radius = 0.05F;  // gives the same bias for all
     const Job job = testing::make_job(testing::small_cornell(), testing::small_cornell_camera(16), settings,
                                       16 * samples);
     return testing::region_means(job, 8, testing::all_but_the_lamp,
@@ -312,12 +313,12 @@ TEST(Progressive, SamplesOfAPass_ShareOneEstimateWithoutBias) {
 
 // --- structure: a lamp that a screen hides from half of the floor ---
 
-// The mean of the Direct map's irradiance, over that of the lamp, at places to both sides of the shadow's
-// edge and on it, where half of the floor around is lit.
+// Returns the root mean squared error of the Direct map's irradiance, averaged over passes, at points on both
+// sides of the shadow's edge.
 double error_at_shadow(int passes) {
     SceneMaker make;
     make.quad({-9, 0, -9}, {0, 0, 18}, {18, 0, 0}, make.diffuse(Rgb(kAlbedo)));
-    make.quad({0, 0.5F, -9}, {0, 0, 18}, {9, 0, 0}, make.diffuse(Rgb(0.0F)));  // x > 0 is dark
+    make.quad({0, 0.5F, -9}, {0, 0, 18}, {9, 0, 0}, make.diffuse(Rgb(0.0F)));  // shadows x > 0
     make.light(make_point_light({0, 1, 0}, Rgb(1.0F)));
     ProgressiveSettings settings = of_direct_map(2.0F / 3);
     settings.photons = 20'000;

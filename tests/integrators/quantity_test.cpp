@@ -1,4 +1,4 @@
-// Images of illuminance against closed forms, by every integrator; and what images say about their unit.
+// Tests images of illuminance against closed forms, with every integrator, and the unit that images state.
 #include "engine/scene/quantity.h"
 
 #include <gtest/gtest.h>
@@ -33,13 +33,13 @@ std::vector<IntegratorSettings> every_meter() {
     return {metering<PathSettings>(), metering<DirectSettings>(), metering(photons), metering(igi)};
 }
 
-// 90 cd at nadir, 30 cd at the horizon, linear between.
+// Returns a lamp of 90 cd at nadir and 30 cd at the horizon, linear between.
 std::shared_ptr<const PhotometricWeb> cone_lamp() {
     return std::make_shared<const PhotometricWeb>(
         PhotometricGrid{PhotometricPlanes::c, {0, 90}, {0, 360}, {90, 30, 90, 30}});
 }
 
-// A grey floor at y = 0 under a lamp that hangs at kHeight.
+// Returns a floor at y = 0 under a lamp at height kHeight.
 SceneMaker floor_under_lamp(MaterialModel model) {
     SceneMaker make;
     make.quad({-5, 0, -5}, {0, 0, 10}, {10, 0, 0}, make.material(std::move(model)));
@@ -54,7 +54,7 @@ RenderResult shoot(Scene scene, const Camera& camera, const IntegratorSettings& 
     return render(job, {5, Workers{2}}, silent);
 }
 
-// E = I(γ) cos³γ / h², in the pixel's middle; the surface's own colour does not count.
+// Expects E = I(γ) cos³γ / h² at the pixel's centre; the reflectance of the surface does not matter.
 TEST(Illuminance, FloorUnderALamp_IsIntensityTimesCosineCubedOverHeightSquared) {
     const MaterialModel materials[] = {DiffuseMaterial{RgbTexture::constant(Rgb(0.2F, 0.5F, 0))},
                                        MirrorMaterial{}};
@@ -80,7 +80,7 @@ TEST(Illuminance, FloorUnderALamp_IsIntensityTimesCosineCubedOverHeightSquared) 
     }
 }
 
-// On the wall of an integrating sphere: E = Φ/(4πr²)/(1-ρ), all bounces included.
+// On the wall of an integrating sphere E = Φ/(4πr²)/(1-ρ), all bounces included.
 TEST(Illuminance, IntegratingSphere_CountsAllBounces) {
     constexpr float kAlbedo = 0.5F, kFlux = 100;
     const double direct = double{kFlux} / (4 * M_PI);
@@ -94,8 +94,8 @@ TEST(Illuminance, IntegratingSphere_CountsAllBounces) {
     }
 }
 
-// Fog between camera and floor dims the floor's picture, and the light on its way to the floor; a meter on
-// the floor knows only the second.
+// Fog attenuates the light between camera and floor as well as that between lamp and floor; illuminance on
+// the floor depends on the second alone.
 TEST(Illuminance, ThroughFog_TheCamerasOwnWayDoesNotCount) {
     const auto metered = [](float eye_height) {
         SceneMaker make = floor_under_lamp(DiffuseMaterial{RgbTexture::constant(Rgb(0.5F))});
@@ -113,7 +113,7 @@ TEST(Illuminance, ThroughFog_TheCamerasOwnWayDoesNotCount) {
 
 TEST(Illuminance, WhatShinesBeforeTheSurface_IsNoPartOfIt) {
     SceneMaker make;
-    // A lamp that the camera looks at: the light that falls on it is none.
+    // The camera looks at a lamp, on which no light falls.
     make.quad_light({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, make.diffuse(Rgb(0.5F)), Rgb(7.0F));
     const Camera camera = testing::camera({0, 0, 3}, {0, 0, 0}, 4, 4, 10);
     const RenderResult result = shoot(make.build(), camera, metering<PathSettings>(), 4);

@@ -1,4 +1,5 @@
-// A light that only particles carry: what each method shows of it, and what it says about the rest.
+// Tests a light that can only emit particles: which part of its light each method shows, and that it warns of
+// the rest.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@ using ::testing::HasSubstr;
 
 constexpr float kAlbedo = 0.5F, kFlux = 8;
 
-// A white sphere of radius 1 lit by rays from its centre, alike in all directions.
+// Returns a grey sphere of radius 1 lit by rays from its centre, uniform in direction.
 Scene lit_sphere() {
     RaySet set;
     constexpr int kRays = 4000;

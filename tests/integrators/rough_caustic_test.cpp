@@ -1,4 +1,5 @@
-// What counts as specular is a stated number: whatever it is, light that comes by way of gloss is there once.
+// Tests the roughness below which a lobe counts as specular: for any threshold, light reflected by gloss is
+// counted exactly once.
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
@@ -27,7 +28,7 @@ SubstrateMaterial varnished() {
     return material;
 }
 
-// A leaning plate that throws a spotlight on the floor, which gets no other light.
+// Returns a leaning plate that reflects a spotlight onto the floor, which receives no other light.
 Scene plate_over_floor(const MaterialModel& plate) {
     SceneMaker make;
     make.quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, make.diffuse(Rgb(0.7F)));
@@ -75,7 +76,8 @@ INSTANTIATE_TEST_SUITE_P(Plates, RoughCaustic, ::testing::Values(false, true),
                              return c.param ? "varnish" : "metal";
                          });
 
-// Both maps together hold what one held, and each its own part, colour by colour.
+// The sharp and the blurred part of classified samples each have the mean of that part sampled alone, for
+// each colour channel (4 sigmas, six comparisons).
 TEST(BounceClass, VarnishedPaint_EachPartIsTheLobesOwn) {
     const Scene scene = plate_over_floor(varnished());
     const auto hit = scene.intersect(Ray{V3f(0.6F, 0.6F, 0), V3f(-1.1F, -0.1F, 0).normalized()});
@@ -110,7 +112,7 @@ TEST(BounceClass, VarnishedPaint_EachPartIsTheLobesOwn) {
         EXPECT_NEAR(blurred[c].mean(), blurred_alone[c].mean(), 4 * paint_error);
         EXPECT_GT(sharp[c].mean(), 0.05);
     }
-    EXPECT_TRUE(bsdf.sharp_part(kAlpha).is_black());  // below means below
+    EXPECT_TRUE(bsdf.sharp_part(kAlpha).is_black());  // the limit itself is excluded
 }
 
 }  // namespace rough_caustic_test

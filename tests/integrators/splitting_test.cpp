@@ -1,4 +1,4 @@
-// How many samples of each kind a camera sample is worth.
+// Tests how many gather rays and light samples are spent per camera sample.
 #include "engine/integrators/splitting.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,8 @@
 namespace lucerna {
 namespace splitting_test {
 
-// A film whose camera samples see 1, and gathered light of the given variance about 1 more.
+// Returns the numbers for camera samples of mean 1, with variance `own`, plus gathered and direct light of
+// mean 1 each with the given variances.
 SplitNumbers numbers(double gathered, double own, double direct = 0) {
     const Camera camera = testing::small_cornell_camera(64);
     const View view{&camera, V2f(0, 0), V2f(64, 64)};
@@ -26,7 +27,7 @@ SplitNumbers numbers(double gathered, double own, double direct = 0) {
         const double value = 1 + draw(own) + twice(pilot[0].gather, gathered) + twice(pilot[0].light, direct);
         return Rgb(static_cast<float>(value));
     });
-    // Over cells that have no samples in common.
+    // Averages over cells that share no samples.
     SplitNumbers mean{0, 0, 0};
     constexpr int kSide = 5;
     for (int i = 0; i < kSide * kSide; ++i) {
@@ -38,8 +39,9 @@ SplitNumbers numbers(double gathered, double own, double direct = 0) {
     return mean;
 }
 
-// By the root of their variance, and less the more the camera samples themselves vary. What pixels weigh goes
-// by what few samples saw of them, and a difference of variances is noisy: neither 1 nor 3 is that near.
+// The number of gather rays grows with the root of their variance, and falls with the variance of the camera
+// samples. Pixel weights come from few samples, and a difference of variances is noisy; hence the wide
+// tolerance, which still excludes ratios of 1 and 3.
 TEST(Splitting, GatherRays_GoByTheRootOfTheirVariance) {
     const double few{numbers(2, 2).gather_rays}, more{numbers(6, 2).gather_rays};
     EXPECT_NEAR(more / few, std::sqrt(3.0), 0.5);
@@ -53,7 +55,8 @@ TEST(Splitting, LightSamples_AreOneUnlessTheyAreTheNoise) {
     EXPECT_GT(numbers(0.01, 0.05, 4).light_samples, 2);
 }
 
-// Each of `places` gives 1 and gathered light of variance 2, once at full share and once at a tenth.
+// Returns the plan for camera samples that meet `places` places at full share and as many at a tenth, each
+// with gathered light of mean 1 and variance 2.
 SplitPlan plan(int places) {
     const Camera camera = testing::small_cornell_camera(64);
     const View view{&camera, V2f(0, 0), V2f(64, 64)};
@@ -73,8 +76,8 @@ SplitPlan plan(int places) {
     return splitting.at({32, 32});
 }
 
-// Ten times less of a place's light reaches the pixel: ten times fewer gather rays, by the root of the
-// variance of 2; below one ray it is that of the second moment, 3.
+// At a tenth of the share ten times fewer gather rays are shot, by the root of the variance of 2; below one
+// ray per sample the second moment, 3, replaces the variance.
 TEST(Splitting, FaintPlaces_GetFewerGatherRays) {
     const SplitPlan found = plan(1);
     ASSERT_EQ(share_class(0.1F), kShareClasses - 1);
@@ -83,8 +86,8 @@ TEST(Splitting, FaintPlaces_GetFewerGatherRays) {
     EXPECT_LT(found.back().gather_rays, 1);
 }
 
-// Two kinds of directions: one in a hundred brings 100, all others nothing; guiding draws those that do
-// `ratio` times as often, and they count so much less.
+// One direction in a hundred brings 100, all others nothing. Guiding draws the bright ones `ratio` times as
+// often, with a weight of 1/ratio.
 SplitNumbers numbers_guided(double ratio) {
     const Camera camera = testing::small_cornell_camera(64);
     const View view{&camera, V2f(0, 0), V2f(64, 64)};
@@ -105,7 +108,7 @@ TEST(Splitting, Guiding_IsChosenWhereItLowersTheVariance) {
     EXPECT_FALSE(numbers_guided(0.5).guided) << "it looks away from the light";
 }
 
-// Where it is not chosen the numbers are those of rays that are not guided.
+// Where guiding is not chosen, the moments are those of unguided rays.
 TEST(Splitting, GuidingThatDoesNotPay_LeavesTheVarianceWithoutIt) {
     SplitMoments moments;
     moments.add(4, 0, 0.5, 0.5);
@@ -147,12 +150,13 @@ testing::RegionMeans means(int gather_rays, int spp) {
                                  [](double, double y) { return y < -0.6; });
 }
 
-// Numbers that differ from place to place, and chances below 1, change no mean: 4 sigmas, 2 comparisons.
+// Numbers that differ between places, and chances below 1, change no mean: two comparisons, false alarms as
+// for expect_agrees().
 TEST(Splitting, Long_OfAPhotonMapImage_ChangesNoMean) {
     testing::expect_agrees(means(0, 32), means(8, 16), "split", 0.01);
 }
 
-// The same seed, the same image, on any number of threads.
+// Renders the same seed with 1 and 3 threads.
 TEST(Splitting, OfAPhotonMapImage_IsTheSameForAnyNumberOfThreads) {
     Monitor silent;
     PhotonMapSettings settings;

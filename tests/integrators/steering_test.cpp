@@ -1,4 +1,4 @@
-// Steered emission in the integrators: when it is used, and that it changes no mean.
+// Tests steered emission in the integrators: when it is used, and that it preserves the mean.
 #include <gtest/gtest.h>
 
 #include "tests/support/same_image.h"
@@ -13,7 +13,7 @@ using testing::same;
 
 using testing::SceneMaker;
 
-// The small Cornell box with a lamp behind its back wall, which nobody sees.
+// Returns the small Cornell box with a lamp behind its back wall, invisible to the camera.
 Scene box_with_a_lamp_behind() {
     return testing::small_cornell_with([](SceneMaker& make) {
         const auto white = make.diffuse(Rgb(0.7F));
@@ -90,7 +90,7 @@ TEST(SteeredEmission, EnergyBalances_AndItsMeanIsTheLampsFlux) {
     EXPECT_LT(emitted.standard_error(), 0.01 * flux);
 }
 
-// Fixed radii, so that the bias is the same and only noise differs.
+// The radius is fixed, so that both means have the same bias and differ by noise alone (4 sigmas).
 TEST(SteeredEmission, Progressive_HasTheMeanOfPlainPasses) {
     ProgressiveSettings settings;
     settings.photons = 4000;
@@ -110,7 +110,7 @@ TEST(SteeredEmission, Progressive_HasTheMeanOfPlainPasses) {
     }
     const double error = std::hypot(plain.standard_error(), steered.standard_error());
     EXPECT_LT(std::fabs(plain.mean() - steered.mean()), 4 * error);
-    EXPECT_GT(std::fabs(1.03 * plain.mean() - steered.mean()), 4 * error);  // an error of 3 % would be seen
+    EXPECT_GT(std::fabs(1.03 * plain.mean() - steered.mean()), 4 * error);  // detects an error of 3 %
 }
 
 }  // namespace steering_test

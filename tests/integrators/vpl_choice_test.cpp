@@ -41,7 +41,7 @@ std::vector<Way> ways() {
     return {{"four rays", rays}, {"one ray", one}, {"by a threshold", note}};
 }
 
-// All over the small Cornell box, but for its lamp.
+// Samples the radiance all over the small Cornell box, except its lamp.
 Colour look(const Scene& scene, const IgiSettings& settings, int samples) {
     return testing::radiance(scene, settings, samples, [](const V2f& u) {
         return testing::from_to({0.5F, 0.5F, -1.4F}, {u.x, 0.8F * u.y, 0});
@@ -62,13 +62,14 @@ void expect_all_ways_agree(const Scene& scene, int samples) {
     for (const Way& way : ways()) {
         EXPECT_LT(sigmas_apart(look(scene, way.settings, samples), truth), 4) << way.name;
     }
-    // A third too little must be seen.
+    // The comparison must detect a third less light.
     IgiSettings wrong = few_sets();
     wrong.indirect_scale = 0.67F;
     EXPECT_GT(sigmas_apart(look(scene, wrong, samples), truth), 4);
 }
 
-// No rounding leads past the last set, whatever half of the samples asks; and each set is chosen as often.
+// Rounding never leads past the last set, for either half of the samples, and each set is chosen equally
+// often.
 TEST(ChosenSet, OfAnyNumber_IsOneOfTheHalfsOwn) {
     constexpr float kLast = 0x1.fffffep-1F;
     for (const std::size_t sets : {1U, 2U, 64U, 1024U}) {
@@ -112,7 +113,8 @@ TEST(VplChoice, Clamp_AllWaysAgree) {
 }
 
 TEST(VplChoice, RelativeRoulette_TheSameInAnyUnit) {
-    // A thousand times brighter lamps, a thousand times smaller scenes: no light is decided otherwise.
+    // Lamps a thousand times brighter, or a scene a thousand times smaller, change no decision of the
+    // roulette.
     const auto looked = [](float power, float size) {
         testing::SceneMaker make;
         make.room(V3f(size), make.diffuse(Rgb(0.5F)));
