@@ -1,5 +1,5 @@
-// For a test that lacks something here: by hand it is skipped, with a word; where the environment variable CI
-// is set and not empty nothing may be missing, and it fails.
+// Ends tests that lack something on this machine. They are skipped with a message; where the environment
+// variable CI is set and not empty they fail, because nothing may be missing there.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ inline bool in_ci() {
 
 }  // namespace lucerna::testing
 
-// Ends the test; what is streamed into it says what is missing.
+// Ends the test; the text streamed into it states what is missing.
 #define LUCERNA_CANNOT_RUN()                                                                       \
     return GTEST_MESSAGE_("", lucerna::testing::in_ci() ? ::testing::TestPartResult::kFatalFailure \
                                                         : ::testing::TestPartResult::kSkip)        \

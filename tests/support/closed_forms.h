@@ -1,4 +1,4 @@
-// Formulas that renderers must agree with, each derived beside it.
+// Closed forms that renders must agree with, each derived beside its function.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace lucerna::testing {
 
-// The part of a convex polygon above the plane through x with normal n (Sutherland and Hodgman).
+// Returns the part of a convex polygon above the plane through x with normal n (Sutherland and Hodgman).
 inline std::vector<V3d> above(const std::vector<V3d>& corners, const V3d& x, const V3d& n) {
     std::vector<V3d> kept;
     for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -20,7 +20,8 @@ inline std::vector<V3d> above(const std::vector<V3d>& corners, const V3d& x, con
     return kept;
 }
 
-// Irradiance at x, normal n, from a convex polygon of radiance 1: Lambert's contour integral.
+// Returns the irradiance at x with normal n from a convex polygon of radiance 1, by Lambert's contour
+// integral.
 inline double contour_irradiance(const std::vector<V3d>& corners, const V3d& x, const V3d& n) {
     const std::vector<V3d> seen = above(corners, x, n);
     double sum = 0;

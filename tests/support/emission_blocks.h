@@ -1,4 +1,4 @@
-// Random partitions of emission numbers, and their density written down once more.
+// Makes random partitions of the space of emission numbers, and computes their density independently.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace lucerna::testing {
 
-// `cuts` cuts of random blocks along random axes; importances between 0 and 1, a third of them 0.
+// Makes `cuts` cuts of random blocks along random axes, with importances between 0 and 1, a third of them 0.
 inline EmissionBlocks random_blocks(int cuts, std::uint64_t seed) {
     Sampler sampler(seed, Purpose::test, 0, 0);
     EmissionBlocks blocks;
@@ -29,7 +29,7 @@ inline EmissionBlocks random_blocks(int cuts, std::uint64_t seed) {
     return blocks;
 }
 
-// An undivided block as a box of numbers.
+// An undivided block, as a box in the space of emission numbers.
 struct NumberBox {
     std::array<double, 4> low{0, 0, 0, 0}, high{1, 1, 1, 1};
     double importance = 0;

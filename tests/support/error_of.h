@@ -1,4 +1,4 @@
-// The message of the InputError that an action throws, for tests of what it says.
+// Returns the message of the InputError that an action throws, or "no error".
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// One small room, told as text at any size and place, lit by any light, rendered by any method: what holds
-// for all of them is tested over all of them.
+// Describes one small room as scene text, at any size and place, lit by any light and rendered by any method,
+// for tests that must hold for all of them.
 #pragma once
 
 #include <fmt/format.h>
@@ -22,7 +22,7 @@
 
 namespace lucerna::testing {
 
-// Where the room is, in world units: a room of some 2 × 2 × 2 units, times `scale`, about `shift`.
+// The room's place in world units: a room of some 2 × 2 × 2 units, times `scale`, about `shift`.
 struct Placing {
     double scale = 1;
     V3d shift{0, 0, 0};
@@ -52,21 +52,21 @@ inline std::string name_of(const ::testing::TestParamInfo<Method>& method) {
 
 struct LightCase {
     std::string name;
-    std::string text;          // in the room's own units; {} stands for what its power is multiplied by
-    bool by_intensity = true;  // that grows with the square of the scale if radiance is to stay
+    std::string text;          // in the room's own units; {} stands for the factor of its power
+    bool by_intensity = true;  // the factor grows with the square of the scale to preserve radiance
     bool only_particles = false;
 
-    // Whether the method can show it.
+    // Tells whether the method can render the light.
     bool suits(const Method& method) const { return !only_particles || method.name == "map"; }
 };
 
-// How far two images are apart.
+// The differences between two images.
 struct Difference {
-    double pixels = 0;  // share of those that differ by more than a thousandth
-    double mean = 0;    // of all, relative
-    double light = 0;   // the first one's mean luminance
+    double pixels = 0;  // share of pixels that differ by more than a thousandth
+    double mean = 0;    // relative difference of the means
+    double light = 0;   // mean luminance of the first image
 };
-// `scale` multiplies the second image first.
+// Multiplies the second image by `scale` before the comparison.
 inline Difference difference(const Image& a, const Image& b, double scale = 1) {
     Difference d;
     double sum = 0, other = 0;
@@ -88,7 +88,7 @@ inline bool is_finite(const Image& image) {
                        [](float v) { return std::isfinite(v) && v >= 0; });
 }
 
-// Open at the front; a block of stone and one of glass, both round.
+// The room is open at the front; in it are a diffuse sphere and one of glass.
 inline constexpr std::string_view kRoom = R"(
 Material "diffuse" "rgb reflectance" [0.6 0.5 0.4]
 Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1] "integer indices" [0 2 1 0 3 2]
@@ -99,7 +99,7 @@ AttributeBegin Translate -0.4 -0.6 0.3 Shape "sphere" "float radius" 0.35 Attrib
 AttributeBegin Material "dielectric" Translate 0.45 -0.65 -0.2 Shape "sphere" "float radius" 0.3 AttributeEnd
 )";
 
-// Files of lamps that have any, in a folder of their own.
+// Holds one light of each kind, with their files in a temporary folder.
 class EveryLight {
   public:
     EveryLight() {
@@ -143,7 +143,7 @@ class EveryLight {
         };
     }
 
-    // The scene's text. `power` multiplies the light; `room` is what stands there.
+    // Returns the scene's text. `power` multiplies the light; `room` describes the geometry.
     std::string scene(const LightCase& light, const Placing& at = {}, double power = 1,
                       std::string_view room = kRoom) const {
         const double s = at.scale;
@@ -203,7 +203,7 @@ class EveryLight {
     TemporaryFolder folder_;
 };
 
-// Made once for all tests of a program.
+// Returns the lights, made once for all tests of a program.
 inline const EveryLight& lights() {
     static const EveryLight all;
     return all;

@@ -1,4 +1,4 @@
-// What is seen along single rays, as radiance: product functions book it on accounts.
+// Computes radiance along single rays with functions of the product that add light to accounts.
 #pragma once
 
 #include "engine/integrators/integrator.h"
@@ -7,14 +7,14 @@
 
 namespace lucerna::testing {
 
-// Radiance along a camera ray, by a method without limit to its paths.
+// Returns the radiance along a camera ray, by a method without a limit on path length.
 inline Rgb seen_along(const Estimator& estimator, const Scene& scene, const Ray& ray, Sampler& sampler) {
     SampleAccount account;
     estimator.follow(EyePath::begin(scene, ray, Quantity::radiance, 0, account), sampler);
     return account.radiance();
 }
 
-// Emission that a ray meets which the rule counts, in a scene without media.
+// Returns the emission on a ray that the rule counts, in a scene without media.
 inline Rgb emission_along(const Scene& scene, const Ray& ray,
                           const EmissionRule& rule = EmissionRule::all()) {
     SampleAccount account;
@@ -23,7 +23,7 @@ inline Rgb emission_along(const Scene& scene, const Ray& ray,
     return account.radiance();
 }
 
-// Direct light at a vertex, as radiance towards wo.
+// Returns direct light at a vertex, as radiance towards wo.
 inline Rgb direct_radiance(const Scene& scene, const Vertex& vertex, Sampler& sampler,
                            const LightChoice& choice = {}) {
     SampleAccount account;

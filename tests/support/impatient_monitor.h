@@ -1,4 +1,4 @@
-// A monitor that asks for a stop once so many units are done.
+// A monitor that requests a stop once `after` units are done.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// Directions of rays that tests make of lamps by formula.
+// Directions of rays for lamps that tests define by formula.
 #pragma once
 
 #include "engine/base/vec.h"
@@ -6,8 +6,8 @@
 
 namespace lucerna::testing {
 
-// By Lambert's law about a unit normal: the normal and a point of the unit sphere, added; a little less than
-// all of it, as the sum must not vanish.
+// Returns a direction distributed by Lambert's law about a unit normal: the sum of the normal and a point of
+// the unit sphere, which is scaled slightly below 1 so that the sum cannot vanish.
 inline V3d lambertian(const V3d& normal, const V2f& u) {
     return (normal + 0.999999 * V3d(square_to_sphere(u))).normalized();
 }

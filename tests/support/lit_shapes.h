@@ -1,5 +1,5 @@
-// Shapes under an even sky whose irradiance is 1 wherever an estimate is asked for, and the photons on them:
-// how a photon's distance is measured shows as bias, with nothing else in it.
+// Shapes in light that gives irradiance 1, or none, where an estimate is evaluated, with the photons on them:
+// the bias of an estimate is then due to the metric of photon distances alone.
 //
 // Lengths are in units of the estimate's radius.
 #pragma once
@@ -20,27 +20,27 @@ namespace lucerna::testing {
 
 struct DepositedPhoton {
     V3f p, n;  // position; normal on the side that was hit
-    V3f d;     // of travel
+    V3f d;     // direction of travel
 };
 
 struct LitShape {
     std::string name;
-    double size;   // what it is varied by; see below
+    double size;   // the shape's parameter; see below
     double t;      // distance of the point from an edge or a corner
-    V3f x, n;      // where the estimate is asked for
-    double exact;  // irradiance there
-    double area;   // on which photons land, each as densely, with irradiance 1
-    std::function<DepositedPhoton(Sampler&)> photon;  // takes the same numbers whatever it makes
+    V3f x, n;      // point and normal of the estimate
+    double exact;  // exact irradiance there
+    double area;   // area on which photons land uniformly, with irradiance 1
+    std::function<DepositedPhoton(Sampler&)> photon;  // draws the same numbers for any photon
 };
 
-inline constexpr float kShapeReach = 9;  // photons beyond that are in no ball of ratio <= 8
+inline constexpr float kShapeReach = 9;  // photons farther away are in no ball of ratio <= 8
 
 inline V3f cosine_to(const V3f& n, const V2f& u) {
     return -Frame(n).to_world(square_to_cosine_hemisphere(u));
 }
 
-// Floor z = 0 (x > 0) and endless wall x = 0 (z > 0): each hides half of the other's sky, so both receive 1
-// of a sky of radiance 2/π.
+// The floor z = 0 (x > 0) and an infinite wall x = 0 (z > 0): each hides half of the other's sky, so both
+// receive 1 from a sky of radiance 2/π.
 inline LitShape concave_corner(float t) {
     return {"corner",
             0,
@@ -62,7 +62,7 @@ inline LitShape concave_corner(float t) {
 }
 
 // The same floor and wall in parallel light that falls towards the wall, `degrees` (0 to 90) from the
-// vertical: the floor receives 1, the wall the angle's tangent.
+// vertical: the floor receives 1, the wall the tangent of the angle.
 inline LitShape corner_in_sunlight(float t, float degrees) {
     const float angle = degrees * kPi / 180;
     const float wall = std::tan(angle);
@@ -82,7 +82,7 @@ inline LitShape corner_in_sunlight(float t, float degrees) {
             }};
 }
 
-// Top z = 0 (x < 0) and side x = 0 (z < 0) of a block under a sky all around.
+// The top z = 0 (x < 0) and the side x = 0 (z < 0) of a block under a sky all around.
 inline LitShape convex_edge(float t) {
     return {"edge",
             0,
@@ -101,10 +101,10 @@ inline LitShape convex_edge(float t) {
             }};
 }
 
-// A sphere of radius R = size, lit from within or from all around. Photons only on the cap that a ball
+// A sphere of radius R = size, lit from within or from all around. Photons lie only on the cap that a ball
 // reaches.
 inline LitShape sphere(float radius, bool inside) {
-    const float height = std::min(2 * radius, sqr(kShapeReach) / (2 * radius));  // of the cap
+    const float height = std::min(2 * radius, sqr(kShapeReach) / (2 * radius));  // height of the cap
     const float pole = inside ? -radius : radius;
     return {inside ? "inside sphere" : "outside sphere",
             static_cast<double>(radius),
@@ -142,7 +142,7 @@ inline LitShape cylinder(float radius) {
             }};
 }
 
-// A floor in the dark under an endless shelf at height h = size, which is lit from above.
+// An unlit floor under an infinite shelf at height h = size, which is lit from above.
 inline LitShape under_shelf(float height) {
     return {"shelf",
             static_cast<double>(height),
@@ -186,7 +186,7 @@ inline constexpr Measure kMeasures[] = {{"euclidean", MetricKind::euclidean, 1},
                                         {"projected, ratio 4", MetricKind::projected, 4},
                                         {"projected, ratio 8", MetricKind::projected, 8}};
 
-// The mean of the estimate with radius 1, by each of kMeasures: what many photons say.
+// Returns the mean of the estimate of radius 1 for each of kMeasures, from many photons.
 inline std::vector<double> mean_estimates(const LitShape& shape, KernelShape kernel_shape,
                                           std::uint32_t photons) {
     std::vector<TangentMetric> metrics;

@@ -1,4 +1,4 @@
-// Where a lobe's samples go, in bins as fine as the lobe.
+// Counts a lobe's samples in bins as fine as the lobe.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace lucerna::testing {
 
-// A histogram of half the sphere (where ng·w has the sign of `side`), in rings about the lobe's peak that
+// A histogram of the hemisphere in which w.z has the sign of `side`, in rings about the lobe's peak that
 // widen geometrically, so that it resolves lobes of any width.
 class PeakHistogram {
   public:
@@ -40,7 +40,7 @@ class PeakHistogram {
         return true;
     }
 
-    // Probability of every bin, by midpoints.
+    // Returns the probability of every bin, by the midpoint rule.
     std::vector<double> integrate(const std::function<double(const V3f&)>& pdf) const {
         constexpr int kSteps = 32;
         std::vector<double> bins;

@@ -33,7 +33,7 @@ inline DielectricLobe glass(float eta, float ax, float ay) {
     return {eta, Rgb(1.0F), Rgb(1.0F), ax, ay};
 }
 
-// A normal bent by so much.
+// Returns a normal tilted by this angle.
 inline V3f tilted(float degrees) {
     return direction(degrees, 2.0F);
 }

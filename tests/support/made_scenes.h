@@ -1,5 +1,6 @@
-// Shipped scenes with what git does not keep: meshes and measured lamps. The fixture Scenes.AreMade makes
-// them in the build's folder (tests/reference/make_scenes.sh); ctest runs it before any test that needs them.
+// Returns the folder of the shipped scenes with their meshes and measured lamps, which git does not hold. The
+// fixture Scenes.AreMade makes them in the build's folder (tests/reference/make_scenes.sh); ctest runs it
+// before any test that needs them. Tests never pass without them.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// One of every material, in all its ways, for tests that ask the same of each.
+// Materials of every kind, with all their variants, for tests that apply to each of them.
 #pragma once
 
 #include <functional>
@@ -48,16 +48,16 @@ inline MixMaterial mix(MaterialModel first, MaterialModel second, float share) {
 
 struct Sample {
     std::string name;
-    // Made when asked for: tables of varnish take half a second for all of them, and every test of a program
-    // lists them all.
+    // Made on demand, because the tables of varnish take half a second for all materials, and every test of a
+    // program lists them all.
     std::function<MaterialModel()> model;
-    float width = 0.3F;  // of its narrowest rough lobe
-    float eta = 1;       // of what it transmits through facets, inside over outside
+    float width = 0.3F;  // width of the narrowest rough lobe
+    float eta = 1;       // index of its microfacet transmission, inside over outside
 
     Material material() const { return {name, model()}; }
 };
 
-// Materials in every branch of the code that makes their lobes.
+// Returns materials that together reach every branch of the code that makes lobes.
 inline std::vector<Sample> all_materials() {
     const auto full_uber = [] {
         UberMaterial full = uber(color(0.9F, 0.5F, 0.3F), grey(0.4F), 0.2F, 0.2F);

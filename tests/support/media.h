@@ -22,7 +22,8 @@ inline Medium in_box(Medium medium, const V3d& a, const V3d& b) {
     return medium;
 }
 
-// A grid whose density rises from 0 at the lower x face to 1 at the upper one, but for the outer half cells.
+// Returns a medium with a grid whose density rises from 0 at the lower x face to 1 at the upper one, constant
+// in the outer half cells.
 inline Medium rising_along_x(Medium medium, const V3d& a, const V3d& b, int cells) {
     std::vector<float> samples;
     for (int i = 0; i < cells; ++i) {
@@ -33,7 +34,7 @@ inline Medium rising_along_x(Medium medium, const V3d& a, const V3d& b, int cell
     return medium;
 }
 
-// The same density everywhere, from a grid.
+// Returns a medium of constant density given by a grid.
 inline Medium even_grid(Medium medium, const V3d& a, const V3d& b, float density) {
     medium.box = Box3d(a, b);
     medium.density =
@@ -50,11 +51,11 @@ inline SceneMedia regions(std::vector<Medium> media) {
     return result;
 }
 
-// A ray through the cube [-1, 1]³, in it from t = 2 to t = 4.
+// A ray through the cube [-1, 1]³, inside it from t = 2 to t = 4.
 inline const Ray kThroughFog{{-3, 0.2F, 0.1F}, {1, 0, 0}};
 
-// Radiance along it of a point light of 1 W/sr in the cube, full of a medium that scatters it once: a line
-// integral.
+// Returns the radiance along kThroughFog of a point light of 1 W/sr in the cube, which is full of a medium
+// that scatters it once: a line integral.
 inline double single_scattering(double sigma_s, double sigma_t, double g, const V3d& light) {
     constexpr int kSteps = 20'000;
     const HenyeyGreenstein phase(static_cast<float>(g));
@@ -63,7 +64,7 @@ inline double single_scattering(double sigma_s, double sigma_t, double g, const 
         const double t = 2 + (i + 0.5) * 2 / kSteps;
         const V3d p(-3 + t, V3d(kThroughFog.o).y, V3d(kThroughFog.o).z), way = light - p;
         const double d = way.length();
-        const auto cosine = static_cast<float>(way.x / d);  // of the turn: light goes on along -way
+        const auto cosine = static_cast<float>(way.x / d);  // of the scattering angle, between -way and -x
         sum += std::exp(-sigma_t * (t - 2 + d)) * sigma_s * static_cast<double>(phase.at_cosine(cosine)) /
                (d * d) * 2 / kSteps;
     }

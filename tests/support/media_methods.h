@@ -1,4 +1,4 @@
-// Every method of rendering, and the radiance it finds along single rays, for tests of media.
+// Lists the rendering methods, and computes their radiance along single rays, for tests of media.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -74,9 +74,10 @@ inline Ray from_to(const V3f& eye, const V3f& target) {
     return {eye, (target - eye).normalized()};
 }
 
-// The small Cornell box full of fog, sigma per unit in red and less in the others; a tenth absorbs.
+// Returns the small Cornell box full of fog, scattering `sigma` per unit in red and less in the other
+// channels; absorption is a tenth of the red scattering.
 inline Scene foggy_cornell(float sigma, float g) {
-    static Medium fog;  // what add() below takes; tests run one after the other
+    static Medium fog;  // read by the function below, which cannot capture; tests run one after the other
     fog = in_box(homogeneous(Rgb(0.1F * sigma), Rgb(sigma, 0.8F * sigma, 0.6F * sigma), g), {0, 0, 0},
                  {1, 1, 1});
     return small_cornell_with([](SceneMaker& make) { make.region(fog); });

@@ -1,4 +1,4 @@
-// A method's first pass of a scene, without a camera unless a view is given.
+// A method's first pass over a scene, without a camera unless a view is given.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,7 @@ class OnePass {
         max_depth_ = max_depth_of(settings);
     }
 
-    // What the image shows along a camera ray.
+    // Returns the value that the image shows along a camera ray.
     Rgb Li(const Ray& ray, Sampler& sampler) const {
         SampleAccount account;
         estimator_->follow(EyePath::begin(scene_, ray, quantity_, max_depth_, account), sampler);

@@ -1,11 +1,11 @@
-// The closed form of a pane, in double precision and without the library's code.
+// Closed forms of a pane, in double precision and independent of the library's code.
 #pragma once
 
 #include <cmath>
 
 namespace lucerna::testing {
 
-// Fresnel's reflectance of unpolarised light at the boundary to an index eta times as large.
+// Returns the Fresnel reflectance of unpolarised light at the boundary to a medium of relative index eta.
 inline double boundary_reflectance(double cos_o, double eta) {
     const double sin2_t = (1 - cos_o * cos_o) / (eta * eta);
     if (sin2_t >= 1) return 1;
@@ -15,7 +15,7 @@ inline double boundary_reflectance(double cos_o, double eta) {
     return (s * s + p * p) / 2;
 }
 
-// The share that a pane passes, all bounces between its two faces included: 1 - 2F/(1 + F).
+// Returns the transmittance of a pane, all reflections between its two faces included: 1 - 2F/(1 + F).
 inline double pane_transmittance(double cos_o, double eta = 1.5) {
     const double f = boundary_reflectance(cos_o, eta);
     return 1 - 2 * f / (1 + f);

@@ -1,4 +1,4 @@
-// Clouds of photons whose irradiance is known.
+// Photons whose irradiance is known.
 #pragma once
 
 #include "engine/base/sampler.h"
@@ -26,7 +26,8 @@ inline Photon photon(const V3f& d, float power) {
     return {PackedDirection(d), Rgb(power), 0, kNoCell};
 }
 
-// n photons of total power 1 on the unit square z = 0, arriving from a cosine-distributed sky: irradiance 1.
+// Returns n photons of total power 1 on the unit square z = 0, arriving from a cosine-distributed sky:
+// irradiance 1.
 inline PhotonMap uniform_map(int n, std::uint64_t seed) {
     Sampler sampler(seed, Purpose::test, 0, 0);
     Photons deposited;
@@ -35,7 +36,7 @@ inline PhotonMap uniform_map(int n, std::uint64_t seed) {
         deposited.add(p, PackedDirection(kUp),
                       photon(-square_to_cosine_hemisphere(sampler.next2()), 1.0F / static_cast<float>(n)));
     }
-    return PhotonMap(deposited, IndexKind::tree, Workers{1});  // small ones, and many: threads only cost
+    return PhotonMap(deposited, IndexKind::tree, Workers{1});  // many small maps: threads are overhead
 }
 
 }  // namespace lucerna::testing

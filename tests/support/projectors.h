@@ -1,11 +1,11 @@
-// Slide projectors that several tests measure.
+// Slide projectors shared by several tests.
 #pragma once
 
 #include "lights/measurement/acquire.h"
 
 namespace lucerna::testing {
 
-// A lens of 25 mm, sharp at 0.6 m.
+// Returns a projector with a lens of 25 mm, focused at 0.6 m.
 inline Projector small_projector() {
     Projector p;
     p.aperture = 0.025;

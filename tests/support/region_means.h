@@ -1,5 +1,5 @@
-// Mean luminance of an image, or most of it, and of a part, over renders of independent seeds: for methods
-// whose error all pixels share, of which a pixel's own variance knows nothing.
+// Computes the mean luminance of two regions of an image, over renders of independent seeds, for methods
+// whose error is common to all pixels and hence not contained in the variance of a pixel.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,14 +14,14 @@
 
 namespace lucerna::testing {
 
-// Which pixels count; x and y from -1 to 1.
+// Tells which pixels count; x and y are from -1 to 1.
 using Where = std::function<bool(double x, double y)>;
 
 struct RegionMeans {
-    RunningStats whole, part;  // one number for each seed
+    RunningStats whole, part;  // one value per seed
 };
 
-// `part` is a part of `whole`.
+// Renders the seeds 1 to `seeds`. `part` is a subset of `whole`.
 inline RegionMeans region_means(const Job& job, int seeds, const Where& whole, const Where& part) {
     Monitor silent;
     RegionMeans means;
@@ -43,12 +43,13 @@ inline RegionMeans region_means(const Job& job, int seeds, const Where& whole, c
     return means;
 }
 
-// The lamp is a few bright pixels of the box, which would decide every mean.
+// Excludes the lamp, whose few bright pixels would dominate every mean.
 inline bool all_but_the_lamp(double x, double y) {
     return y < 0.6 || std::fabs(x) > 0.35;
 }
 
-// Compensated VPLs, in many sets of few: what one seed's paths say of the whole, at little cost per sample.
+// Returns settings for compensated VPLs in many small sets, so that the paths of one seed estimate the mean
+// at little cost per sample.
 inline IgiSettings few_lights(float mindist, int sets) {
     IgiSettings igi;
     igi.nlights = 4;
@@ -59,9 +60,9 @@ inline IgiSettings few_lights(float mindist, int sets) {
 }
 
 struct MeansCompared {
-    double ratio;   // of the means
-    double sigmas;  // between them, by both their standard errors
-    double noise;   // of the ratio: one sigma
+    double ratio;   // ratio of the means
+    double sigmas;  // their difference in standard errors of both
+    double noise;   // standard error of the ratio
 };
 
 inline MeansCompared compare_means(const RunningStats& ours, const RunningStats& reference) {
@@ -71,10 +72,10 @@ inline MeansCompared compare_means(const RunningStats& ours, const RunningStats&
             error / reference.mean()};
 }
 
-// Within four standard errors: a right method fails once in 400 comparisons of six seeds each, once in 1600
-// of twelve (Student's t). `noise`: what one standard error, relative, must not exceed, three times as much
-// in the part, or the test says nothing. `bias`: what it may be off besides, relative, where light is
-// estimated from photons.
+// Expects agreement within four standard errors: a correct method fails once in 400 comparisons of six seeds
+// each, once in 1600 of twelve (Student's t). One relative standard error must not exceed `noise`, or three
+// times that in the part, because the test would be too weak. `bias` is a relative tolerance in addition,
+// where light is estimated from photons.
 inline void expect_agrees(const RegionMeans& ours, const RegionMeans& reference, const std::string& what,
                           double noise, double bias = 0) {
     for (RunningStats RegionMeans::*which : {&RegionMeans::whole, &RegionMeans::part}) {
@@ -86,7 +87,7 @@ inline void expect_agrees(const RegionMeans& ours, const RegionMeans& reference,
     }
 }
 
-// That the same test rejects it.
+// Expects that the same test rejects the method.
 inline void expect_differs(const RegionMeans& ours, const RegionMeans& reference, const std::string& what) {
     for (RunningStats RegionMeans::*which : {&RegionMeans::whole, &RegionMeans::part}) {
         const auto compared = compare_means(ours.*which, reference.*which);

@@ -1,4 +1,4 @@
-// Whether two images show the same, bit for bit.
+// Tells whether two images have the same colours, bit for bit.
 #pragma once
 
 #include "engine/image/image.h"

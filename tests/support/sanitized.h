@@ -1,5 +1,5 @@
-// Whether a sanitizer looks after the memory: it reserves more addresses than any limit would leave, and
-// keeps what was freed.
+// Tells whether a memory sanitizer is active: it reserves more addresses than any limit would allow, and
+// retains freed memory.
 #pragma once
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // gcc

@@ -1,4 +1,4 @@
-// Reading scene text in tests: what it became, what was warned of, what was refused.
+// Reads scene text in tests, and returns the draft, the warnings or the error.
 #pragma once
 
 #include <string>
@@ -26,7 +26,7 @@ struct Read {
     std::vector<std::string> warnings, infos;
 };
 
-// All of a scene file, named "scene.pbrt".
+// Reads the text of a whole scene file, named "scene.pbrt".
 inline Read read_file_text(std::string text, const SceneOverrides& overrides = {}) {
     RecordingMonitor monitor;
     Read read{read_draft(std::move(text), "scene.pbrt", overrides, monitor), {}, {}};
@@ -35,12 +35,12 @@ inline Read read_file_text(std::string text, const SceneOverrides& overrides = {
     return read;
 }
 
-// What stands in the world, from line 2 on.
+// Reads a world block, which begins on line 2.
 inline Read read_world(std::string_view world) {
     return read_file_text(std::string(kHead) + std::string(world));
 }
 
-// The message with which the text is refused by a strict reader, or "" if it is read.
+// Returns the error message of a strict reader, or "" if it accepts the text.
 inline std::string refusal_of_file(std::string text, const SceneOverrides& overrides = {}) {
     SceneOverrides strict = overrides;
     strict.strict = true;

@@ -28,12 +28,12 @@ class SceneMaker {
         return static_cast<std::int32_t>(parts_.lights.size() - 1);
     }
 
-    // Of each light so far the number of its group.
+    // Sets the names of the groups, and for each light so far the number of its group.
     void light_groups(std::vector<std::string> names, std::vector<std::uint32_t> of_light) {
         parts_.light_groups = {std::move(names), std::move(of_light)};
     }
 
-    // A parallelogram; its normal is a × b.
+    // Adds a parallelogram; its normal is a × b.
     void quad(const V3f& corner, const V3f& a, const V3f& b, std::uint32_t material) {
         Mesh mesh;
         mesh.p = {corner, corner + a, corner + a + b, corner + b};
@@ -42,7 +42,7 @@ class SceneMaker {
         parts_.meshes.push_back(std::move(mesh));
     }
 
-    // The same, emitting along a × b.
+    // Adds a parallelogram that emits along a × b.
     void quad_light(const V3f& corner, const V3f& a, const V3f& b, std::uint32_t material,
                     const Rgb& radiance) {
         quad(corner, a, b, material);
@@ -50,7 +50,7 @@ class SceneMaker {
         mesh.traits.light = light(make_area_light(TriangleEmitter{mesh.p, mesh.triangles}, radiance, false));
     }
 
-    // The inside of a box from (0,0,0) to `size`; normals point inwards.
+    // Adds the inside of a box from (0,0,0) to `size`; normals point inwards.
     void room(const V3f& size, std::uint32_t material) {
         const V3f x(size.x, 0, 0), y(0, size.y, 0), z(0, 0, size.z);
         quad({0, 0, 0}, x, y, material);
@@ -61,7 +61,7 @@ class SceneMaker {
         quad(y, x, z, material);
     }
 
-    // The same, every corner moved to where `moved` says.
+    // Adds the same room with every corner mapped by `moved`.
     template <typename Moved>
     void room(const V3f& size, std::uint32_t material, Moved&& moved) {
         const std::size_t first = parts_.meshes.size();
@@ -82,7 +82,7 @@ class SceneMaker {
 
     Mesh& last_mesh() { return parts_.meshes.back(); }
 
-    // A medium for borders, by the index that MediumInterface wants.
+    // Adds a medium for medium interfaces and returns its index.
     std::int32_t medium(Medium medium) {
         parts_.media.all.push_back(std::move(medium));
         return static_cast<std::int32_t>(parts_.media.all.size() - 1);
@@ -91,7 +91,7 @@ class SceneMaker {
         parts_.media.regions.push_back(static_cast<std::uint32_t>(medium(std::move(made))));
     }
     void camera_in(std::int32_t medium) { parts_.media.camera = medium; }
-    // Nothing but a change of medium.
+    // Adds a sphere that is only a medium interface.
     Quadric& ball_of(std::int32_t medium, const V3f& centre, float radius) {
         Quadric& ball = sphere(centre, radius, material(InterfaceMaterial{}));
         ball.traits.media = {true, medium, kNoMedium};
@@ -104,7 +104,7 @@ class SceneMaker {
     SceneParts parts_;
 };
 
-// A camera that looks from `eye` to `target`; y is up.
+// Returns a camera that looks from `eye` to `target`; y is up.
 inline Camera camera(const V3f& eye, const V3f& target, int width, int height, float fov_degrees) {
     const V3d z = V3d(target - eye).normalized();
     const V3d up = std::fabs(z.y) < 0.99 ? V3d(0, 1, 0) : V3d(1, 0, 0);
@@ -126,7 +126,7 @@ inline Job make_job(Scene scene, const Camera& camera, IntegratorSettings integr
     return {std::move(scene), camera, film, std::move(integrator), spp};
 }
 
-// Point light of `flux` at the centre of a sphere of radius 1: direct irradiance flux/(4π), total
+// Returns a point light of `flux` at the centre of a sphere of radius 1: direct irradiance flux/(4π), total
 // flux/(4π)/(1-ρ).
 inline Scene integrating_sphere(float albedo, float flux) {
     SceneMaker make;
@@ -135,8 +135,8 @@ inline Scene integrating_sphere(float albedo, float flux) {
     return make.build();
 }
 
-// The measured Cornell box's proportions in metres, roughly: white room, red and green walls, one block, one
-// lamp. `add` may put more into it.
+// Returns a scene with roughly the proportions of the measured Cornell box, 1 m high: a white room with red
+// and green walls, a block and a lamp. `add` may add more.
 inline Scene small_cornell_with(void (*add)(SceneMaker&)) {
     SceneMaker make;
     add(make);

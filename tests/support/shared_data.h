@@ -1,5 +1,5 @@
-// Measured lamps and reference images are not part of the project; tests that read them cannot run where they
-// are absent (cannot_run.h).
+// Locates measured lamps and reference images, which are not part of the project; tests that read them cannot
+// run where they are absent (cannot_run.h).
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ inline std::filesystem::path shared_data() {
 
 }  // namespace lucerna::testing
 
-// Ends the test unless the file is there. Defines `variable`.
+// Defines `variable` as the file's path, and ends the test unless the file exists.
 #define LUCERNA_NEED_DATA(variable, name)                                            \
     const std::filesystem::path variable = lucerna::testing::shared_data() / (name); \
     if (!std::filesystem::exists(variable)) LUCERNA_CANNOT_RUN() << variable << " is not there"

@@ -1,5 +1,5 @@
-// A smooth lamp with a formula, what it casts, and how far a measured field of it is from that. For tests of
-// the virtual acquisition and the figure of its accuracy.
+// A smooth lamp given by a formula, its irradiance, and the error of a measured light field of it, for tests
+// of the virtual acquisition and the figure of its accuracy.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +24,8 @@ struct SmoothLamp {
     EmitterModel model;
 };
 
-// ∫ L cos²θ / R² over the emitter: rings by the midpoint rule, angles by the trapezium rule. On the emitter
-// itself a cosine power has the closed form 2π L₀ / (exponent + 1).
+// Integrates L cos²θ / R² over the emitter: rings by the midpoint rule, angles by the trapezoidal rule. On
+// the emitter itself a cosine power has the closed form 2π L₀ / (exponent + 1).
 inline double irradiance_of(const SmoothLamp& lamp, const V3d& point) {
     const double pi = std::acos(-1.0);
     const auto& radiance = lamp.model.radiance;
@@ -63,8 +63,8 @@ inline LightField measured(const SmoothLamp& lamp, int views, int pixels) {
     return acquire(lamp.model, rig_before_lamp(views, pixels), {}, silent, options);
 }
 
-// Root mean square error of the irradiance over a square of 0.6 of the lamp's radius, relative to the
-// middle's.
+// Returns the root mean square error of the irradiance over a square of half side 0.6 of the lamp's radius,
+// relative to the irradiance at its middle.
 inline double rms_error(const SmoothLamp& lamp, const LightField& field, double z) {
     double sum = 0;
     constexpr int kSide = 9;

@@ -1,4 +1,4 @@
-// Statistical decisions for tests: fixed seeds, one stated error rate.
+// Statistical decisions for tests, with fixed seeds and one stated error rate.
 //
 // A correct program fails a test of this kind with probability kFalseAlarm at most, over the choice of the
 // seed; the seeds are fixed, so a run that passes once always passes.
@@ -23,21 +23,21 @@ struct ChiSquare {
     bool accepted() const { return p_value >= kFalseAlarm; }
 };
 
-// How often chi-square of so many degrees of freedom is this large, or larger.
+// Returns the probability that chi-square of so many degrees of freedom is at least this large.
 double chi_square_tail(double statistic, int degrees);
 
-// Observed counts against expected ones (same total). Bins that expect fewer than 5 are pooled; a count in a
-// bin that expects exactly nothing rejects outright.
+// Compares observed counts with expected ones (same total). Bins that expect fewer than 5 are pooled; a count
+// in a bin that expects exactly 0 rejects outright.
 ChiSquare chi_square(std::span<const std::uint64_t> observed, std::span<const double> expected);
 
-// Is the mean of the samples within `sigmas` standard errors of `truth`? (4 sigma: 6e-5 two-sided.)
+// Tells whether the mean of the samples is within `sigmas` standard errors of `truth` (4 sigma: 6e-5
+// two-sided).
 inline bool agrees(const RunningStats& stats, double truth, double sigmas = 4) {
     return std::fabs(stats.mean() - truth) <= sigmas * stats.standard_error() + 1e-12 * std::fabs(truth);
 }
 
-// Student's t: how often the mean of so many normal values would be as far from `truth` as this one is, or
-// farther. For few values, whose scatter is known by themselves alone; normal is what each is nearly if it is
-// itself a sum over many.
+// Returns the two-sided p-value of Student's t-test that the mean is `truth`. For few values, whose variance
+// must be estimated from themselves; each value is nearly normal if it is a sum over many.
 double t_test(const RunningStats& stats, double truth);
 
 }  // namespace lucerna::testing

@@ -1,4 +1,4 @@
-// A folder of a test's own, gone when the test is over.
+// A temporary folder of a test, removed when the object is destroyed.
 #pragma once
 
 #include <stdlib.h>

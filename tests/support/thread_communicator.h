@@ -1,4 +1,4 @@
-// Runs the ranks of a job as threads of one process, for tests of what ranks do together.
+// Runs the ranks of a job as threads of one process, for tests of the communication between ranks.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 namespace lucerna {
 namespace testing {
 
-// What the ranks share.
+// The state that the ranks share.
 class ThreadHub {
   public:
     explicit ThreadHub(int size) : size_(size), parts_(static_cast<std::size_t>(size)) {}
@@ -133,8 +133,8 @@ class ThreadCommunicator final : public Communicator {
     int rank_;
 };
 
-// Calls body(ranks) on so many ranks at once, each with its own number of threads (`threads` of rank r, the
-// last for all others). Rethrows what the first rank threw that failed by itself.
+// Calls body(ranks) on `size` ranks at once. Rank r has threads[r] threads, or the last number for ranks
+// beyond the list. Rethrows the first exception that a rank threw.
 inline void on_ranks(int size, std::vector<int> threads, const std::function<void(Ranks&)>& body) {
     ThreadHub hub(size);
     std::mutex mutex;
@@ -146,7 +146,7 @@ inline void on_ranks(int size, std::vector<int> threads, const std::function<voi
                 const int own = threads[std::min(static_cast<std::size_t>(r), threads.size() - 1)];
                 Ranks rank(std::make_unique<ThreadCommunicator>(hub, r), own);
                 body(rank);
-            } catch (const Stopped&) {  // by all of them: another may still be where they meet
+            } catch (const Stopped&) {  // all ranks stop: another may still wait in exchange()
                 const std::lock_guard lock(mutex);
                 if (!failure) failure = std::current_exception();
             } catch (...) {

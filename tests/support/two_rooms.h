@@ -1,4 +1,4 @@
-// Two rooms with a lamp each, of which a camera sees one: for whatever is steered towards what is seen.
+// Two rooms with a lamp each, of which a camera sees one, for tests of steering towards visible regions.
 #pragma once
 
 #include "engine/guiding/importance_pre_pass.h"
@@ -6,8 +6,8 @@
 
 namespace lucerna::testing {
 
-// Two rooms of 1 m, a thick wall between them and in that, if asked for, a passage; each has a lamp at its
-// ceiling, and the left one, if asked for, a ball of glass.
+// Returns two rooms of 1 m with a thick wall between them, optionally with a passage; each has a lamp at its
+// ceiling, and the left one optionally a ball of glass.
 inline Scene two_rooms(bool passage, bool glass = true) {
     SceneMaker make;
     const auto white = make.diffuse(Rgb(0.6F, 0.5F, 0.4F));
@@ -28,7 +28,7 @@ inline Scene two_rooms(bool passage, bool glass = true) {
     return make.build();
 }
 
-// Into the left room.
+// Returns a camera that looks into the left room.
 inline Camera left_camera(int size = 32) {
     return camera({0.1F, 0.5F, 0.05F}, {0.5F, 0.3F, 0.9F}, size, size, 60);
 }
