@@ -1,4 +1,4 @@
-// Boundary bias: known irradiance on surfaces that end.
+// Tests boundary bias: known irradiance on surfaces with edges.
 #include "photon/probes.h"
 
 #include <gtest/gtest.h>
@@ -25,12 +25,12 @@ Scene unit_square() {
 
 struct Where {
     const char* name;
-    V3f begin, end;      // a line of places that are all alike
-    double uncorrected;  // what is left of irradiance 1
-    double probes;       // most that the correction may be off
+    V3f begin, end;      // a line of equivalent places
+    double uncorrected;  // estimate without correction; exact is 1
+    double probes;       // largest error with probes
 };
 
-// A disc of some radius 0.08: 100 of 5000 photons.
+// The disc's radius is some 0.08, for 100 of 5000 photons.
 const Where kWheres[] = {{"middle", {0.3F, 0.4F, 0}, {0.7F, 0.5F, 0}, 1, 0.01},
                          {"edge", {0.0F, 0.3F, 0}, {0.0F, 0.7F, 0}, 0.5, 0.03},
                          {"near the edge", {0.02F, 0.3F, 0}, {0.02F, 0.7F, 0}, 0.65, 0.04},
@@ -74,7 +74,7 @@ INSTANTIATE_TEST_SUITE_P(Kernels, UnitSquare,
                          ::testing::Values(KernelShape::constant, KernelShape::cone,
                                            KernelShape::epanechnikov));
 
-// 400 photons on a disc of radius 0.1, looked at with a radius of 0.15: half the estimate's disc is empty.
+// 400 photons lie on a disc of radius 0.1, and the estimate's radius is 0.15: half of its disc is empty.
 TEST(SmallDisc, RadiusBeyondIt_ProbesMendWhatIsLost) {
     constexpr float kDisc = 0.1F;
     SceneMaker make;
@@ -112,8 +112,8 @@ TEST(SmallDisc, RadiusBeyondIt_ProbesMendWhatIsLost) {
     }
 }
 
-// Share of the kernel's places from which a photon along d is stored, in the corner of a floor (x > 0)
-// and a wall (z > 0), where the metric counts it: by many places.
+// Computes, on a grid, the share of the kernel's disc through which photons along d are stored where the
+// metric counts them, in the corner of a floor (x > 0) and a wall (z > 0).
 double corner_share(const V3f& x, const V3f& d, const TangentMetric& metric, float r2) {
     constexpr int kSide = 64;
     int counted = 0;
@@ -128,8 +128,8 @@ double corner_share(const V3f& x, const V3f& d, const TangentMetric& metric, flo
     return static_cast<double>(counted) / (kSide * kSide);
 }
 
-// In a concave corner the wall's photons fill the disc, but for those so high up that the metric leaves them
-// out: the probes find just these missing.
+// In a concave corner the wall's photons fill the disc, except those so high up that the metric excludes
+// them: the probes find that share missing.
 TEST(ConcaveCorner, Probes_FindTheDiscFilledByTheWall) {
     SceneMaker make;
     const auto grey = make.diffuse(Rgb(0.5F));
@@ -155,9 +155,8 @@ TEST(ConcaveCorner, Probes_FindTheDiscFilledByTheWall) {
     RecordProperty("shares", fmt::format("{:.4f}, exact {:.4f}", found.mean(), exact.mean()));
 }
 
-// A floor under a shelf, lit from above: what rests on the shelf projects onto the floor, and leaks there
-// unless it is asked whether it sees it. Beside a thin wall that stands on the floor, what rests on the far
-// side leaks in the same way.
+// Photons on a shelf above a floor project onto the floor, and leak there unless a ray tests whether they are
+// visible from it. Photons on the far side of a thin wall leak in the same way.
 TEST(HiddenPhotons, UnderAShelfAndBehindAThinWall_CountOnlyWithoutProbes) {
     SceneMaker make;
     const auto grey = make.diffuse(Rgb(0.5F));
@@ -188,15 +187,15 @@ TEST(HiddenPhotons, UnderAShelfAndBehindAThinWall_CountOnlyWithoutProbes) {
         settings.boundary = Boundary::probes;
         EXPECT_EQ(DensityEstimate(map, settings, probing).irradiance(at).value.x, 0) << x.x;
     }
-    // And where they rest they count, whole.
+    // On their own surfaces they count fully.
     for (const V3f& x : {V3f(-2, 0, 0.1F), V3f(2, 0, 0)}) {
         const SurfacePoint at{x, kUp, surface_error(x, 1)};
         EXPECT_NEAR(DensityEstimate(map, settings, probing).irradiance(at).value.x, 0.5F, 0.1F) << x.x;
     }
 }
 
-// A narrow spot on a wide, tilted plane: the disc is hardly wider than float32 knows the plane, or no wider.
-// The plane goes on everywhere, so probes have nothing to mend.
+// On a wide, tilted plane the disc of a narrow spot is hardly larger than the error of the plane in float32,
+// or smaller. The plane has no edge nearby, so probes must change nothing.
 TEST(Probes, DiscNearTheSurfacesError_OnATiltedPlane_ChangesNothing) {
     const V3f n = V3f(1, 2, 3).normalized();
     const Frame frame(n);

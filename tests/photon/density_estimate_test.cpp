@@ -1,4 +1,4 @@
-// Density estimation against known densities.
+// Tests density estimation against known densities.
 #include "photon/density_estimate.h"
 
 #include <gtest/gtest.h>
@@ -25,17 +25,17 @@ struct Convention {
 
 class KnownDensity : public ::testing::TestWithParam<Convention> {};
 
-// White Lambertian floor under irradiance 1: radiance 1/π. The estimate must be unbiased under every
-// convention.
+// On a white Lambertian floor with irradiance 1 the radiance is 1/π. The estimate must be unbiased for every
+// convention (4 sigmas).
 TEST_P(KnownDensity, Mean_WithinFourSigma) {
     const Convention c = GetParam();
     const DensityEstimateSettings settings{c.k, c.radius, 2, c.kernel, c.metric, Boundary::none};
     RunningStats stats;
-    RunningStats wrong;  // what dividing by the k-th photon's radius while counting it would give
+    RunningStats wrong;  // the result if the k-th photon fixed the radius and counted as well
     for (std::uint64_t seed = 0; seed < 750; ++seed) {
         const PhotonMap map = uniform_map(2000, seed);
         const DensityEstimate estimate(map, settings);
-        // One number per map, of four places that share no photon and see no edge.
+        // One value per map, from four places that share no photon and are far from edges.
         double sum = 0;
         for (const float x : {0.3F, 0.7F}) {
             for (const float y : {0.3F, 0.7F}) {
@@ -65,8 +65,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Convention{0, 0.1F, KernelShape::cone, MetricKind::projected},
                       Convention{0, 0.1F, KernelShape::epanechnikov, MetricKind::euclidean}));
 
-// A bright spot in the middle, photons ever farther apart around it, and the radius that grows with their
-// distance: what all of the floor receives is what all photons bring, if each is spread.
+// Around a bright spot the photons' density falls, and the radius grows with distance. If each photon is
+// spread over its own disc, the floor receives exactly the flux of all photons.
 TEST(DensityEstimate, SpreadPhotons_KeepTheFlux) {
     Sampler sampler(7, Purpose::test, 0, 0);
     Photons photons;
@@ -132,7 +132,7 @@ TEST(DensityEstimate, CoincidentPhotons_GiveAFiniteAnswer) {
 }
 
 TEST(DensityEstimate, ThinWallLitFromBehind_StaysDarkAndKeepsItsRadius) {
-    // Ten photons from below lie nearer than five from above: they neither count nor take up places.
+    // Ten photons from below are nearer than five from above: they neither count nor affect the radius.
     Photons deposited;
     for (int i = 1; i <= 10; ++i) {
         deposited.add(V3f(0.01F * static_cast<float>(i), 0, 0), PackedDirection(-kUp), photon(kUp, 100));
@@ -166,8 +166,8 @@ TEST(DensityEstimate, KBeyondTheMap_EqualsAllWithinTheRadius) {
     }
 }
 
-// Without boundaries it is the estimate on a disc of a quarter of the radius; and on discs that the nearest
-// photons fix, it has the same mean where they are even.
+// Without boundaries the sharper value is the estimate on a disc of kInnerRadius times the radius; on discs
+// given by the nearest photons it has the same mean where the light is even (4 sigmas).
 TEST(DensityEstimate, Sharper_IsTheEstimateOnAQuarterOfTheRadius) {
     const PhotonMap map = uniform_map(5000, 7);
     for (const KernelShape kernel : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {

@@ -1,4 +1,4 @@
-// How light paths start: in batches that do not matter, lights by power, bit for bit the same.
+// Tests the start of light paths: independent of batches, with lights in proportion to their power.
 #include "photon/emission.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,8 @@ namespace emission_test {
 
 using testing::SceneMaker;
 
-// A measured lamp in lumens beside lamps in watts: the file's number counts, whatever its unit.
+// Returns a measured lamp in lumens beside lamps in watts: powers are compared as numbers, whatever their
+// unit.
 Scene three_lights() {
     SceneMaker make;
     Monitor silent;
@@ -70,8 +71,8 @@ TEST(Emission, Lights_AreChosenByPower_AndEvenly) {
         }
         for (std::size_t i = 0; i < 4; ++i) {
             const double power = scene.lights()[i]->power();
-            // Independent choices would miss by sqrt(4096 p (1-p)), which is up to 32; these by one or two at
-            // each of a light's two borders.
+            // Independent choices would be off by sqrt(4096 p (1-p)), which is up to 32; stratified ones by
+            // one or two at each end of a light's interval.
             EXPECT_NEAR(count[i], kPaths * power / total, 2.5) << i;
             flux[i].add(sum[i] / kPaths);
         }

@@ -1,4 +1,4 @@
-// The test of discs for structure: how often it calls even light structured, and what it finds.
+// Tests the search for structure in discs: its false positive rate in even light, and its power.
 #include "photon/evenness.h"
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 namespace lucerna {
 namespace evenness_test {
 
-// In how many of `trials` structure is found among `photons` that land uniformly and are of
-// power_at(x, y), x² + y² <= 1; black ones do not land.
+// Returns the share of `trials` in which structure is found among `photons` uniform photons of power_at(x,
+// y), x² + y² <= 1; black ones are dropped.
 template <typename PowerAt>
 double found_share(int trials, int photons, PowerAt&& power_at) {
     int found = 0;
@@ -32,10 +32,10 @@ double found_share(int trials, int photons, PowerAt&& power_at) {
 
 TEST(Evenness, EvenLight_IsRefusedAtTheStatedRate) {
     constexpr int kTrials = 20'000;
-    // Equal powers of one colour: one channel's share of the rate in three equal channels.
+    // With equal powers of one colour the three channels are one test, at a third of the rate.
     const double grey = found_share(kTrials, 240, [](float, float, Sampler&) { return Rgb(1.0F); });
     EXPECT_NEAR(grey, EvennessTest::kFalse / 3, 0.002);
-    // Three colours by chance, and powers that differ by a factor of five.
+    // The three channels are independent if photons have random primary colours.
     const double coloured = found_share(kTrials, 240, [](float, float, Sampler& sampler) {
         Rgb power(0.0F);
         power[static_cast<int>(3 * sampler.next())] = 1;
@@ -49,7 +49,7 @@ TEST(Evenness, EvenLight_IsRefusedAtTheStatedRate) {
 
 TEST(Evenness, StructureIsFound) {
     constexpr int kTrials = 500;
-    // Half of them land, or more.
+    // About half of the photons or more are kept.
     const auto share_of = [](int photons, auto&& density) {
         return found_share(kTrials, photons, [&](float x, float y, Sampler& sampler) {
             return Rgb(sampler.next() < density(x, y) ? 1.0F : 0.0F);

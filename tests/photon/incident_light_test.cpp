@@ -1,4 +1,4 @@
-// What a few sectors keep of the directions that light comes from.
+// Tests incident light stored in a few sectors of directions.
 #include "photon/incident_light.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ struct Arriving {
     V3f wi;
 };
 
-// Irradiance of 1 W/m² in all from directions that `direction(u)` draws in proportion to radiance times
+// Returns an irradiance of 1 W/m² from directions that `direction(u)` draws in proportion to radiance times
 // cosine.
 template <typename Direction>
 std::vector<Arriving> arriving(Direction&& direction) {
@@ -37,7 +37,7 @@ IncidentLight sectors_of(const std::vector<Arriving>& all) {
     return sum.light();
 }
 
-// The oracle: every direction by itself.
+// The reference: sums over all directions.
 Rgb exact(const std::vector<Arriving>& all, const Bsdf& bsdf, const V3f& wo) {
     Rgb sum(0.0F);
     for (const Arriving& light : all) {
@@ -47,7 +47,7 @@ Rgb exact(const std::vector<Arriving>& all, const Bsdf& bsdf, const V3f& wo) {
     return sum;
 }
 
-// As if all of it came from its mean direction: what this test must reject.
+// Treats all light as coming from its mean direction, which the test must reject.
 Rgb by_one_direction(const std::vector<Arriving>& all, const Bsdf& bsdf, const V3f& wo) {
     V3f mean(0.0F);
     for (const Arriving& light : all) mean += luminance(light.irradiance) * light.wi;
@@ -58,7 +58,7 @@ Rgb by_one_direction(const std::vector<Arriving>& all, const Bsdf& bsdf, const V
 V3f cosine_sky(const V2f& u) {
     return square_to_cosine_hemisphere(u);
 }
-// A window low on one side, and half as much light from above.
+// Returns directions from a window low on one side, with twice the light of the sky above.
 V3f window(const V2f& u) {
     if (u.x < 0.33F) return square_to_cosine_hemisphere({u.x / 0.33F, u.y});
     return V3f(std::cos(0.2F * u.y), std::sin(0.2F * u.y), 0.15F + 0.1F * u.x).normalized();
@@ -78,10 +78,10 @@ TEST(IncidentLight, OnALambertianSurface_IsItsIrradiance) {
     }
 }
 
-// Varnish, which reflects most of what comes flat, and Oren and Nayar's rough surface: within 2 % of the sum
-// over all directions. A normal bent by 20 degrees towards a window and away from it: within 6 %, as light
-// from below the bent horizon counts, too, which a sector's mean direction does not see. One mean direction
-// for all is off by more.
+// For varnish, which reflects most at grazing incidence, and Oren and Nayar's rough surface, the error is
+// within 2 % of the sum over all directions. For a normal bent by 20 degrees towards a window or away from it
+// it is within 6 %, as light from below the bent horizon counts, too, which the mean direction of a sector
+// does not represent. A single mean direction has a larger error.
 TEST(IncidentLight, OnOtherSurfacesWithoutAPeak_IsNearlyTheSumOverAllDirections) {
     const V3f towards = V3f(std::sin(0.35F), 0, std::cos(0.35F)), away(-towards.x, 0, towards.z);
     const std::vector<Bsdf> surfaces = {
@@ -105,7 +105,7 @@ TEST(IncidentLight, OnOtherSurfacesWithoutAPeak_IsNearlyTheSumOverAllDirections)
 TEST(IncidentLight, FromBelowTheHorizonOfThePlace_CountsAsComingAlongIt) {
     IncidentLightSum sum(kUp);
     sum.add(Rgb(1.0F), V3f(0.999F, 0, 0.0447F).normalized());
-    const V3f turned = V3f(-0.3F, 0, 1).normalized();  // the light is under its horizon
+    const V3f turned = V3f(-0.3F, 0, 1).normalized();  // the light is below its horizon
     const Bsdf bsdf(DiffuseLobe{Rgb(1.0F)}, turned, turned, V3f(0, 1, 0));
     EXPECT_NEAR(sum.light().radiance(bsdf, turned, turned).x, 1 / kPi, 1e-4F);
 }

@@ -1,4 +1,4 @@
-// Precomputed irradiance: where the points may stand, and what is looked up.
+// Tests precomputed irradiance: where its points may lie, and which point a lookup finds.
 #include "photon/irradiance.h"
 
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ double mean_looked_up(const PhotonMap& map, const SurfacePoints& places, std::ui
     return looked_up.mean();
 }
 
-// The estimate at photon `own` of all others.
+// Returns the estimate at photon `own` from all other photons.
 double without(const PhotonMap& map, std::uint32_t own) {
     const V3f& x = map.positions()[own];
     const TangentMetric metric(x, kUp, kSettings.metric, kSettings.ratio);
@@ -104,10 +104,10 @@ LeftOut mean_left_out(const PhotonMap& map, std::uint64_t seed) {
     return {at_photons.mean(), looked_up.mean()};
 }
 
-// Uniform irradiance 1, looked up at places that know nothing of the photons. Points that know nothing of
-// them either are right. Photons that count themselves are too bright, though by less than their own 2/k;
-// photons that leave themselves out are right where they stand, and too dark looked up: the room around a
-// point is wide where photons are few.
+// Looks up a uniform irradiance of 1 at places independent of the photons. Points that are independent of the
+// photons, too, are unbiased. Points at photons are too bright if the photon itself counts, though by less
+// than the 2/k expected at the photon. If it does not count they are unbiased at the photon but too dark when
+// looked up, because points with few photons around are nearest to more places.
 TEST(IrradiancePoints, LookedUpOnAUniformFloor_UnbiasedOnlyIfTheyAreNotThePhotons) {
     RunningStats others, themselves, left_out, left_out_at_photons;
     for (std::uint64_t seed = 0; seed < 24; ++seed) {
@@ -138,12 +138,12 @@ TEST(IrradiancePoints, Lookup_OnlyOnItsSideAndWithinItsDisc) {
     EXPECT_TRUE(points.nearest(V3f(0.5F, 0.5F, 0), kUp, 0.1F));
     EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 0), -kUp, 0.1F));
     EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 1), kUp, 0.1F));
-    // Discs of 40 photons in 20,000 are 0.025 wide.
+    // Discs of 40 photons in 20,000 have a radius of 0.025.
     EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 0.09F), kUp, 0.1F));
 }
 
-// Light that comes from 4 cm away is another one a centimetre farther on; where it is a tenth of all, all is
-// about the same up to ten times as far away.
+// Light from a lamp 4 cm away changes within a centimetre; where the lamp contributes a tenth, the sum is
+// nearly constant up to ten times as far away.
 TEST(IrradiancePoints, BesideANearLamp_AreLookedUpNearby) {
     Monitor silent;
     const PhotonMap map = uniform_map(kPhotons, 1);
@@ -152,13 +152,13 @@ TEST(IrradiancePoints, BesideANearLamp_AreLookedUpNearby) {
     one.add({V3f(0.5F, 0.5F, 0), kUp, 0}, 0);
     const auto found_at = [&](float distance, float share, float lamp) {
         const auto near = [&](std::uint32_t, const SurfacePoint& at, IncidentLightSum& light) {
-            light.add(Rgb(1e6F), at.n);  // beside which the photons are nothing
+            light.add(Rgb(1e6F), at.n);  // outweighs the photons
             return NearLight{share * 1e6F, lamp};
         };
         const IrradiancePoints points(one, {maps, kSettings, {}, near}, Workers{1}, silent);
         return points.nearest(V3f(0.5F + distance, 0.5F, 0), kUp, 1).has_value();
     };
-    // Its disc is 0.025 wide.
+    // Its disc has a radius of 0.025.
     EXPECT_TRUE(found_at(0.009F, 1, 0.04F));
     EXPECT_FALSE(found_at(0.011F, 1, 0.04F));
     EXPECT_TRUE(found_at(0.015F, 0.5F, 0.04F));
@@ -168,9 +168,7 @@ TEST(IrradiancePoints, BesideANearLamp_AreLookedUpNearby) {
     EXPECT_FALSE(found_at(0.04F, 1, 0.5F)) << "beyond the disc";
 }
 
-// A bounce that rounding sends elsewhere is one place more or less: what light the others are given by chance
-// must not go by how many come before them.
-// Photons of paths of 0 to 9 bounces, of a brightness that goes by them.
+// Returns photons of paths of 0 to 9 bounces, whose power depends on the number of bounces.
 PhotonMap map_of_many_bounces() {
     Sampler sampler(5, Purpose::test, 0, 0);
     Photons deposited;
@@ -185,8 +183,8 @@ PhotonMap map_of_many_bounces() {
     return PhotonMap(deposited, IndexKind::tree, Workers{1});
 }
 
-// Points that count photons of up to 7 bounces tell the light of shorter paths as points do that count no
-// others; of paths so short that they do not know it, nothing.
+// Points that count photons of up to 7 bounces return the light of shorter paths as points do that count only
+// those; for paths shorter than the stored range they return nothing.
 TEST(IrradiancePoints, ShorterPaths_BringTheShareThatAnEstimateOfTheirsFinds) {
     const PhotonMap map = map_of_many_bounces();
     const PhotonMap* maps[] = {&map};
@@ -215,6 +213,8 @@ TEST(IrradiancePoints, ShorterPaths_BringTheShareThatAnEstimateOfTheirsFinds) {
     EXPECT_FALSE(all.nearest(places.positions[0], kUp, 0.2F, 0)) << "seven bounces fewer are not kept";
 }
 
+// A bounce that rounding sends elsewhere adds or removes a point: the random light of the other points must
+// not depend on how many come before them.
 TEST(IrradiancePoints, OnePlaceLess_ChangesNothingAtTheOthers) {
     Monitor silent;
     const PhotonMap map = uniform_map(kPhotons, 3);
@@ -259,7 +259,7 @@ TEST(BounceOn, FromAFloor_LandsOnTheCeilingAndNotOnTheMirror) {
     EXPECT_NE(bounce_on(scene, map, {2, 1, 1}, Workers{1}).positions, places.positions);
 }
 
-// Rounding may change the order of a map's photons, all of it, and where one of them is.
+// Rounding may change the order of all photons of a map, and the place of one of them.
 TEST(BounceOn, PhotonsInAnotherOrderAndOneLess_LeadToTheSamePlaces) {
     SceneMaker make;
     make.quad({-500, -500, 1}, {0, 1000, 0}, {1000, 0, 0}, make.diffuse(Rgb(0.5F)));

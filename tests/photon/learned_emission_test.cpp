@@ -1,5 +1,5 @@
-// Tests what learned emission draws and how it weighs, and that it is plain emission to the bit where nothing
-// is important.
+// Tests the density of learned emission and its weights, and that it equals plain emission bit for bit where
+// nothing is important.
 #include "photon/learned_emission.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using testing::NumberBox;
 using testing::random_blocks;
 using testing::SceneMaker;
 
-// A measured lamp, a lamp at a point, a dark one and a spot, in a room.
+// Returns a room with a measured lamp, a point light, a dark one and a spotlight.
 Scene four_lights() {
     SceneMaker make;
     Monitor silent;
@@ -76,7 +76,7 @@ TEST(LearnedEmission, NothingImportant_IsPlain) {
     }
 }
 
-// What the header says: q = β p + (1 - β) learned, written down from the blocks.
+// Computes the density of the header, q = β p + (1 - β) learned, from the blocks independently.
 TEST(LearnedEmission, Density_IsTheMixture_AndNeverBelowTheDefensivePart) {
     const Scene scene = four_lights();
     const std::vector<EmissionBlocks> blocks = four_blocks();
@@ -135,8 +135,8 @@ TEST(LearnedEmission, WarpedNumbers_FollowTheDensity_AndTheTestSeesWhenTheyDoNot
     EXPECT_FALSE(testing::chi_square(observed, expected).accepted());
 }
 
-// Numbers that stratify stay so: of 2^k consecutive ones every block gets its share but for the points at its
-// borders.
+// Warped numbers remain stratified: of 2^k consecutive ones every block gets its share, except for the points
+// at its boundaries.
 TEST(LearnedEmission, WarpedNet_FillsBlocksMoreEvenlyThanChance) {
     const Scene scene = four_lights();
     std::vector<EmissionBlocks> blocks(4);
@@ -161,7 +161,7 @@ TEST(LearnedEmission, WarpedNet_FillsBlocksMoreEvenlyThanChance) {
     }
 }
 
-// The cells of a measured lamp as boxes of its numbers, from what its table says of them.
+// Computes the cells of a measured lamp as boxes in the space of its emission numbers, from its table.
 struct CellBoxes {
     std::vector<NumberBox> boxes;  // by CellId
 
@@ -230,7 +230,7 @@ TEST(LearnedEmission, CellsOfAMeasuredLamp_AreDrawnByTheDensity_AndTheTestSeesAS
         if (!(table.probability(*table.cell(static_cast<CellId>(c))) > 0)) expected[c] = 0;
     }
     EXPECT_TRUE(testing::chi_square(observed, expected).accepted());
-    EXPECT_NEAR(flux, scene.lights()[0]->power(), 0.01 * flux);  // weighted back
+    EXPECT_NEAR(flux, scene.lights()[0]->power(), 0.01 * flux);  // weights restore the flux
 
     std::vector<double> plain(table.cells());
     for (std::size_t c = 0; c < plain.size(); ++c) {

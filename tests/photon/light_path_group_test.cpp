@@ -1,5 +1,5 @@
-// Paths that take turns end as paths that go one by one; and the rays that are measured are those of the
-// pass.
+// Tests that interleaved light paths equal paths traced one by one, and that the rays to be timed are those
+// of a pass.
 #include "photon/light_path_group.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace light_path_group_test {
 
 using testing::SceneMaker;
 
-// Three walls with relief, glass and a mirror between them, two lights, and much that gets out.
+// Returns three walls with relief, glass and a mirror between them and two lights; much light escapes.
 Scene varied_room() {
     SceneMaker make;
     const auto hewn = make.material(DiffuseMaterial{RgbTexture::constant(Rgb(0.8F, 0.7F, 0.6F))},

@@ -1,4 +1,4 @@
-// A photon's life: classes, ledger, determinism.
+// Tests light paths: classes of paths, the energy ledger, determinism.
 #include "photon/light_path.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ double total_power(const PhotonMap& map) {
     return sum;
 }
 
-// A room with everything in it: glass, mirror, rough metal, colours, an opening, three kinds of light.
+// Returns a room with glass, mirror, rough metal, colours and three kinds of light.
 Scene busy_room() {
     SceneMaker make;
     const auto white = make.diffuse(Rgb(0.8F, 0.7F, 0.6F));
@@ -63,7 +63,7 @@ TEST(Maps, WithTargets_EmitUntilTheyAreMet) {
     EXPECT_LT(maps.find(MapKind::caustic)->size(), 60'000U);
     EXPECT_GT(maps.ledger.paths, 65'536U) << "the first look is not enough";
     EXPECT_TRUE(monitor.warnings.empty());
-    // As many paths at once make the same maps.
+    // As many paths without a target make the same maps.
     const PhotonMaps again = build(scene, static_cast<std::int64_t>(maps.ledger.paths));
     EXPECT_EQ(total_power(*maps.find(MapKind::caustic)), total_power(*again.find(MapKind::caustic)));
     EXPECT_EQ(total_power(*maps.find(MapKind::global)), total_power(*again.find(MapKind::global)));
@@ -84,8 +84,8 @@ TEST(Maps, WithATargetOutOfReach_GiveItUpAndSaySo) {
     EXPECT_NE(monitor.warnings.front().find("target of 1000000 is abandoned"), std::string::npos);
 }
 
-// The target needs far more light paths than there is time for. The maps of those that fit into the time hold
-// all of the power.
+// The target needs far more light paths than the deadline allows. The maps of those traced hold all of the
+// power.
 TEST(Maps, WithATargetAndADeadline_EndWhenItComes) {
     const Scene scene = busy_room();
     RecordingMonitor monitor;
@@ -104,14 +104,15 @@ TEST(Maps, WithATargetAndADeadline_EndWhenItComes) {
     EXPECT_EQ(total_power(*maps.find(MapKind::caustic)), total_power(*again.find(MapKind::caustic)));
 }
 
-// The Caustic map with chains holds L(S+D)*S+D: of the Global map what no two diffuse bounces in a row made.
+// With chains the Caustic map holds L(S+D)*S+D: of the Global map's paths those without two diffuse bounces
+// in a row.
 TEST(Maps, OfCausticChains_HoldTheirShareOfTheGlobalMap) {
     const Scene scene = busy_room();
     constexpr std::int64_t kPaths = 50'000;
     const SamplerFamily numbers(5, Purpose::emission, 0);
     struct Chains : LightPathVisitor {
         double expected = 0, first = 0;
-        std::string bounces;  // of the path so far, as letters
+        std::string bounces;  // bounces of the path so far, as letters
         PathClass last;
 
         void hit(const LightPathHit& at) {
@@ -143,12 +144,12 @@ TEST(Maps, OfCausticChains_HoldTheirShareOfTheGlobalMap) {
     const PhotonMaps chains = build_photon_maps(scene, parameters, Workers{2}, silent);
     EXPECT_NEAR(total_power(*chains.find(MapKind::caustic)), expected, 1e-5 * expected);
     EXPECT_LT(chains.ledger.imbalance(), 1e-5);
-    // Paths end early: of both, few hits more than one for each path and what mirrors and glass turned.
+    // Paths end where no requested map can store later hits.
     EXPECT_LT(alone.ledger.hits, chains.ledger.hits);
     EXPECT_LT(chains.ledger.hits, found.ledger.hits / 2);
 }
 
-// Where light goes to and fro between mirrors fewer paths are traced, and all of the power is there.
+// Where light bounces between mirrors fewer paths are traced, and the maps hold the same power.
 TEST(Maps, BetweenMirrors_AreMadeOfFewerPaths_AndHoldTheSamePower) {
     SceneMaker make;
     ConductorMaterial mirror;
@@ -192,7 +193,7 @@ TEST(Ledger, APathThatIsNotBooked_IsSeen) {
 }
 
 TEST(Ledger, RouletteTakesWhatItGives) {
-    // Its mean is 0; over independent passes the sum must lie within four of its standard errors.
+    // The mean is 0; over independent passes the mean must lie within four of its standard errors.
     const Scene scene = busy_room();
     Monitor silent;
     RunningStats share;
@@ -210,7 +211,7 @@ TEST(Ledger, ClosedBox_NothingEscapes_AndEmittedIsTheLightsFlux) {
     const PhotonMaps maps = build(make.build(), 20'000);
     EXPECT_EQ(maps.ledger.escaped, V3d(0.0));
     EXPECT_NEAR(maps.ledger.emitted.y, 2 * 4 * M_PI, 1e-4);
-    // Albedo 1/2 everywhere: all that is emitted ends on the walls, half of it at the first of them.
+    // With an albedo of 1/2 the Direct map holds the flux Φ, and the Global map Φ (1/2 + 1/4 + …) = Φ.
     EXPECT_NEAR(total_power(*maps.find(MapKind::direct)) / total_power(*maps.find(MapKind::global)), 1, 0.02);
 }
 
@@ -239,7 +240,7 @@ TEST(Deposit, PathClasses_GoToTheirMaps) {
 }
 
 TEST(Deposit, MirrorUnderALight_MakesCausticPhotonsOnTheCeiling) {
-    // Light shines straight down on a mirror floor; what it sends back lands on the ceiling as LSD.
+    // Light shines straight down on a mirror; the reflected light is stored on the ceiling as LSD.
     SceneMaker make;
     make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0},
               make.material(MirrorMaterial{RgbTexture::constant(Rgb(0.5F))}));
@@ -290,7 +291,7 @@ TEST(BuildMaps, StoppedByTheMonitor_ReturnsSoon) {
 }
 
 TEST(Vpls, IntegratingSphere_CarryWhatIsReflected) {
-    // Each path reflects flux ρ/(1-ρ) in the mean: the sum of π · contribution over all lights, per path.
+    // Each path reflects the flux Φ ρ/(1-ρ) on average: the sum of π · contribution over all VPLs, per path.
     const float albedo = 0.8F;
     const Scene scene = testing::integrating_sphere(albedo, 10);
     Monitor silent;
@@ -304,7 +305,7 @@ TEST(Vpls, IntegratingSphere_CarryWhatIsReflected) {
         EXPECT_LT(sets.ledger.imbalance(), 1e-5);
     }
     EXPECT_TRUE(testing::agrees(stats, 10 * 0.8 / 0.2)) << stats.mean() << " ± " << stats.standard_error();
-    // Dividing by the number of VPLs instead of paths, as [Pharr 2004] prints it, must be seen as wrong.
+    // The test detects division by the number of VPLs instead of paths, as printed in [Pharr 2004].
     EXPECT_FALSE(testing::agrees(stats, 10 * 0.8));
 }
 

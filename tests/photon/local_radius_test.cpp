@@ -1,4 +1,4 @@
-// The radius that holds k photons, on photons of a known density.
+// Tests the radius that holds k photons, on photons of known density.
 #include "photon/local_radius.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace local_radius_test {
 
 const V3f kUp(0, 0, 1);
 
-// Photons of 1 W in all that come down on [-1,1]² of the plane z = 0, `n` of them.
+// Returns `n` photons of 1 W in all that arrive from above on [-1,1]² of the plane z = 0.
 PhotonMap uniform_square(int n, std::uint64_t seed) {
     Sampler sampler(seed, Purpose::test, 0, 0);
     Photons photons;
@@ -39,8 +39,8 @@ TEST(LocalRadius, UniformDensity_HoldsKPhotons) {
     for (float x = -0.7F; x <= 0.7F; x += 0.05F) {
         for (float y = -0.7F; y <= 0.7F; y += 0.05F) r2.add(double{sqr(radius.at({x, y, 0}, kUp).radius)});
     }
-    // The area that holds k+1 photons: (k+1)/(photons per area). The radius stands where a photon does, and
-    // k + 1 of the others are looked for.
+    // The expected area is (k+1)/(photons per area): radii are computed at photons, and k + 1 of the other
+    // photons are found.
     EXPECT_NEAR(r2.mean() * M_PI * kPhotons / 4, kNearest + 1, 3);
     EXPECT_GT(r2.variance(), 0) << "it is local";
 }
@@ -80,7 +80,7 @@ TEST(LocalRadius, AnyNumberOfThreads_SameRadii) {
         EXPECT_EQ(one.at({x, 0, 0}, kUp).radius, five.at({x, 0, 0}, kUp).radius);
 }
 
-// Photons as far apart as on the square, of which those at x > 0 are brighter.
+// Returns photons of uniform density, of which those at x > 0 are brighter.
 PhotonMap two_halves(int n, float brighter) {
     const PhotonMap even = uniform_square(n, 5);
     Photons photons;

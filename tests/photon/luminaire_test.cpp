@@ -1,4 +1,4 @@
-// Luminaires traced by the engine: what a mirror does by formula, and where the light went.
+// Tests tracing of luminaires: a mirror against its closed form, and the account of the flux.
 #include "photon/luminaire.h"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ using testing::SceneMaker;
 constexpr float kFocal = 0.01F;
 constexpr float kRim = 0.03F;
 
-// A parabolic mirror that opens towards +z, its focus at the origin; perfect.
+// Adds a perfect parabolic mirror that opens towards +z, with its focus at the origin.
 void add_mirror(SceneMaker& make) {
     const auto silver = make.material(MirrorMaterial{RgbTexture::constant(Rgb(1.0F))});
     Quadric& bowl = make.sphere({0, 0, -kFocal}, kRim, silver);
@@ -31,7 +31,7 @@ void add_mirror(SceneMaker& make) {
     bowl.z_max = kRim * kRim / (4 * kFocal);
 }
 
-// A black ball that glows, about the origin.
+// Adds an emitting ball that reflects nothing.
 void add_ball(SceneMaker& make, const V3f& centre, float radius) {
     Quadric& ball = make.sphere(centre, radius, make.diffuse(Rgb(0.0F)));
     ball.traits.light = make.light(make_area_light(SphereEmitter{centre, radius}, Rgb(1.0F), false));
@@ -45,8 +45,8 @@ LuminaireParameters parameters(std::int64_t paths, std::int64_t block = 1 << 20)
     return made;
 }
 
-// How far outside the cone of the ball, seen from where they left the mirror, rays go: max of sin angle / (a
-// / ρ).
+// Returns the largest ratio of the sine of a ray's angle to that of the cone that the ball subtends at the
+// mirror: max of sin angle / (a / ρ).
 double widest(const Scene& scene, float radius) {
     double worst = 0;
     for (const LampRay& ray : trace_luminaire(scene, parameters(100'000), 0, Workers{2}).rays) {
@@ -110,7 +110,7 @@ TEST(Luminaire, BallAtTheFocus_SpreadsByItsSizeSeenFromTheMirror) {
     EXPECT_GT(widest(beside.build(), 2e-4F), 1.5);
 }
 
-// Mirror, glass, a coloured diffuse wall, an opening: light ends in every way.
+// Returns a lamp with mirror, glass, a coloured diffuse wall and an opening, so that light ends in every way.
 Scene busy_lamp() {
     SceneMaker make;
     add_mirror(make);

@@ -1,4 +1,4 @@
-// Photon maps on disk.
+// Tests photon maps on disk.
 #include "photon/build_maps.h"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ using testing::error_of;
 using ::testing::HasSubstr;
 using testing::SceneMaker;
 
-// A box with a lamp and a mirror; `wall` is its albedo.
+// Returns a box with a lamp and a mirror; `wall` is its albedo.
 Scene box(float wall) {
     SceneMaker make;
     make.room({1, 1, 1}, make.diffuse(Rgb(wall)));
@@ -32,7 +32,7 @@ Scene box(float wall) {
     return make.build();
 }
 
-constexpr std::size_t kAtPhotons = 48;  // in the file
+constexpr std::size_t kAtPhotons = 48;  // offset in the file
 
 class MapFile : public ::testing::Test {
   protected:
@@ -80,7 +80,7 @@ TEST_F(MapFile, Loaded_HasTheSamePhotonsInTheSameOrder) {
     EXPECT_EQ(again.ledger.emitted, maps_.ledger.emitted);
 }
 
-// Reads the file by what its head says, as other programs do.
+// Reads the file by its header, as other programs do.
 TEST_F(MapFile, Points_AreThePhotonsInThePlacesOfTheScene) {
     saved(box(0.7F));
     const std::filesystem::path file = folder_.path() / "maps.ply";
@@ -89,7 +89,7 @@ TEST_F(MapFile, Points_AreThePhotonsInThePlacesOfTheScene) {
     const std::string whole = read_text(file);
     const std::size_t end = whole.find("end_header\n");
     ASSERT_NE(end, whole.npos);
-    std::map<std::string, std::size_t> place;  // of a property in a vertex
+    std::map<std::string, std::size_t> place;  // offset of a property within a vertex
     std::size_t vertices = 0, bytes = 0;
     std::istringstream head(whole.substr(0, end));
     for (std::string line; std::getline(head, line);) {
@@ -160,7 +160,7 @@ TEST_F(MapFile, OfOtherParameters_IsRefusedByTheirName) {
 
 TEST_F(MapFile, Damaged_IsRefused) {
     const Facts key = saved(box(0.7F));
-    EXPECT_THAT(error_of([&] { loaded(key, 0); }), HasSubstr("damaged"));  // no light 0 there
+    EXPECT_THAT(error_of([&] { loaded(key, 0); }), HasSubstr("damaged"));  // light 0 does not exist
     const std::string whole = read_text(file_);
     const auto with = [&](const std::string& bytes) {
         std::ofstream(file_, std::ios::binary) << bytes;
@@ -174,7 +174,7 @@ TEST_F(MapFile, Damaged_IsRefused) {
         flipped[place] = static_cast<char>(flipped[place] ^ 0x40);
         EXPECT_THAT(with(flipped), HasSubstr("damaged")) << place;
     }
-    // A head that lies about how many photons follow must not make room for them.
+    // A header with a wrong number of photons must not cause a large allocation.
     std::string lying = whole;
     lying[kAtPhotons + 7] = 0x7f;
     EXPECT_THAT(with(lying), HasSubstr("damaged"));

@@ -1,4 +1,4 @@
-// Light paths in media: the ledger, the Volume map, VPLs, the estimate in space.
+// Tests light paths in media: the ledger, the Volume map, VPLs, and the density estimate in space.
 #include <gtest/gtest.h>
 
 #include "engine/base/stats.h"
@@ -28,7 +28,7 @@ PhotonMaps build(const Scene& scene, std::int64_t paths, bool volume_direct = tr
     return build_photon_maps(scene, parameters, Workers{threads}, silent);
 }
 
-// Φ = 4π W in the middle of a ball, in nothing.
+// Returns a light of Φ = 4π W in the middle of a ball in vacuum.
 Scene ball(const Medium& medium, float radius = 2) {
     SceneMaker make;
     make.ball_of(make.medium(medium), V3f(0.0F), radius);
@@ -50,7 +50,7 @@ TEST(MediaLedger, BallThatOnlyAbsorbs_LetsThroughWhatBeersLawSays) {
 }
 
 TEST(MediaLedger, EndlessCloud_AbsorbsAllAndScattersTheSeries) {
-    // Every collision sends on the share a: the power scattered is Φ (a + a² + …).
+    // At every collision the share a is scattered: the power scattered is Φ (a + a² + …).
     SceneMaker make;
     make.camera_in(make.medium(homogeneous(Rgb(0.25F), Rgb(0.75F), 0.3F)));
     make.light(make_point_light(V3f(0.0F), Rgb(1)));
@@ -66,7 +66,7 @@ TEST(MediaLedger, LosslessGreyBall_KeepsNothing) {
     const Ledger ledger = build(ball(homogeneous(Rgb(0), Rgb(3), 0.5F)), 5000).ledger;
     EXPECT_LT(ledger.imbalance(), 1e-5);
     EXPECT_NEAR(ledger.media.y / ledger.emitted.y, 0, 1e-6);
-    EXPECT_NEAR(ledger.escaped.y / ledger.emitted.y, 1, 0.01);  // but for roulette's chance
+    EXPECT_NEAR(ledger.escaped.y / ledger.emitted.y, 1, 0.01);  // with the noise of Russian roulette
     EXPECT_GT(ledger.scatterings, 15'000U);
 }
 
@@ -105,7 +105,7 @@ TEST(MediaLedger, RoomOfEverything_Closes) {
     EXPECT_GT(maps.ledger.media.x, 0);
     EXPECT_GT(maps.counts[kVolume].stored, 1000U);
     EXPECT_EQ(scene.invalid_rays(), 0U);
-    // The same of the light paths of VPLs.
+    // The same holds for the light paths of VPLs.
     Monitor silent;
     const auto sets = build_vpls(scene, {4, 1024, 5, 0}, Workers{2}, silent);
     EXPECT_LT(sets.ledger.imbalance(), 1e-5);
@@ -125,7 +125,7 @@ TEST(VolumeMap, AllScattering_IsThePowerOfTheMap) {
 }
 
 TEST(VolumeMap, WithoutDirectPhotons_LacksTheFirstScatteringOnly) {
-    // In a ball of optical radius 4 nearly each path scatters first of all: Φ a (1 - e^-4).
+    // In a ball of optical radius 4 the power of first scattering is Φ a (1 - e^-4).
     const Scene scene = ball(homogeneous(Rgb(0.5F), Rgb(1.5F)));
     const PhotonMaps all = build(scene, 20'000), rest = build(scene, 20'000, false);
     const auto power = [](const PhotonMaps& maps) {
@@ -182,7 +182,7 @@ TEST(Vpls, InAMedium_CarryWhatIsScatteredAndTurnItAsThePhaseFunctionDoes) {
 
 // --- the estimate
 
-// Photons of 1 W each, evenly in the cube [0,1]³, all on their way along +z.
+// Returns photons of 1 W each, uniform in the box [0, size], all travelling along +z.
 PhotonMap even_cloud(int n, std::uint64_t seed, const V3f& size = V3f(1.0F)) {
     Photons photons;
     Sampler sampler(seed, Purpose::test, 0, 0);
@@ -197,7 +197,7 @@ PhotonMap even_cloud(int n, std::uint64_t seed, const V3f& size = V3f(1.0F)) {
 Scene foggy_cube(bool walls) {
     SceneMaker make;
     if (walls) make.room({1, 1, 1}, make.diffuse(Rgb(0.5F)));
-    // Fog beyond the walls, too, where no photon is.
+    // There is fog beyond the walls, too, but no photon.
     const V3d low(walls ? -1.0 : 0.0), high(walls ? 2.0 : 1.0);
     make.region(testing::in_box(homogeneous(Rgb(0), Rgb(2)), low, high));
     return make.build();
@@ -219,19 +219,19 @@ TEST(VolumeDensityEstimate, EvenCloud_IsItsDensityTimesThePhaseFunction) {
     const Scene scene = foggy_cube(false);
     for (const int k : {1, 20}) {
         const V3f wo = V3f(1, 0, 2).normalized();
-        // Photons travel along z, and light that goes on to the eye along wo: cosine wo.z.
+        // Photons travel along z, and light scattered to the eye along wo: the cosine is wo.z.
         const double expected = 4000 * static_cast<double>(HenyeyGreenstein(0.5F).at_cosine(wo.z));
         const RunningStats stats = estimated(scene, V3f(0.5F), k, 0.5F, wo);
         if (k > 1) {
             EXPECT_TRUE(testing::agrees(stats, expected)) << stats.mean() / expected;
         }
-        // With k = 1 the variance of 1/r³ has no bound; its median is what stays.
+        // With k = 1 the variance of 1/r³ is infinite; hence the wide tolerance.
         EXPECT_NEAR(stats.mean() / expected, 1, k == 1 ? 0.5 : 0.06);
         EXPECT_FALSE(testing::agrees(estimated(scene, V3f(0.5F), 20, -0.5F, wo), expected));
     }
 }
 
-// Half of the ball, a quarter, an eighth.
+// Half of the ball is inside the medium, a quarter, an eighth.
 TEST(VolumeDensityEstimate, AtTheEndOfTheMediumAndInCorners_LosesNothing) {
     for (const bool walls : {false, true}) {
         const Scene scene = foggy_cube(walls);
@@ -244,9 +244,9 @@ TEST(VolumeDensityEstimate, AtTheEndOfTheMediumAndInCorners_LosesNothing) {
     }
 }
 
-// Turned, so that no symmetry of the looks tells where walls are: the part of the ball that is open scatters
-// from look to look, and what is divided by it must be right in the mean all the same. All within a radius
-// count, so that there is nothing else to be wrong.
+// The box is rotated, so that no symmetry of the probe directions coincides with the walls: the estimated
+// part of the ball that is visible varies between estimates, and division by it must be unbiased. All photons
+// within a fixed radius count, which excludes other sources of bias.
 TEST(VolumeDensityEstimate, BoxTurnedBy30Degrees_IsRightInTheMean) {
     M44d turn;
     turn.setAxisAngle(V3d(1, 2, 3).normalized(), M_PI / 6);
@@ -313,7 +313,8 @@ TEST(VolumeDensityEstimate, FewPhotonsOrAllAtOnePoint_HaveAnAnswer) {
     for (int i = 0; i < 10; ++i)
         same.add(V3f(0.5F), PackedDirection(), {PackedDirection(V3f(0, 0, 1)), Rgb(1), 0, kNoCell});
     const PhotonMap point(same);
-    // All count within the largest radius; with fewer wanted the radius is what float32 can tell.
+    // All count within the largest radius; if fewer are wanted, the radius is the smallest that float32
+    // resolves.
     const auto all = VolumeDensityEstimate(scene, point, {50, 0.1F}).in_scattered(at, sampler);
     EXPECT_EQ(all.photons, 10);
     EXPECT_NEAR(static_cast<double>(all.value.x) / (10 / (4 * M_PI) / (4.0 / 3 * M_PI * 1e-3)), 1, 1e-3);

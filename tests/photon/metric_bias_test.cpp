@@ -1,6 +1,6 @@
-// The projected distance against the plain one, where the irradiance is known [Lastra 2002; Goesele
-// 2003, 5.2]. The figure of the same shapes is bench/figures/metric_bias; numbers are parts of the full
-// irradiance, the radius is 1.
+// Compares the projected with the Euclidean distance where the irradiance is known [Lastra 2002; Goesele
+// 2003, 5.2]. bench/figures/metric_bias draws the same shapes; numbers are fractions of the full irradiance,
+// the radius is 1.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ std::vector<double> bias(const LitShape& shape) {
     return result;
 }
 
-// The roomier the ball, the more of the wall's photons fill the disc behind it.
+// The larger the ball, the more of the wall's photons fill the disc behind it.
 TEST(MetricBias, ConcaveCorner_DarkLineFadesWithTheRatio) {
     for (const float t : {0.0F, 0.1F}) {
         const auto b = bias(concave_corner(t));
@@ -37,7 +37,7 @@ TEST(MetricBias, ConcaveCorner_DarkLineFadesWithTheRatio) {
     }
 }
 
-// The plain distance takes the wall's density for the floor's, whatever it is.
+// With the Euclidean distance the density of the wall is taken for the floor's.
 TEST(MetricBias, CornerInSteepOrFlatLight_PlainDistanceIsWrongByAThird_ProjectedIsNot) {
     const auto steep = bias(corner_in_sunlight(0.1F, 20));
     EXPECT_LT(steep[kEuclidean], -0.2);
@@ -57,9 +57,9 @@ TEST(MetricBias, ConvexEdge_NothingFillsTheOverhang) {
     EXPECT_NEAR(b[kRatio8], -0.16, 0.02);
 }
 
-// On curved surfaces the disc stands off the surface, and photons that cross it miss: where the radius of
-// curvature is not much larger than the estimate's, the plain distance is the better one. Both errors fall
-// with the square.
+// On curved surfaces the disc leaves the surface, and photons that cross it land outside the ball: where the
+// radius of curvature is not much larger than the estimate's, the Euclidean distance is better. Both errors
+// fall with the square of the curvature.
 TEST(MetricBias, SphereAndThinCylinder_PlainDistanceIsCloser) {
     for (const bool inside : {true, false}) {
         const auto wide = bias(sphere(2, inside));
@@ -68,14 +68,14 @@ TEST(MetricBias, SphereAndThinCylinder_PlainDistanceIsCloser) {
         const auto wider = bias(sphere(5, inside));
         EXPECT_NEAR(wider[kEuclidean], 0, 0.01);
         EXPECT_NEAR(wider[kRatio2], -0.02, 0.01);
-        EXPECT_NEAR(wider[kRatio1], -0.08, 0.01);  // a ball no wider than the disc cuts it
+        EXPECT_NEAR(wider[kRatio1], -0.08, 0.01);  // the ball is no wider than the disc, and cuts it
     }
     const auto wire = bias(cylinder(0.5F));
     EXPECT_NEAR(wire[kEuclidean], -0.095, 0.02);
     EXPECT_NEAR(wire[kRatio2], -0.305, 0.02);
 }
 
-// The price of a roomy ball: photons on top of a shelf are taken for light on the floor below it.
+// A large ball has its price: photons on top of a shelf count as light on the floor below it.
 TEST(MetricBias, DarkFloorUnderALitShelf_LeaksBelowTheBallsHeight) {
     const auto low = bias(under_shelf(1.5F));
     EXPECT_EQ(low[kEuclidean], 0);
@@ -94,7 +94,7 @@ TEST(MetricBias, LitFromBehind_IsExactlyZero) {
 struct ProbedShape {
     LitShape shape;
     Scene scene;
-    double most;  // that the corrected estimate may be off
+    double most;  // largest error of the corrected estimate
 };
 
 std::vector<ProbedShape> probed_shapes() {
@@ -120,7 +120,7 @@ std::vector<ProbedShape> probed_shapes() {
     return all;
 }
 
-// What is lost behind walls, over edges and past curved surfaces, the probes find lost, too.
+// The probes correct what is missing behind walls, over edges and at curved surfaces.
 TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
     for (const ProbedShape& probed : probed_shapes()) {
         Photons deposited;
@@ -134,7 +134,7 @@ TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
         }
         const PhotonMap map(deposited);
         double none = 0, mended = 0;
-        constexpr int kPlaces = 512;  // the probes differ, the light does not
+        constexpr int kPlaces = 512;  // with different probes in the same light
         for (int i = 0; i < kPlaces; ++i) {
             const V3f x = probed.shape.x + V3f(0, 1e-4F * static_cast<float>(i), 0);
             const V3f on = probed.shape.name == "outside sphere" ? 2.0F * x.normalized() : x;

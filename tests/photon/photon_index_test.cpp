@@ -1,4 +1,4 @@
-// The same photons from every index, bit for bit, and those that a look at every photon finds.
+// Tests that every index finds the same photons, bit for bit, as a search of all photons.
 #include "photon/photon_map.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace photon_index_test {
 
-// Photons in a cloud, from all sides, some of them flat to the axes' planes.
+// Returns photons in a cloud, from all directions, some of them at grazing angles to the z plane or along -z.
 Photons make_photons(Cloud kind, std::size_t n, float scale) {
     Sampler sampler(1, Purpose::test, static_cast<std::uint32_t>(kind), n);
     Photons deposited;
@@ -39,7 +39,7 @@ Search make_search(const PhotonMap& map, float scale, MetricKind kind, Sampler& 
     return {x, n, TangentMetric(x, n, kind, ratio), most2};
 }
 
-// Straight from the definition.
+// Finds the photons by definition.
 std::vector<Neighbour> visit_all(const PhotonMap& map, const Search& search) {
     std::vector<Neighbour> all;
     for (std::uint32_t i = 0; i < map.size(); ++i) {
@@ -115,10 +115,10 @@ TEST_P(PhotonIndexClouds, NearestFacing_EqualsALookAtEveryNormal) {
     EXPECT_GT(found, 20);
 }
 
-// No metric is asked.
+// These searches use no metric.
 class PhotonIndexInSpace : public ::testing::TestWithParam<std::tuple<Cloud, float>> {};
 
-// Whatever their directions: what photons in media are asked for.
+// Photons in media count for any direction.
 TEST_P(PhotonIndexInSpace, EqualsALookAtEveryPhoton) {
     const auto [kind, scale] = GetParam();
     int found = 0;
@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(All, PhotonIndexInSpace,
                          ::testing::Combine(::testing::ValuesIn(kClouds),
                                             ::testing::Values(1.0F, 1e-6F, 1e6F)));
 
-// Eight times the same box.
+// Returns a node of eight equal boxes.
 BoxNode8 node_of(const V3f& low, const V3f& high) {
     BoxNode8 node;
     node.low_x.fill(low.x), node.low_y.fill(low.y), node.low_z.fill(low.z);
@@ -169,12 +169,12 @@ BoxNode8 node_of(const V3f& low, const V3f& high) {
     return node;
 }
 
-// A bound that says too much would lose photons: every photon in a box is at least as far as the box.
+// Too large a bound would lose photons: every photon in a box must be at least as far away as the bound.
 TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
     Sampler sampler(4, Purpose::test, 0, 0);
     int useful = 0;
     for (int i = 0; i < 20'000; ++i) {
-        // Boxes from flat to thick, from near the plane to far above.
+        // Boxes from flat to thick, from near the plane to far above it.
         const float thin = std::pow(10.0F, -6 * sampler.next());
         const V3f low =
             V3f(sampler.next(), sampler.next(), thin * sampler.next()) * 4.0F - V3f(2, 2, 2 * thin);
@@ -196,8 +196,8 @@ TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
     EXPECT_GT(useful, 1000) << "no bound was better than that of the ball";
 }
 
-// The same with the directions' boxes: it may keep a box out only if no direction in it counts, not even one
-// that runs along the surface and is on its right side by rounding.
+// The same with boxes of directions: they may exclude a node only if no direction in them counts, not even
+// one along the surface that is on the right side by rounding.
 TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
     Sampler sampler(6, Purpose::test, 0, 0);
     int kept_out = 0, slid_far = 0;

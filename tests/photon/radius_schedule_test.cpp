@@ -1,4 +1,4 @@
-// The sequence of radii against its own recurrence, and the sums over it.
+// Tests the sequence of radii against its recurrence, and the sums over it against closed forms.
 #include "photon/radius_schedule.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(RadiusSchedule, SumsOverPasses_AreTheClosedForms) {
     }
 }
 
-// Variance N^-α, bias N^(α-1): the slopes between 10⁴ and 10⁶ passes.
+// Variance falls as N^-α and bias as N^(α-1): checks the slopes between 10⁴ and 10⁶ passes.
 TEST(RadiusSchedule, Slopes_AreThePredicted) {
     for (const double alpha : {0.5, 2.0 / 3, 0.9}) {
         const RadiusSchedule schedule(alpha);

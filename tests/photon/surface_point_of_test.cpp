@@ -1,4 +1,4 @@
-// What a photon's place is told about its surface.
+// Tests that the position of a photon gets the error bound of its surface.
 #include "photon/irradiance.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace surface_point_of_test {
 
 using testing::SceneMaker;
 
-// Large and small squares, tilted, one close over the other; and a ball.
+// The scene has large and small tilted squares, one close above the other, and a ball.
 TEST(RestingPoint, WhereARayMetASurface_HasTheErrorOfThatHit) {
     const Frame frame(V3f(1, 2, 3).normalized());
     SceneMaker make;
@@ -41,7 +41,7 @@ TEST(RestingPoint, WhereARayMetASurface_HasTheErrorOfThatHit) {
         EXPECT_NEAR(rests.error / hit->at.error, 1, 1e-3F) << hit->at.p;
         least = std::min(least, double{rests.error}), most = std::max(most, double{rests.error});
     }
-    EXPECT_LT(least, 0.02 * most);  // they do differ
+    EXPECT_LT(least, 0.02 * most);  // the errors differ
 }
 
 TEST(RestingPoint, OnNothing_HasTheErrorOfItsPlaceAlone) {

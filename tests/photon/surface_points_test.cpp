@@ -1,4 +1,4 @@
-// Rays that leave from where photons lie, and from irradiance points, do not meet the surface they leave.
+// Tests that rays from photons and from irradiance points do not meet the surface on which they begin.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -13,11 +13,11 @@ namespace surface_points_test {
 
 using testing::SceneMaker;
 
-constexpr float kFar = 300;      // radius of the sphere around all
-constexpr float kAbove = 3e-3F;  // of a scrap over the surface
+constexpr float kFar = 300;      // radius of the enclosing sphere
+constexpr float kAbove = 3e-3F;  // height of the scrap above the surface
 
-// A surface through the middle of the scene, with normal n there. Its own size is what its error goes by:
-// next to it the coordinates are as good as 0.
+// A surface through the origin, with normal n there. Its error bound depends on its size: there, the
+// coordinates themselves are near 0.
 struct Surface {
     const char* name;
     V3f n;
@@ -26,7 +26,7 @@ struct Surface {
 
 Mesh square(float half, const V3f& n, std::uint32_t material) {
     const Frame frame(n);
-    // Turned, and the middle not on its diagonal.
+    // The square is rotated, and its middle is not on the diagonal.
     const V3f s = half * (0.8F * frame.s + 0.6F * frame.t), t = half * (0.8F * frame.t - 0.6F * frame.s);
     Mesh mesh;
     mesh.p = {-s - t, 1.1F * s - t, 1.1F * s + 1.2F * t, 1.2F * t - s};
@@ -61,7 +61,7 @@ const Surface kSurfaces[] = {
      }},
 };
 
-// Enclosed by the far sphere; with `scrap`, something small hangs over the middle of the surface.
+// Returns the surface inside the far sphere; with `scrap`, a small square hangs above its middle.
 Scene scene_of(const Surface& surface, bool scrap) {
     SceneParts parts;
     parts.materials.push_back({"", DiffuseMaterial{RgbTexture::constant(Rgb(0.5F))}});
@@ -78,7 +78,7 @@ Scene scene_of(const Surface& surface, bool scrap) {
     return Scene(std::move(parts), Workers{2});
 }
 
-// Photons on whatever a ray along -n meets, from close over the middle.
+// Returns photons where rays along about -n, from near the middle, meet the scene.
 PhotonMap photons_below(const Scene& scene, const V3f& n, float from, float width) {
     Sampler sampler(3, Purpose::test, 0, 0);
     const Frame frame(n);
@@ -113,7 +113,7 @@ TEST(SurfacePoints, RaysFromAnIrradiancePointNearTheScenesMiddle_LeaveItsSurface
     Monitor silent;
     for (const Surface& surface : kSurfaces) {
         const Scene scene = scene_of(surface, true);
-        // On the lower side of the scrap, from where they bounce down.
+        // The photons lie on the lower side of the scrap, from where they bounce down.
         Photons under;
         Sampler sampler(5, Purpose::test, 0, 0);
         const Frame frame(surface.n);

@@ -27,8 +27,8 @@ TEST(TangentMetric, FlatSurface_EqualsEuclidean) {
 }
 
 TEST(TangentMetric, FlatSurfaceWithRoundedHeights_GrazingPhotonsStay) {
-    // Heights off by one unit in the last place, directions within 1e-6 of the plane: nothing may be thrown
-    // out.
+    // Heights are off by one unit in the last place, directions within 1e-6 of the plane: no photon may be
+    // dropped.
     const V3f x(300, 400, 500);
     const TangentMetric metric(x, kUp, MetricKind::projected, 1);
     const float ulp = std::nextafter(500.0F, 1000.0F) - 500.0F;
@@ -70,7 +70,7 @@ TEST(TangentMetric, PhotonFromBehind_NeverCounts) {
 }
 
 TEST(TangentMetric, ConcaveCorner_PhotonOnTheWallFillsTheDiscBehindIt) {
-    // A wall at x = 0 above the floor z = 0; a ray falling towards the wall's foot lands on the wall instead.
+    // There is a wall at x = 0 above the floor z = 0; a ray towards the wall's foot meets the wall.
     const V3f d = V3f(-1, 0, -1).normalized();
     const V3f on_wall(0, 0, 0.1F);
     const V3f x(0.05F, 0, 0);
