@@ -1,4 +1,5 @@
-// Rays of several colours as a light field in colour: near and far, against what is known of the lamp.
+// Tests light fields in colour that are made of rays of several colours: near and far, against the known
+// lamp.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +17,8 @@
 namespace lucerna {
 namespace coloured_rays_test {
 
-// A white LED by formula, in lumens: a blue square of half side 0.5 mm whose intensity goes by cos², and
-// about it a yellow ring up to 1.5 mm that is Lambertian.
+// A white LED by formula, in lumens: a blue square of half side 0.5 mm whose intensity falls as cos²,
+// surrounded by a Lambertian yellow disc of radius 1.5 mm.
 constexpr double kBlueFlux = 3, kYellowFlux = 97, kSide = 0.5e-3, kRing = 1.5e-3;
 const V3d kBlue(0.16 / 0.03, 1, 0.81 / 0.03), kYellow(0.44 / 0.54, 1, 0.02 / 0.54);  // XYZ, Y = 1
 
@@ -26,7 +27,7 @@ RaySet white_led(int count, std::uint64_t seed) {
     set.unit = FluxUnit::lumen;
     set.flux = kBlueFlux + kYellowFlux;
     set.xyz = (kBlueFlux * kBlue + kYellowFlux * kYellow) / set.flux;
-    // A fourth of the rays are blue, of less flux each.
+    // A fourth of the rays are blue, with less flux each.
     for (int i = 0; i < count; ++i) {
         Sampler sampler(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
         const bool blue = i % 4 == 0;
@@ -52,7 +53,7 @@ double off_in_colour(const V3d& a, const V3d& b) {
     return std::hypot(p.u - q.u, p.v - q.v);
 }
 
-// In rings of ten degrees about the axis: the rays counted, and the field's intensity over each.
+// Compares rays counted in rings of ten degrees about the axis with the field's intensity over each.
 TEST(ColouredRays, ColourOverAngle_IsThatOfTheRaysBinned) {
     Monitor silent;
     const RaySet set = white_led(200000, 1);
@@ -89,8 +90,8 @@ TEST(ColouredRays, ColourOverAngle_IsThatOfTheRaysBinned) {
     EXPECT_GT(worst_of_one_colour, 0.02) << "what this test is to refuse";
 }
 
-// The lamp of scenes/lamps/white-led/make.py: 0.24 W of blue from a square of 1 mm, cos² about the axis, and
-// 0.76 W of phosphor's yellow from a disc of 3.5 mm, Lambertian, half as dense over the square.
+// The lamp of scenes/lamps/white-led/make.py: 0.24 W of blue light from a square of 1 mm, cos² about the
+// axis, and 0.76 W of the phosphor's yellow from a disc of 3.5 mm, Lambertian, half as dense over the square.
 V3d gaussian_light(double peak, double below, double above) {
     Spectrum spectrum;
     for (int nm = kFirstVisible; nm <= kLastVisible; ++nm) {
@@ -126,7 +127,8 @@ RaySet made_led(int count, std::uint64_t seed) {
     return set;
 }
 
-// Of every channel and pixel of a plane, what rays carry there and the square of each.
+// For every pixel of a plane, the sums of the rays' light and of its squares by channel, and the number of
+// rays.
 struct CountedPlane {
     std::vector<V3d> sum, squares;
     std::vector<int> rays;
@@ -151,8 +153,8 @@ CountedPlane count_rays(const RaySet& set, const PlanePatch& patch) {
     return counted;
 }
 
-// Chi-square of what the field casts on a plane against rays that it was not made of. It is made of as many
-// rays itself: their noise is as large again.
+// Returns the chi-square of the irradiance that the field casts on a plane against rays from which it was not
+// made. It is made of as many rays, whose noise doubles the variance.
 testing::ChiSquare against_rays(const LightField& channel, int c, const CountedPlane& counted,
                                 PlanePatch patch) {
     constexpr int kFewest = 25;
@@ -171,7 +173,7 @@ testing::ChiSquare against_rays(const LightField& channel, int c, const CountedP
     return result;
 }
 
-// At 2 mm and at 1 m, in pixels wider than what rays of this number tell of the lamp.
+// Returns planes at 2 mm and at 1 m, with pixels wider than the resolution of so many rays.
 std::vector<PlanePatch> two_walls() {
     return {{0.002, {0, 0}, {0.012, 0.012}, {8, 8}}, {1, {0, 0}, {4, 4}, {10, 10}}};
 }
@@ -194,7 +196,7 @@ TEST(ColouredRays, WhiteLed_CastsWhatTheHeldOutHalfOfItsRaysCarry) {
                     << "X and Z swapped";
             }
         }
-        // The lamp in one colour is refused.
+        // The lamp in one colour is rejected.
         LightFieldInfo info;
         info.colour = half.colour();
         const LightField grey = LightField(field.channel(1)).with(info);
@@ -202,7 +204,7 @@ TEST(ColouredRays, WhiteLed_CastsWhatTheHeldOutHalfOfItsRaysCarry) {
     }
 }
 
-// Particles as a render's photon maps get them, by the lines on which they leave the lamp.
+// Returns particles as photon maps receive them, by the lines on which they leave the lamp.
 RaySet particles_of(const LightField& field, std::uint64_t count) {
     Monitor silent;
     const LampEmission lamp(field, "white LED", EmissionMode::exact, 3, {}, silent);
@@ -216,7 +218,8 @@ RaySet particles_of(const LightField& field, std::uint64_t count) {
     return set;
 }
 
-// Both are samples of the lamp's light; and the field that the first are drawn from is made of as many rays.
+// Both are samples of the lamp's light, and the field from which the particles are drawn is made of as many
+// rays; the variance is the sum of all three.
 testing::ChiSquare against_particles(const CountedPlane& particles, const CountedPlane& counted, int c) {
     constexpr int kFewest = 25;
     testing::ChiSquare result;
@@ -260,7 +263,7 @@ TEST(ColouredRays, WhiteLed_SendsParticlesOfTheColoursOfItsRays) {
             }
             EXPECT_FALSE(against_particles(swapped, counted, c).accepted()) << "X and Z swapped";
         }
-        // Chromaticities of single pixels are as noisy as that.
+        // Single pixels have chromaticity noise of about that size.
         EXPECT_LT(std::sqrt(off / weight), 0.01);
         EXPECT_GT(std::sqrt(of_one_colour / weight), 0.015) << "what this test is to refuse";
     }

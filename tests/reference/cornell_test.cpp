@@ -1,4 +1,4 @@
-// The Cornell box by every method, and beside another renderer's images of it.
+// Tests renders of the Cornell box by every method, against the path tracer and images of another renderer.
 #include <gtest/gtest.h>
 
 #include "engine/evaluation/compare.h"
@@ -25,12 +25,12 @@ Image render_scene(const std::string& name, const std::string& integrator, const
     return render(job, {seed, Workers{}}, silent).image;
 }
 
-// The visible lamp is left out: a few bright pixels would decide every mean.
+// Excludes the visible lamp, whose few bright pixels would dominate every mean.
 Comparison compare_masked(const Image& image, const Image& reference) {
     return compare(image, reference, "image", "reference", 4);
 }
 
-// Mean of 2 × 2 blocks.
+// Returns the means of 2 × 2 blocks.
 Image halve(const Image& image) {
     Image small = Image::rgb(image.width / 2, image.height / 2);
     for (int y = 0; y < small.height; ++y) {
@@ -44,9 +44,9 @@ Image halve(const Image& image) {
     return small;
 }
 
-// Means within 1 % of the path tracer's; the error, with the reference's own noise in it, below the stated
-// figure. It is the relative MSE, but for VPLs without a least distance: their variance has no bound (1/r²),
-// so that one pixel in a corner may decide an MSE; the mean of |t - r| / |r| does not depend on it.
+// Means must be within 1 % of the path tracer's; the error, which includes the reference's own noise, below
+// the stated number. It is the relative MSE, except for VPLs without a least distance: their variance is
+// unbounded (1/r²), so that one pixel in a corner may dominate an MSE, but hardly the mean of |t - r| / |r|.
 TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
     Image reference = render_scene("cornell", "path", {}, 512, 96);
     struct Case {
@@ -76,7 +76,8 @@ TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
     }
 }
 
-// pbrt-v3's path tracer, 2 × 1024 samples: half the difference of the two seeds is its noise.
+// The reference is pbrt-v3's path tracer, 2 × 1024 samples: half the difference of the two seeds is its
+// noise.
 TEST(Cornell, Path_AgreesWithAnotherRendererWithinNoise) {
     LUCERNA_NEED_DATA(first, "references/cornell-seed1.exr");
     LUCERNA_NEED_DATA(second, "references/cornell-seed2.exr");
@@ -92,8 +93,8 @@ TEST(Cornell, Path_AgreesWithAnotherRendererWithinNoise) {
         }
     }
 
-    // Per pixel: our variance plus theirs (from the two seeds, pooled over the image, relative to the
-    // square).
+    // The variance of a pixel's difference is our variance plus theirs (from the two seeds, pooled over the
+    // image relative to the square).
     double pooled = 0;
     std::size_t lit = 0;
     for (int y = 0; y < mean.height; ++y) {
@@ -117,13 +118,12 @@ TEST(Cornell, Path_AgreesWithAnotherRendererWithinNoise) {
             if (std::fabs(difference) > 4.5 * deviation) ++far;
         }
     }
-    // 4.5 sigma of some 16,000 normal tests: a tenth of one expected. Pixels on edges, where the two
-    // renderers' filters differ in the last bit of where they sample, get the benefit of a quarter of a
-    // percent.
+    // Of some 16,000 normal values 0.1 are expected beyond 4.5 sigma. A quarter of a percent is allowed for
+    // pixels on edges, where the renderers' samples differ by rounding.
     EXPECT_LT(static_cast<double>(far), 0.0025 * static_cast<double>(lit)) << far << " of " << lit;
 }
 
-// Another renderer's scene file as it stands, by `path`.
+// Renders another renderer's scene file, unchanged, by `path`.
 Image render_reference_scene(const std::filesystem::path& scene, int spp, std::uint64_t seed = 7) {
     Monitor silent;
     SceneOverrides overrides;
@@ -132,8 +132,8 @@ Image render_reference_scene(const std::filesystem::path& scene, int spp, std::u
     return render(read_scene(scene, overrides, Workers{}, silent), {seed, Workers{}}, silent).image;
 }
 
-// Each pixel's variance is an estimate, and where light comes in rare bright samples (a caustic) a bad one:
-// too small wherever none came. Its neighbours' mean is a better one: what is rare there is as rare here.
+// Replaces each pixel's variance by the mean of its neighbours. Where light arrives in rare bright samples (a
+// caustic) the estimate of one pixel is poor: too small wherever no such sample came.
 Image with_shared_variance(const Image& image) {
     constexpr int kReach = 3;
     Image result = image;
@@ -158,8 +158,8 @@ Image with_shared_variance(const Image& image) {
     return result;
 }
 
-// The reference with the variance that it must have: that of our pixel, by the number of samples. Both are
-// path tracers with one light sample per vertex.
+// Returns the reference with an expected variance: that of our pixel, scaled by the numbers of samples. Both
+// are path tracers with one light sample per vertex.
 Image with_variance(const Image& reference, const Image& ours, int our_spp, int its_spp) {
     Image image = ours;
     for (int y = 0; y < image.height; ++y) {
@@ -171,8 +171,8 @@ Image with_variance(const Image& reference, const Image& ours, int our_spp, int 
     return image;
 }
 
-// Share of the pixels of which some channel differs beyond its noise, at the level that Šidák's correction
-// makes right for all channels of all pixels together.
+// Returns the share of pixels of which some channel differs by more than its noise, at the level of Šidák's
+// correction for all channels of all pixels.
 double share_beyond_noise(const Image& ours, const Image& reference) {
     const auto pixels = static_cast<std::uint64_t>(ours.width) * static_cast<std::uint64_t>(ours.height);
     const double level = sidak_level(kComparisonLevel, 3 * pixels);
@@ -185,7 +185,7 @@ double share_beyond_noise(const Image& ours, const Image& reference) {
                     static_cast<double>(ours.value(x, y, c + 3) + reference.value(x, y, c + 3));
                 const double difference =
                     std::fabs(static_cast<double>(ours.value(x, y, c) - reference.value(x, y, c)));
-                // Without noise only what is equal agrees.
+                // Without variance only equal values agree.
                 const double p =
                     variance > 0 ? std::erfc(difference / std::sqrt(2 * variance)) : difference == 0;
                 differs = differs || p < level;
@@ -196,12 +196,12 @@ double share_beyond_noise(const Image& ours, const Image& reference) {
     return static_cast<double>(beyond) / static_cast<double>(pixels);
 }
 
-// At most a quarter of a percent of the pixels beyond their noise.
+// Expects that at most a quarter of a percent of the pixels differ by more than their noise.
 void expect_within_noise(const Image& ours, const Image& expected) {
     const double share = share_beyond_noise(ours, expected);
     std::cout << 100 * (1 - share) << " % of the pixels agree\n";
     EXPECT_LE(share, 0.0025);
-    // The same picture, a third brighter, is another picture.
+    // The test rejects the same image, a third brighter.
     Image wrong = ours;
     for (std::size_t i = 0; i < wrong.data.size(); ++i) wrong.data[i] *= i % 6 < 3 ? 1.33F : 1.0F;
     EXPECT_GT(share_beyond_noise(wrong, expected), 0.0025);
@@ -212,14 +212,14 @@ void scale_variance(Image& image, double factor) {
         image.data[i] *= i % 6 >= 3 ? static_cast<float>(factor) : 1.0F;
 }
 
-// Stratified samples of a pixel scatter more than their mean does. How much less than its samples say
-// (`variance`, of one such image) the mean of two images with seeds of their own varies.
+// Returns the ratio of the measured variance of an image, from two seeds, to the variance stated by its
+// samples (`variance`). Stratified samples of a pixel scatter more than their mean does.
 double overstatement(const Image& a, const Image& b, const Image& variance) {
     double measured = 0, said = 0;
     for (int y = 0; y < a.height; ++y) {
         for (int x = 0; x < a.width; ++x) {
             const double m = static_cast<double>(a.rgb_at(x, y).y + b.rgb_at(x, y).y) / 2;
-            if (!(m > 0.01 && m < 2)) continue;  // the lamp and its edges would decide the sum
+            if (!(m > 0.01 && m < 2)) continue;  // the lamp and its edges would dominate the sum
             measured += sqr(static_cast<double>(a.rgb_at(x, y).y - b.rgb_at(x, y).y) / (2 * m));
             said += static_cast<double>(variance.value(x, y, 4)) / (2 * m * m);
         }
@@ -243,7 +243,7 @@ TEST(References, Cornell_AgreesPixelByPixel) {
     Image ours = mean_of(one, two);
     Image expected = with_variance(mean_of(a, b), ours, kSpp, 1024);
 
-    // Each image with the noise that its two seeds show.
+    // The variance of each image is scaled to the noise that its two seeds show.
     const double own = overstatement(one, two, ours);
     const double other = overstatement(a, b, expected);
     std::cout << "variance of what the samples say: ours " << own << ", the reference's " << other << "\n";
@@ -264,11 +264,11 @@ TEST(References, CornellWithGlass_AgreesPixelByPixel) {
     expect_within_noise(ours, with_variance(read_exr(file), ours, kSpp, 4096));
 }
 
-// Means over a part of the picture, in pixels of 128 across.
+// A part of an image of 128 × 128 pixels.
 struct Part {
     const char* name;
     int x0, y0, x1, y1;
-    double least;  // of the reference's
+    double least;  // lower bound of the ratio to the reference
 
     double mean(const Image& image) const {
         double sum = 0;
@@ -279,8 +279,8 @@ struct Part {
     }
 };
 
-// The spot that the ball throws on the floor: of what is seen in this part of the picture, 85 % is the
-// caustic (the rest is seen with `indirect=none`). Flux within 1 % is 0.85 % of all that is there.
+// Expects the flux of the caustic that the ball casts on the floor. 85 % of the light in this part of the
+// image is the caustic (`indirect=none` shows the rest), so 1 % of its flux is 0.85 % of the part's mean.
 void expect_caustic_flux(double ratio, double tolerance) {
     std::cout << "caustic: " << 1 + (ratio - 1) / 0.85 << "\n";
     EXPECT_NEAR(ratio, 1, tolerance);
@@ -302,8 +302,8 @@ TEST(CornellGlass, PhotonMap_AgreesWithAnotherRendererInTheMean) {
         }
     }
     std::cout << "relative MSE " << result.relative_mse << "\n";
-    // Between seeds the spot varies by 0.8 % (its photons are those of few paths): four leave 0.4 %, of which
-    // three are allowed beside 1 %.
+    // The spot varies by 0.8 % between seeds (its photons are those of few paths), and the mean of four by
+    // 0.4 %; three times that is allowed in addition to 1 %.
     double ratio = spot_ratio(image, reference) / 4;
     for (const std::uint64_t seed : {1, 2, 3}) {
         const Image more = render_scene("cornell-caustic", "photonmap",
@@ -315,18 +315,19 @@ TEST(CornellGlass, PhotonMap_AgreesWithAnotherRendererInTheMean) {
 
 // --- progressive passes ---
 
-// Where walls meet, a disc on one of them is filled by the other's photons (photon/tangent_metric.h), and
-// what is lost is known to be lost (photon/probes.h): no dark line.
+// Where walls meet, a disc on one of them receives the other's photons (photon/tangent_metric.h), and probes
+// correct the remainder (photon/probes.h): there is no dark line.
 TEST(Cornell, Progressive_ConcaveCornersAreNotDark) {
     LUCERNA_NEED_DATA(first, "references/cornell-seed1.exr");
     LUCERNA_NEED_DATA(second, "references/cornell-seed2.exr");
     const Image reference = halve(mean_of(read_exr(first), read_exr(second)));
-    // 64 passes of 4 samples: radii shrink with the number of passes.
+    // There are 64 passes of 4 samples; radii shrink with the number of passes.
     const Image image = render_scene("cornell", "progressive", {{"photons", "100000"}}, 256, 128);
     const Part parts[] = {{"back wall and ceiling", 40, 28, 88, 31, 0.99},
                           {"back wall and right wall", 99, 35, 103, 75, 0.99},
                           {"back wall and left wall", 25, 35, 28, 65, 0.99},
-                          // Lit by the floor before it, at so flat an angle that much of the disc is lost.
+                          // It is lit by the floor in front of it, at such grazing angles that much of the
+                          // disc is lost.
                           {"foot of the tall block", 41, 107, 61, 109, 0.96}};
     for (const Part& part : parts) {
         const double ratio = part.mean(image) / part.mean(reference);

@@ -1,4 +1,4 @@
-// Direct light by photons, and by the light tree, on whole scenes beside the plain way.
+// Tests direct light by photons and by the light tree on whole scenes, against plain light sampling.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -35,17 +35,17 @@ Job read(const Case& c, const std::string& integrator, Parameters parameters) {
     Monitor silent;
     SceneOverrides overrides;
     overrides.integrator = integrator;
-    // What is lit, not the lamps themselves: a few of them in a picture are most of its noise.
+    // Illuminance excludes the visible lamps, which would cause most of an image's noise.
     parameters.emplace_back("quantity", "illuminance");
     overrides.set = parameters;
     return read_scene(testing::made_scenes() / c.file, overrides, Workers{}, silent);
 }
 
-// Luminances of a picture's six parts, three beside each other in two rows.
+// The luminances of six parts of an image, three columns in two rows.
 constexpr int kAcross = 3, kParts = 6;
 using Parts = std::array<RunningStats, kParts>;
 
-// `radiance(ray, sampler)` for rays spread evenly over a picture, as many for each part.
+// Samples `radiance(ray, sampler)` for rays spread evenly over an image, as many for each part.
 template <typename Radiance>
 Parts measured(const Job& job, int samples, std::uint64_t seed, Radiance&& radiance) {
     Parts parts;
@@ -74,7 +74,7 @@ Parts measured_by_integrator(const Case& c, const std::string& integrator, const
                     [&](const Ray& ray, Sampler& sampler) { return estimator.Li(ray, sampler); });
 }
 
-// Samples of one part are better spread than independent ones: their mean is nearer than sigma says.
+// Samples of one part are stratified: their mean is more accurate than the standard error states.
 double sigmas_apart(const RunningStats& a, const RunningStats& b) {
     return std::fabs(a.mean() - b.mean()) / std::hypot(a.standard_error(), b.standard_error());
 }
@@ -86,7 +86,8 @@ double most_sigmas_apart(const Parts& a, const Parts& b) {
     return most;
 }
 
-// What a meter reads on the first surface along a ray, of which `shade(vertex)` gives the radiance.
+// Returns the illuminance on the first surface along a ray; `shade(vertex)` returns the radiance reflected
+// there.
 template <typename Shade>
 Rgb metered(const Scene& scene, const Ray& ray, Shade&& shade) {
     const auto hit = scene.intersect(ray);
@@ -95,13 +96,13 @@ Rgb metered(const Scene& scene, const Ray& ray, Shade&& shade) {
     return meter_reading(shade(Vertex{*hit, white, -ray.d}));
 }
 
-// All direct light, by the reference: paths of one bounce.
+// Returns all direct light by the reference method, paths of one bounce.
 Parts truth(const Case& c, int samples) {
     return measured_by_integrator(c, "path", {{"maxdepth", "1"}}, samples, 1);
 }
 
-// 4 sigma, 6e-5, for each of 6 parts of a picture, 4 scenes, 2 numbers of photons: 3e-3 for all of them
-// together that a correct program fails with another seed.
+// 4 sigma, 6e-5, for each of 6 parts of an image, 4 scenes, 2 numbers of photons: a correct program fails
+// with another seed with probability 3e-3.
 TEST(DirectMethods, Guided_IsUnbiasedAgainstPathOnWholeScenes) {
     for (const Case& c : kCases) {
         const Parts reference = truth(c, 200'000);
@@ -119,7 +120,8 @@ TEST(DirectMethods, Guided_IsUnbiasedAgainstPathOnWholeScenes) {
     }
 }
 
-// Lights asked by the mixture of guide and plain choice, one at a time, `weighed` by a density of its own.
+// Samples one light at a time by the mixture of guide and plain choice, with weights by the density
+// `weighed`.
 template <typename Weighed>
 Parts measured_by_choice(const Job& job, int samples, std::uint64_t seed, const Weighed& weighed) {
     Monitor silent;
@@ -145,7 +147,7 @@ Parts measured_by_choice(const Job& job, int samples, std::uint64_t seed, const 
     });
 }
 
-// Where there is something to choose: who leaves the defensive part out of the density is found out.
+// In the scenes with a choice, a density without the defensive part is detected.
 TEST(DirectMethods, AWeightWithoutTheDefensivePart_IsRefused) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Case& c = kCases[i];
@@ -160,7 +162,7 @@ TEST(DirectMethods, AWeightWithoutTheDefensivePart_IsRefused) {
     }
 }
 
-// The one light of a scene, asked once for each place: `ask` draws a direction and weighs it.
+// Samples the only light of a scene once for each place: `ask` draws a direction and its weight.
 template <typename Ask>
 Parts measured_by_light(const Job& job, int samples, std::uint64_t seed, Ask&& ask) {
     return measured(job, samples, seed, [&](const Ray& ray, Sampler& sampler) {
@@ -173,13 +175,14 @@ Parts measured_by_light(const Job& job, int samples, std::uint64_t seed, Ask&& a
     });
 }
 
-// Directions even over the cone of the ball around S, which know nothing of the lamp but its radiance.
+// Samples directions uniformly in the cone that the bounding ball of S subtends, independently of the lamp's
+// light.
 std::optional<LightSample> even_in_cone(const Light& light, const V3f& x, const V2f& u) {
     const auto bounds = light.bounds();
     const V3f centre = bounds->box.center();
     const float radius = 0.5F * bounds->box.size().length(), way = (centre - x).length();
     if (!(way > radius)) return std::nullopt;
-    // 1 - cos without cancellation.
+    // `height` is 1 - cos without cancellation.
     const double sin2 = sqr(double{radius} / double{way}), height = sin2 / (1 + std::sqrt(1 - sin2));
     const double z = 1 - double{u.x} * height, r = std::sqrt(std::max(0.0, 1 - z * z));
     const double phi = 2 * kPiD * double{u.y};
@@ -192,8 +195,8 @@ std::optional<LightSample> even_in_cone(const Light& light, const V3f& x, const 
     return LightSample{w, seen->distance, seen->radiance / pdf, pdf, kNoCell, seen->part};
 }
 
-// 4 sigma for each of 6 parts and 4 scenes: 1.5e-3 for all of them that a correct program fails with another
-// seed.
+// 4 sigma for each of 6 parts and 4 scenes: a correct program fails with another seed with probability
+// 1.5e-3.
 TEST(DirectMethods, PointsChosenForThePlace_AreUnbiasedByMeasuredLamps) {
     for (const char* lamp : {"flashlight", "projector", "three-led", "bike-light"}) {
         const std::string file = std::string("cloister/by-") + lamp + ".pbrt";
@@ -213,7 +216,7 @@ TEST(DirectMethods, PointsChosenForThePlace_AreUnbiasedByMeasuredLamps) {
         }
         EXPECT_GE(lit, 3) << lamp;
         EXPECT_GT(gain, 1) << lamp << ": over the variance of four times as many samples";
-        // Weighed by the density within a part, as if that had been what was drawn.
+        // These weights use the density within a part, as if the part had not been drawn.
         const Parts wrong =
             measured_by_light(job, 50'000, 12, [](const Light& light, const V3f& x, const V2f& u) {
                 auto in = light.sample_Li(x, u);
@@ -224,9 +227,9 @@ TEST(DirectMethods, PointsChosenForThePlace_AreUnbiasedByMeasuredLamps) {
     }
 }
 
-// What a camera's rays land on, and the illuminance there.
+// A point that the camera sees, and its illuminance.
 struct LitPlace {
-    V3f p, n;  // on the side seen
+    V3f p, n;  // n on the visible side
     double e;
 };
 std::vector<LitPlace> lit_places(const Job& job, int count) {
@@ -251,8 +254,9 @@ std::vector<LitPlace> lit_places(const Job& job, int count) {
     return places;
 }
 
-// The share of all light seen that is missing where no photon lies near: E exp(-π r² E M/Φ) [guide.h].
-// Within a tenth: light varies over a disc, and discs hang over edges.
+// Where no photon lies near, direct light is missing: of the light seen, the share that is missing is the
+// mean of E exp(-π r² E M/Φ) over that of E [guide.h]. The tolerance is a tenth, as light varies over a disc
+// and discs extend beyond edges.
 TEST(DirectMethods, Gated_LacksWhatIsPredictedOnWholeScenes) {
     for (const std::size_t which : {0U, 3U}) {
         const Case& c = kCases[which];
@@ -266,7 +270,7 @@ TEST(DirectMethods, Gated_LacksWhatIsPredictedOnWholeScenes) {
         gate.k = 0;
         gate.radius = 0.005F * job.scene.bounds().size().length();
         const double disc = kPiD * sqr(double{gate.radius});
-        for (const double photons : {1.0, 4.0}) {  // in the disc of a place of average light
+        for (const double photons : {1.0, 4.0}) {  // in the disc of a place of mean illuminance
             const double paths = photons * flux / (disc * all / static_cast<double>(places.size()));
             const auto predicted = [&](double area) {
                 double sum = 0;
@@ -286,13 +290,13 @@ TEST(DirectMethods, Gated_LacksWhatIsPredictedOnWholeScenes) {
                       << lacking.standard_error() << " missing, " << predicted(disc) << " predicted\n";
             const double slack = 4 * lacking.standard_error() + 0.1 * predicted(disc);
             EXPECT_NEAR(lacking.mean(), predicted(disc), slack) << c.name;
-            // A disc of four times the area (the radius taken for half of itself) is found out.
+            // The test detects a disc of four times the area (a radius mistaken for half of itself).
             EXPECT_GT(lacking.mean() - predicted(4 * disc), slack) << c.name;
         }
     }
 }
 
-// The other scenes have a light or two: nothing to choose.
+// The other scenes have one or two lights and leave nothing to choose.
 TEST(DirectMethods, LightTree_IsUnbiasedWhereThereAreManyLights) {
     const Job job = read(kCases[2], "direct", {});
     const Parts by_power = measured(job, 400'000, 1, [&](const Ray& ray, Sampler& sampler) {

@@ -1,5 +1,5 @@
-// What fields made of rays cast on planes from close by to the far field, against rays that they do not know;
-// how smooth they are, and how sharp.
+// Compares the irradiance that fitted light fields cast on planes, from the near to the far field, with
+// independent rays of the same lamps; tests the smoothness and the sharpness of the fields.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,8 @@ namespace fitted_lamps_test {
 
 using testing::lambertian;
 
-// scenes/lamps/narrow-beam/make.py: an even disc of 20 mm, its intensity a Gaussian of the angle, 2° wide.
+// Returns rays of scenes/lamps/narrow-beam/make.py: a uniform disc of 20 mm whose intensity is a Gaussian of
+// the angle, 2° wide.
 RaySet narrow_beam(int count, std::uint64_t seed) {
     RaySet set;
     set.flux = 0.5;
@@ -37,8 +38,8 @@ RaySet narrow_beam(int count, std::uint64_t seed) {
     return set;
 }
 
-// scenes/lamps/bulb/make.py without what the glass reflects: a helix of wire that emits by Lambert's law,
-// seen from a sphere of 30 mm; none towards the cap.
+// Returns rays of scenes/lamps/bulb/make.py without reflections in the glass: a helix of wire that emits by
+// Lambert's law, recorded on a sphere of 30 mm; none leave towards the cap.
 RaySet bulb(int count, std::uint64_t seed) {
     constexpr double kLength = 0.012, kCoil = 0.5e-3, kWire = 0.075e-3, kTurns = 24, kGlass = 0.03;
     const double cap = std::cos(25 * M_PI / 180);
@@ -62,7 +63,7 @@ RaySet bulb(int count, std::uint64_t seed) {
     return set;
 }
 
-// An even square of 2 mm that emits by Lambert's law.
+// Returns rays of a uniform square of 2 mm that emits by Lambert's law.
 RaySet square(int count, std::uint64_t seed) {
     RaySet set;
     set.flux = 1;
@@ -84,9 +85,9 @@ RaySet seen_along(const RaySet& set, const SlabAxes& axes) {
     return turned;
 }
 
-// Does what a lamp casts on a plane, made of as many rays as there are in `other`, agree with those? Bin by
-// bin, over twice the variance of counting; bins of less than 20 rays are left out, in which counts are not
-// normal.
+// Tests whether the irradiance that a lamp casts on a plane agrees with the rays in `other`, if its field is
+// made of as many rays: bin by bin, over twice the counting variance. Bins of fewer than 20 rays are left
+// out, in which counts are not normal.
 testing::ChiSquare against(const PlaneIrradiance& cast, const RaySet& other, const PlanePatch& patch,
                            double scale = 1) {
     const PlaneIrradiance counted = project(other, patch);
@@ -102,7 +103,8 @@ testing::ChiSquare against(const PlaneIrradiance& cast, const RaySet& other, con
     return result;
 }
 
-// Accepted; and refused if it is moved by a part of a bin, or too bright by a factor.
+// Expects that the irradiance is accepted, and rejected if it is shifted by `part` of a bin or scaled by
+// `factor`.
 template <typename Cast>
 void expect_cast(const char* name, const PlanePatch& patch, const RaySet& other, double part, double factor,
                  Cast&& cast) {
@@ -154,14 +156,15 @@ TEST(FittedLamp, Bulb_CastsWhatOtherRaysDoToEverySide) {
         for (const double distance : {0.005, 0.05, 0.5, 5.0}) {
             const double size = 2 * (0.006 + distance);
             const PlanePatch patch{face + distance, {0, 0}, {size, size}, {5, 5}};
-            // Its light is smooth: a third of a bin would not be seen. 12,000 rays and more meet the plane.
+            // The light is smooth: a shift of a third of a bin would not be detected. 12,000 rays or more
+            // meet the plane.
             expect_cast(("bulb " + axes.name()).c_str(), patch, seen, 1, 1.1,
                         [&](const PlanePatch& at) { return project(made.lamp, axes, at, {}, silent); });
         }
     }
 }
 
-// The largest step of the intensity between directions half a degree apart, over the peak.
+// Returns the largest step of the intensity between directions half a degree apart, over the peak.
 double largest_step(const LightField& field) {
     double peak = 0, step = 0;
     for (int turn = 0; turn < 16; ++turn) {
@@ -183,7 +186,7 @@ TEST(FittedLamp, FarFieldOfASmoothLamp_HasNoSteps) {
     const RaySet rays = square(100'000, 3);
     const LightField field = fit_light_field(rays, {}, {}, silent).field;
     const double step = largest_step(field);
-    // As the rays were laid on planes before: even boxes.
+    // The field without a fit: rays counted in boxes.
     Rig boxes;
     boxes.views = {48, 48};
     boxes.spacing = V2d(0.0025 / 45);
@@ -207,8 +210,8 @@ TEST(FittedLamp, FarFieldsOfMeasuredLeds_HaveNoSteps) {
     }
 }
 
-// Over which the irradiance across an edge rises from a tenth to nine tenths of what it is beyond. By places
-// of even distance, with rising x.
+// Returns the distance over which the irradiance across an edge rises from 10 to 90 % of its largest value.
+// The profile is sampled at a constant step, with rising x.
 double rise_of(const std::vector<double>& profile, double step) {
     const double high = *std::max_element(profile.begin(), profile.end());
     double from = 0, to = 0;
@@ -223,21 +226,21 @@ double rise_of(const std::vector<double>& profile, double step) {
     return to - from;
 }
 
-// Along a strip across the chip's left edge, over the middle of its height.
+// Returns the irradiance along a strip across the chip's left edge, over the middle of its height.
 std::vector<double> across_edge(const PlaneIrradiance& strip) {
     std::vector<double> profile;
     for (int x = 0; x < strip.patch.pixels.x; ++x) profile.push_back(strip.at(x, 0));
     return profile;
 }
 
-// Root mean square of the difference over the largest value.
+// Returns the root mean square of the difference over the largest value.
 double difference(const std::vector<double>& profile, const std::vector<double>& own) {
     double square = 0;
     for (std::size_t i = 0; i < own.size(); ++i) square += sqr(profile[i] - own[i]);
     return std::sqrt(square / static_cast<double>(own.size())) / *std::max_element(own.begin(), own.end());
 }
 
-// Of a chip by formula, of which there are any number of rays: its own edge is known well.
+// Rays of a chip defined by formula are unlimited, so its edge is known accurately.
 TEST(FittedLamp, ChipsEdges_AreKeptAtATenthOfAMillimetre) {
     Monitor silent;
     constexpr double kStep = 40e-6;
@@ -263,7 +266,7 @@ TEST(FittedLamp, ChipsEdges_AreKeptAtATenthOfAMillimetre) {
               << 100 * difference(kept, own) << " %, its rays counted in cells of 40 um by "
               << 100 * difference(counted, own) << " %, a field with filters 0.5 mm apart by "
               << 100 * difference(blurred, own) << " %\n";
-    // Nearer to the chip than what its rays, counted that finely, say of it.
+    // The field is closer to the chip than its own rays, counted in cells of that size.
     EXPECT_LT(difference(kept, own), difference(counted, own));
     EXPECT_GT(difference(blurred, own), difference(counted, own)) << "what this test is to refuse";
 }

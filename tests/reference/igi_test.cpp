@@ -1,5 +1,6 @@
-// Instant global illumination beside the path tracer on scenes of the repository: at no least distance, and
-// at any with compensation; as a whole, and where it is darkest without.
+// Compares instant global illumination with the path tracer on scenes of the repository, without a least
+// distance and with several under compensation, by the mean of the image and of the part that is darkest
+// without compensation.
 #include <gtest/gtest.h>
 
 #include "engine/pbrt/read_scene.h"
@@ -26,8 +27,8 @@ struct Subject {
     Quantity quantity = Quantity::radiance;
     int path_spp = 512, path_seeds = 4, seeds = 24;
     double noise = 0.003;
-    // Of a set. Without a bound the variance is infinite, and the mean over few light paths most often lies
-    // below what it tends to: here by 1 % with 8 lights a set, and by 0.1 % with 64.
+    // The number of lights per set. Without a bound the variance is infinite, and the mean over few light
+    // paths most often lies below its limit: here by 1 % with 8 lights per set, and by 0.1 % with 64.
     int lights_without_bound = 8;
 
     Job job(const std::string& integrator, int spp) const {
@@ -43,7 +44,7 @@ struct Subject {
         std::get<PathSettings>(path.integrator).quantity = quantity;
         return region_means(path, path_seeds, whole, part);
     }
-    // Many sets of few lights: what the paths of one seed say, at little cost per sample.
+    // Many small sets estimate the mean from the paths of one seed at little cost per sample.
     RegionMeans by_igi(double mindist, bool compensate) const {
         Job igi = job("igi", 32);
         IgiSettings& settings = std::get<IgiSettings>(igi.integrator);
@@ -69,7 +70,7 @@ bool everywhere(double, double) {
 }
 
 TEST(IgiBesidePath, Cornell_AtAnyLeastDistance) {
-    // And the corners of the back wall.
+    // The part is the edges of the back wall.
     const Where edges = [](double x, double y) {
         const double at = std::max(std::fabs(x), std::fabs(y));
         return 0.48 < at && at < 0.65;
@@ -91,8 +92,8 @@ TEST(IgiBesidePath, IntegratingSphereOfAlbedo09_AtAnyLeastDistance) {
 }
 
 TEST(IgiBesidePath, Cloister_AtAnyLeastDistance) {
-    // As illuminance: the lamp itself, seen in the picture, would decide every mean. The part: the vault and
-    // the far end, which only indirect light reaches.
+    // Illuminance is used because the visible lamp would dominate every mean. The part is the vault and the
+    // far end, which only indirect light reaches.
     Subject{testing::made_scenes() / "cloister/cloister.pbrt",
             V2i(48, 32),
             everywhere,

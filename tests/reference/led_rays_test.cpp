@@ -1,5 +1,5 @@
-// Real ray files as light fields: where their light goes, what noise is left, and whether the field casts
-// what the rays do.
+// Tests real ray files as light fields: the account of their flux, the remaining noise, and whether the field
+// casts the irradiance of the rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace lucerna {
 namespace led_rays_test {
 
-// Half of the rays, standing for all. By lot: files have patterns in their order.
+// Returns a random half of the rays with twice the flux, because files have patterns in their order.
 RaySet half_of(const RaySet& set, std::uint32_t which) {
     RaySet half = set;
     half.rays.clear();
@@ -44,7 +44,7 @@ TEST(FitLightField, RealFiles_AreAccountedFor) {
         for (const PlaneError& e : p.field.info().errors)
             std::cout << "  " << 1e3 * e.distance << " mm: " << 100 * e.relative() << " %\n";
         EXPECT_LT(std::fabs(unaccounted), 0.01) << name;
-        // The cylinder sends half of its light backwards, and much of the rest sideways.
+        // The cylinder emits half of its light backwards, and much of the rest sideways.
         const double share = a.captured / a.total;
         if (std::string_view(name).starts_with("osram"))
             EXPECT_GT(share, 0.995) << name;
@@ -54,10 +54,9 @@ TEST(FitLightField, RealFiles_AreAccountedFor) {
 }
 
 // --- the near pattern
-// --------------------------------------------------------------------------------------------
 
-// Does the field of one half of the rays cast what the other half does? The difference of two independent
-// halves, bin by bin, over the sum of their variances.
+// Tests whether the field of one half of the rays casts what the other half does: the difference of two
+// independent halves, bin by bin, over the sum of their variances.
 testing::ChiSquare near_pattern(const LightField& field, const RaySet& fitted, const RaySet& other,
                                 double distance, double size, int bins, const V2d& shift = V2d(0, 0),
                                 double scale = 1) {
@@ -72,7 +71,7 @@ testing::ChiSquare near_pattern(const LightField& field, const RaySet& fitted, c
     patch.distance += centre.z;
     patch.centre = V2d(centre.x, centre.y);
     const PlaneIrradiance counted = project(other, patch);
-    // The variance of a sum of rays' fluxes is the sum of their squares: project those.
+    // The variance of a sum of rays' fluxes is the sum of their squares, which are projected here.
     const auto squared = [&](RaySet set) {
         for (LampRay& ray : set.rays) ray.flux *= ray.flux;
         return project(set, patch);

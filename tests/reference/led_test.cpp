@@ -1,4 +1,5 @@
-// A measured LED on a plane, near and far: the chip, then the lobe.
+// Tests the irradiance of a measured LED on a near plane, which shows the chip, and a far one, which shows
+// the lobe.
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
@@ -13,7 +14,8 @@ namespace led_test {
 
 constexpr int kPixels = 16;
 
-// Irradiance on the plane z = height, pixel by pixel over [-half, half]², from the rays themselves, lm/m².
+// Returns the irradiance in lm/m² on the plane z = height, pixel by pixel over [-half, half]², from the rays
+// themselves.
 Image bin_rays(const RaySet& rays, double height, double half) {
     Image image = Image::rgb(kPixels, kPixels);
     const double pixel_area = sqr(2 * half / kPixels);
@@ -31,7 +33,7 @@ Image bin_rays(const RaySet& rays, double height, double half) {
     return image;
 }
 
-// The same by the renderer: a matt plane seen from behind the lamp, which does not hide it.
+// Renders the same: a diffuse plane seen from behind the lamp, which does not hide it.
 Image render_plane(const LightField& field, double height, double half) {
     Monitor silent;
     testing::SceneMaker make;
@@ -41,7 +43,7 @@ Image render_plane(const LightField& field, double height, double half) {
     make.light(make_measured_light(field, CellTable(field, Workers{}, silent), {}, silent));
     Camera::Settings camera;
     camera.kind = Camera::Settings::Kind::orthographic;
-    // Image columns run with x, rows against y; the camera stands behind everything.
+    // Image columns run with x, rows against y; the camera is behind the lamp.
     camera.world_from_camera = M44d(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -10 * half, 1);
     camera.screen[0] = camera.screen[2] = -size;
     camera.screen[1] = camera.screen[3] = size;
@@ -81,9 +83,9 @@ TEST(MeasuredLed, NearThePlaneShowsTheChip_FarItShowsTheLobe) {
     ASSERT_EQ(rays.rays.size(), 100'000U);
     const Projection projection = fit_light_field(rays, {}, Workers{}, silent);
     struct Case {
-        double height, half, centroid, width;  // metres; the last two are what may be off
+        double height, half, centroid, width;  // metres; the last two are tolerances
     };
-    // Near: within a filter's width (0.26 mm) of the rays. Far: the plane is a metre wide to each side.
+    // Near, the tolerances are below a filter's width (0.26 mm); far, 2 % of the image's half width.
     for (const Case& c : {Case{0.0001, 0.003, 1e-4, 2e-4}, Case{1, 1.5, 0.03, 0.03}}) {
         const Image binned = bin_rays(rays, c.height, c.half);
         const Image rendered = render_plane(projection.field, c.height, c.half);

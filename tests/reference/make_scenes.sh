@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A copy of the shipped scenes with what git does not keep: the cloister's meshes, and its lamps, measured as the
-# shipped ones are but more coarsely, in seconds. What is there and no older than what it is made from stays.
+# Copies the shipped scenes and makes what git does not hold: the cloister's meshes, and its lamps, measured like the
+# shipped ones but more coarsely, in seconds. Files that are newer than their sources are not made again.
 # usage: make_scenes.sh LUCERNA SCENES OUT
 set -euo pipefail
 lucerna=$(realpath "$1") scenes=$2 out=$3
@@ -10,14 +10,14 @@ cp -ru "$scenes"/. "$out"
 cd "$out"
 rm -f lamps/*/*.part
 
-# made FILE FROM...: whether FILE is newer than all the others
+# made FILE FROM...: tells whether FILE is newer than the program and all FROM
 made() {
     local file=$1
     shift
     [ -f "$file" ] || return 1
     for from in "$lucerna" "$@"; do [ "$file" -nt "$from" ] || return 1; done
 }
-# coarse NAME RIG CHANGE...: scenes/lamps/NAME/NAME.exr by its rig, changed
+# coarse NAME RIG CHANGE...: makes lamps/NAME/NAME.exr by its rig file with changes
 coarse() {
     local folder=lamps/$1 name=$1 rig=$2
     shift 2

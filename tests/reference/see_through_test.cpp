@@ -1,5 +1,5 @@
-// VPLs beside the path tracer where surfaces let light through: straight on, through holes, diffusely on both
-// sides and over rough glass (scenes/see-through).
+// Compares VPLs with the path tracer where surfaces transmit light: straight on, through holes, diffusely to
+// both sides and over rough glass (scenes/see-through).
 #include <gtest/gtest.h>
 
 #include "engine/pbrt/read_scene.h"
@@ -27,13 +27,14 @@ bool everywhere(double, double) {
     return true;
 }
 
-// Illuminance at the distance d from the axis of a disc of radius r and radiance L, h above a plane.
+// Returns the illuminance at distance d from the axis of a disc of radius r and radiance L, at height h above
+// a plane.
 double below_a_disc(double radiance, double r, double h, double d) {
     const double sum = h * h + d * d + r * r;
     return M_PI * radiance / 2 * (1 - (sum - 2 * r * r) / std::sqrt(sum * sum - 4 * r * r * d * d));
 }
 
-// Over the patch that the camera of sheet.pbrt sees, 0.2 wide.
+// Returns the mean over the patch that the camera of sheet.pbrt sees, 0.2 wide.
 double below_the_sheet(double height) {
     constexpr int kCells = 64;
     RunningStats mean;
@@ -64,8 +65,8 @@ TEST(SeeThrough, UnderASheetOfOpacityZero_IgiShowsTheLampsLight) {
     }
 }
 
-// Beside `path` of the scene `reference`: on the whole, and on the floor before the sheet. By VPLs alone
-// without a least distance, and compensated with one.
+// Compares the means of the image and of the floor in front of the sheet with `path` of the scene
+// `reference`: by VPLs without a least distance, and with one and compensation.
 void expect_igi_agrees(const std::string& scene, const std::string& reference) {
     const V2i size(24, 16);
     const auto part = [](double, double y) { return y < 0; };

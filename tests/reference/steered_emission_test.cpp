@@ -1,5 +1,5 @@
-// Steered emission on whole scenes: what the pre-pass finds there, and what the picture gains by as many
-// light paths.
+// Tests steered emission on whole scenes: what the pre-pass learns, and how much the error falls for the same
+// number of light paths.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ RenderResult rendered(const std::filesystem::path& file, std::string pre_pass, s
     Monitor silent;
     SceneOverrides overrides;
     overrides.integrator = "photonmap";
-    // Without probes: which photons they ask is a chance of its own, which no emission makes smaller.
+    // Without probes, whose random choice of photons is noise of its own that emission does not reduce.
     overrides.set = {{"direct", "map"},           {"indirect", "map"},  {"boundary", "none"},
                      {"quantity", "illuminance"}, {"photons", photons}, {"prepass", std::move(pre_pass)}};
     overrides.spp = 4;
@@ -29,8 +29,8 @@ RenderResult rendered(const std::filesystem::path& file, std::string pre_pass, s
     return render(read_scene(file, overrides, Workers{}, silent), {seed, Workers{}}, silent);
 }
 
-// Plain error over steered error, of pictures by 100000 light paths, beside plain ones by twenty times as
-// many.
+// Returns plain error over steered error, for images of 100000 light paths, against a plain image of twenty
+// times as many.
 double gain(const std::filesystem::path& file) {
     const Image reference = rendered(file, "0", "2000000", 50).image;
     double plain = 0, steered = 0;

@@ -1,5 +1,5 @@
-// Every method that is said to show all light does, caustics too: the Cornell box with a ball of glass beside
-// another renderer's image, as a whole and block by block.
+// Tests that every method that claims to show all light does, caustics included: the Cornell box with a glass
+// ball against another renderer's image, as a whole and by blocks.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace whole_picture_test {
 
 constexpr int kBlock = 8;
 
-// Means of blocks of 8 × 8 pixels, luminance.
+// Returns the mean luminance of blocks of 8 × 8 pixels.
 std::vector<double> blocks_of(const Image& image) {
     std::vector<double> means;
     for (int y = 0; y + kBlock <= image.height; y += kBlock) {
@@ -30,12 +30,12 @@ std::vector<double> blocks_of(const Image& image) {
 }
 
 struct Compared {
-    double mean;     // of the picture, as a ratio
-    double darkest;  // of the blocks' ratios
+    double mean;     // ratio of the images' means
+    double darkest;  // least ratio of a block
 };
 
-// The lamp, and the edge of the picture beyond the box, are left out: a few bright pixels that decide every
-// mean, and nothing at all.
+// Black blocks, at the edge of the image beyond the box, are left out, and from the mean the lamp, whose few
+// bright pixels would dominate it.
 Compared compare_blocks(const Image& image, const Image& reference) {
     const std::vector<double> ours = blocks_of(image), theirs = blocks_of(reference);
     double sum = 0, expected = 0, darkest = INFINITY;
@@ -58,18 +58,18 @@ Image rendered(const std::filesystem::path& scene, const IntegratorSettings& set
     return render(job, {7, Workers{}}, silent).image;
 }
 
-// The methods that a time or an error is offered, with the work of their defaults.
+// Returns the methods that are candidates for a requested time or error, with the default amounts of work.
 std::vector<IntegratorSettings> whole_methods() {
     std::vector<IntegratorSettings> all;
     for (const Method& method : methods_like(PathSettings{})) {
         IntegratorSettings settings = method.settings;
         if (auto* maps = std::get_if<PhotonMapSettings>(&settings)) {
-            if (maps->direct == DirectMethod::guided) continue;  // the same maps
+            if (maps->direct == DirectMethod::guided) continue;  // uses the same maps
             *maps = PhotonMapSettings{};
             maps->gather_rays = 4;
         }
         if (auto* igi = std::get_if<IgiSettings>(&settings)) {
-            if (igi->pre_pass > 0) continue;  // one lamp: a pre-pass has nothing to choose
+            if (igi->pre_pass > 0) continue;  // with one lamp a pre-pass has nothing to choose
             igi->nsets = 64;
             igi->caustic_paths = IgiSettings{}.caustic_paths;
         }
@@ -91,7 +91,7 @@ TEST(WholePicture, CornellWithGlass_EveryMethodThatClaimsIt_LacksNothing) {
         EXPECT_NEAR(whole.mean, 1, 0.01) << integrator_name(settings);
         EXPECT_GT(whole.darkest, 0.7) << integrator_name(settings);
     }
-    // The same comparison sees that caustics are missing.
+    // The same comparison detects missing caustics.
     const auto igi = std::find_if(methods.begin(), methods.end(), [](const IntegratorSettings& settings) {
         return std::holds_alternative<IgiSettings>(settings);
     });
