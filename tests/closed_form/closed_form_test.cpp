@@ -1,4 +1,4 @@
-// Scenes whose light has a formula [tests/support/closed_forms.h].
+// Tests scenes whose light has a closed form [tests/support/closed_forms.h].
 #include <gtest/gtest.h>
 
 #include <map>
@@ -19,7 +19,7 @@ double mean_luminance(Scene scene, const Camera& camera, const IntegratorSetting
     return testing::luminance_stats(render(job, {3, Workers{}}, silent).image).mean();
 }
 
-// From off the centre, so that no symmetry hides a wrong cosine.
+// The camera is off the centre, so that no symmetry hides a wrong cosine.
 Camera inside_sphere() {
     return testing::camera({0.3F, -0.2F, 0.1F}, {1, 0.5F, 0.2F}, 16, 16, 70);
 }
@@ -52,18 +52,18 @@ IntegratorSettings sphere_settings(const std::string& method) {
     PhotonMapSettings photons;
     photons.photons = 200'000;
     photons.gather_rays = 4;
-    photons.precompute = 16;  // of millions of photons
+    photons.precompute = 16;  // for millions of photons
     photons.indirect = method == "map" ? IndirectMethod::map : IndirectMethod::gather;
     return photons;
 }
 
-// Radiance ρ/π · Φ/(4πr²)/(1-ρ) everywhere: direct irradiance plus the geometric series of bounces.
+// The radiance is ρ/π · Φ/(4πr²)/(1-ρ) everywhere: direct irradiance plus the geometric series of bounces.
 TEST_P(IntegratingSphere, Radiance_WithinOnePercent) {
     const auto [method, albedo] = GetParam();
     constexpr float kFlux = 12;
     const double expected = albedo / M_PI * kFlux / (4 * M_PI) / (1 - albedo);
-    // What is left of the noise at albedo 0.99 is that of how long light paths live: some 0.2 % of 200,000
-    // photon paths, 0.4 % of the 65,536 paths of the VPLs.
+    // The noise at albedo 0.99 is that of the lengths of light paths: some 0.2 % for 200,000 photon paths,
+    // 0.4 % for the 65,536 paths of the VPLs.
     const std::map<std::string, int> samples = {{"path", 256}, {"igi", 2}, {"progressive", 32}};
     const int spp = samples.contains(method) ? samples.at(method) : 16;
     const double mean = mean_luminance(testing::integrating_sphere(albedo, kFlux), inside_sphere(),
@@ -88,8 +88,8 @@ INSTANTIATE_TEST_SUITE_P(All, IntegratingSphere, ::testing::ValuesIn(sphere_case
                              return fmt::format("{}_albedo{:03.0f}", c.param.method, 100 * c.param.albedo);
                          });
 
-// Albedo 0.999: a path has a thousand bounces, with as large a deviation, so few of them are asked for and
-// the noise of their number is what is allowed: four standard errors.
+// At albedo 0.999 a path has a thousand bounces, with as large a standard deviation, so few paths are traced,
+// and four standard errors of their length are allowed.
 TEST(IntegratingSphereOfAlbedo0999, Radiance_WithinItsNoise) {
     constexpr float kAlbedo = 0.999F;
     constexpr float kFlux = 12;
@@ -118,7 +118,7 @@ TEST(IntegratingSphereOfAlbedo0999, Radiance_WithinItsNoise) {
     }
 }
 
-// Every surface emits L_e and reflects ρ: radiance L_e/(1-ρ) in every direction.
+// Every surface emits L_e and reflects ρ: the radiance is L_e/(1-ρ) in every direction.
 TEST(Furnace, Path_WithinHalfAPercent) {
     for (const float albedo : {0.0F, 0.5F, 0.8F}) {
         SceneMaker make;
@@ -131,8 +131,8 @@ TEST(Furnace, Path_WithinHalfAPercent) {
     }
 }
 
-// A Lambertian disc of radius a over a patch at height h on its axis: E = π L a²/(a² + h²), so the patch
-// shows ρ/π E.
+// A Lambertian disc of radius a over a patch at height h on its axis gives E = π L a²/(a² + h²), so the patch
+// has the radiance ρ/π E.
 TEST(DiscOverPatch, PathAndDirectWithinOnePercent_MapWithinTwo) {
     constexpr float kRadius = 0.5F;
     constexpr float kHeight = 0.8F;
@@ -148,7 +148,7 @@ TEST(DiscOverPatch, PathAndDirectWithinOnePercent_MapWithinTwo) {
          {IntegratorSettings(PathSettings{}), IntegratorSettings(DirectSettings{}),
           IntegratorSettings(map)}) {
         SceneMaker make;
-        // A floor for photons around what is seen; the others need not be kept.
+        // The floor extends beyond the visible patch, for photons around it.
         make.quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, make.diffuse(Rgb(kAlbedo)));
         Quadric& disk = make.sphere({0, kHeight, 0}, kRadius, make.diffuse(Rgb(0)));
         disk.kind = Quadric::Kind::disk;
@@ -156,17 +156,17 @@ TEST(DiscOverPatch, PathAndDirectWithinOnePercent_MapWithinTwo) {
             M44d(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, kHeight, 0, 1);  // z of the disc is -y
         disk.traits.light =
             make.light(make_area_light(DiskEmitter{{0, kHeight, 0}, {0, -1, 0}, kRadius}, Rgb(4.0F), false));
-        // A camera below the disc's rim that sees only the patch around the axis.
+        // The camera, below the disc's edge, sees only the patch around the axis.
         const Camera camera = testing::camera({0.6F, 0.3F, 0}, {0, 0, 0}, 16, 16, 3);
-        // The map's estimates rest on some 10,000 photons in all: 1 % of noise.
+        // The map's estimates use some 10,000 photons in all: 1 % of noise.
         const bool from_map = std::holds_alternative<PhotonMapSettings>(settings);
         const double mean = mean_luminance(make.build(), camera, settings, from_map ? 16 : 256);
         EXPECT_NEAR(mean / expected, 1, from_map ? 0.02 : 0.01) << integrator_name(settings);
     }
 }
 
-// scenes/rectangle-over-patch: the contour integral, the configuration factor of its header, and the
-// renderer.
+// Compares the contour integral, the configuration factor in the header of scenes/rectangle-over-patch, and
+// renders.
 TEST(RectangleOverPatch, PathAndDirect_WithinOnePercent) {
     const auto factor = [](double a, double b) {
         const double u = std::sqrt(1 + a * a), v = std::sqrt(1 + b * b);
@@ -189,8 +189,8 @@ TEST(RectangleOverPatch, PathAndDirect_WithinOnePercent) {
     }
 }
 
-// scenes/parallel-plates: two large parallel plates, one emitting: what the other receives is what it would
-// under an infinite sky, πL.
+// scenes/parallel-plates: of two large parallel plates one emits; the other receives πL, as under an infinite
+// sky.
 TEST(ParallelPlates, FormFactor_IsOne) {
     SceneMaker make;
     make.quad({-500, 0, -500}, {0, 0, 1000}, {1000, 0, 0}, make.diffuse(Rgb(0.5F)));

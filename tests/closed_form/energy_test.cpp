@@ -1,5 +1,5 @@
-// Energy: emitted = absorbed + escaped + still carried, for every map build; and the flux that the maps hold
-// [tests/support/closed_forms.h].
+// Tests the energy of every combination of maps: emitted = absorbed + escaped + still carried; and the flux
+// that the maps hold [tests/support/closed_forms.h].
 #include <gtest/gtest.h>
 
 #include "engine/base/sampler.h"
@@ -15,7 +15,7 @@ namespace energy_test {
 
 using testing::SceneMaker;
 
-// Glass, mirror, rough metal, colours and an opening.
+// Returns a room with glass, mirror, rough metal, colours and two lights.
 Scene shiny_room() {
     SceneMaker make;
     make.room({1, 1, 1}, make.diffuse(Rgb(0.8F, 0.7F, 0.6F)));
@@ -56,8 +56,7 @@ TEST(Energy, EveryMapBuild_ClosesToRounding_AndHoldsTheSamePhotons) {
         for (unsigned kinds = 0; kinds <= kEvery; ++kinds) {
             const PhotonMaps maps = build(scene, 20'000, kinds);
             EXPECT_LT(maps.ledger.imbalance(), 1e-5) << kinds;
-            // Paths end where no map that is wanted takes what follows, and the ledger says what they
-            // carried.
+            // Paths end where no requested map takes what follows, and the ledger records what they carried.
             const bool to_their_end = kinds == 0 || (kinds & (1U << static_cast<unsigned>(MapKind::global) |
                                                               1U << static_cast<unsigned>(MapKind::volume)));
             if (to_their_end) {
@@ -77,8 +76,8 @@ TEST(Energy, EveryMapBuild_ClosesToRounding_AndHoldsTheSamePhotons) {
     }
 }
 
-// Flux Φ from the centre of a sphere of albedo ρ: the Direct map holds Φ, the Global map Φ ρ/(1-ρ), and the
-// walls keep Φ. Light paths have some ρ/(1-ρ) hits, as many again in standard deviation.
+// With flux Φ from the centre of a sphere of albedo ρ the Direct map holds Φ, the Global map Φ ρ/(1-ρ), and
+// the walls absorb Φ. Light paths have some ρ/(1-ρ) hits, with as large a standard deviation; 4 sigmas.
 TEST(Energy, IntegratingSphere_MapsHoldItsFluxes) {
     constexpr float kFlux = 12;
     for (const auto& [albedo, paths] : {std::pair(0.0F, 20'000), std::pair(0.5F, 100'000),
@@ -95,8 +94,7 @@ TEST(Energy, IntegratingSphere_MapsHoldItsFluxes) {
     }
 }
 
-// A lamp whose colours differ by place and direction, red, green and blue each by their own part of it, in a
-// room of colours.
+// Tests a lamp whose red, green and blue differ independently by place and direction, in a coloured room.
 TEST(Energy, LampOfSeveralColours_ClosesInEveryChannel) {
     Rig rig;
     rig.views = {4, 4};
@@ -124,13 +122,13 @@ TEST(Energy, LampOfSeveralColours_ClosesInEveryChannel) {
     const PhotonMaps maps = build(make.build(), kPaths, kEvery);
     const Ledger& ledger = maps.ledger;
     EXPECT_LT(ledger.imbalance(), 1e-5) << "the worst of red, green and blue";
-    // The same in X, Y and Z.
+    // The ledger must close in X, Y and Z, too.
     const auto xyz_of = [](const V3d& rgb) { return rgb_to_xyz(Rgb(V3f(rgb))); };
     const V3d ends =
         ledger.absorbed + ledger.media + ledger.escaped + ledger.not_followed + ledger.cut + ledger.roulette;
     for (int c = 0; c < 3; ++c) {
         EXPECT_NEAR(xyz_of(ends)[c] / xyz_of(ledger.emitted)[c], 1, 1e-5) << c;
-        // What leaves is the lamp's flux in its mean colour, but for the noise of the colours drawn.
+        // The emitted flux is the lamp's in its mean colour, with the noise of the colours drawn.
         EXPECT_NEAR(ledger.emitted[c] / (flux * double{colour[c]}), 1, 5 / std::sqrt(kPaths)) << c;
         EXPECT_GT(std::fabs(ledger.emitted[c] / (flux * double{colour[(c + 1) % 3]}) - 1), 0.1)
             << "another channel's is told apart";

@@ -1,5 +1,5 @@
-// What VPLs alone lack, put back by compensation: light that mirrors and glass turn, surfaces that are not
-// Lambertian, both sides of what lets light through; and starts from a measured lamp.
+// Tests light that VPLs alone lack and compensation adds: by mirrors and glass, from surfaces that are not
+// Lambertian, through translucent ones; and VPLs from a measured lamp.
 #include <gtest/gtest.h>
 
 #include "lights/measured.h"
@@ -43,7 +43,7 @@ TEST(IgiCompensation, ByWayOfMirrorsAndGlass_AgreesWithPath) {
     expect_agrees(means(room_with_mirror_and_glass(), igi, 64), path, "all, by photons", 0.006);
     igi.caustic_paths = 0;
     expect_agrees(means(room_with_mirror_and_glass(), igi, 512), path, "all, by rays", 0.006);
-    // Compensation and the Caustic map each bring a share of the light.
+    // Compensation and the Caustic map each contribute to the light.
     igi.gather_samples = 0;
     const auto without_either = means(room_with_mirror_and_glass(), igi, 64);
     igi.caustic_paths = IgiSettings{}.caustic_paths;
@@ -52,7 +52,7 @@ TEST(IgiCompensation, ByWayOfMirrorsAndGlass_AgreesWithPath) {
     EXPECT_LT(compare_means(without_either.part, without_rays.part).ratio, 0.98);
 }
 
-// The mean over pixels, the lamp and the glass left out, of the variance between renders of other seeds.
+// Returns the variance between renders of other seeds, averaged over the pixels of `where`.
 double variance_of_pixels(const Job& job, const testing::Where& where) {
     constexpr int kSeeds = 8;
     Monitor silent;
@@ -73,8 +73,8 @@ double variance_of_pixels(const Job& job, const testing::Where& where) {
     return all.mean();
 }
 
-// Walls see, through a ball of glass and in it, the bright spot that the ball makes of the lamp. Rays from
-// them meet it seldom: a pixel would have specks of it.
+// Walls see the bright caustic of a glass ball through the ball and by reflection in it. Rays from the walls
+// rarely meet it, which would cause fireflies.
 TEST(IgiCompensation, CausticsSeenByWayOfGlass_MakeNoSpecks) {
     const auto upper_half = [](double x, double y) { return y > 0 && all_but_the_lamp(x, y); };
     IgiSettings igi = few_lights(0.05F, 256);
@@ -95,7 +95,7 @@ TEST(IgiCompensation, CausticsSeenByWayOfGlass_MakeNoSpecks) {
     EXPECT_LT(with, 1.5 * without);
 }
 
-// Where rays compensate, no VPL stands for gloss: it is the path tracer's at any least distance.
+// Where rays compensate, no VPL represents gloss: the result is the path tracer's at any least distance.
 TEST(IgiCompensation, OnGloss_AtAnyLeastDistance_AgreesWithPath) {
     const auto glossy = [] {
         return testing::small_cornell_with([](SceneMaker& make) {
@@ -113,7 +113,7 @@ TEST(IgiCompensation, OnGloss_AtAnyLeastDistance_AgreesWithPath) {
     expect_agrees(means(glossy(), igi, 512), path, "by rays, all compensated", 0.006);
 }
 
-// A lamp behind a curtain: all light in the room comes through it.
+// Returns a room with a lamp behind a curtain: all light in the room passes through it.
 Scene room_behind_a_curtain() {
     SceneMaker make;
     const auto white = make.diffuse(Rgb(0.7F));

@@ -1,4 +1,4 @@
-// Participating media by every method: closed forms, furnaces, and each beside the path tracer.
+// Tests participating media with every method: closed forms, furnaces, and comparisons with the path tracer.
 #include <gtest/gtest.h>
 
 #include "tests/support/media_methods.h"
@@ -9,9 +9,9 @@ namespace media_test {
 
 using namespace lucerna::testing;
 
-// A sphere of radius 1 and albedo ρ, full of gas, lit from its middle. The point at the other end of a chord
-// of length c is c dc/2 of the sphere; of what it sends e^{-σc} arrives. With K the mean of that,
-// E = Φ/(4π) e^{-σ} + ρ K E.
+// A sphere of radius 1 and albedo ρ is full of gas and lit from its centre. The points at the other end of a
+// chord of length c to c + dc are c dc/2 of the sphere; e^{-σc} of their light arrives. With K the mean of
+// that, E = Φ/(4π) e^{-σ} + ρ K E.
 TEST(Absorption, IntegratingSphereOfGas_ShowsItsSeriesUnderEveryMethod) {
     const Rgb sigma_a(0, 0.3F, 1.5F);
     constexpr double kAlbedo = 0.7, kFlux = 4 * M_PI;
@@ -40,8 +40,8 @@ TEST(Absorption, IntegratingSphereOfGas_ShowsItsSeriesUnderEveryMethod) {
 
 // --- furnaces
 
-// VPLs without a least distance have no bound on their variance, 1/d² on both ends of a connection in a
-// medium: the denser it is, the more of the mean lies in samples that seldom come.
+// Returns the tolerance. VPLs without a least distance have unbounded variance, 1/d² at both ends of a
+// connection in a medium: the denser it is, the more of the mean is in rare samples.
 double furnace_bound(const Method& method, int channel) {
     if (!std::holds_alternative<IgiSettings>(method.settings)) return 0.02;
     return channel == 2 ? 0.15 : 0.05;
@@ -66,7 +66,7 @@ TEST(MediaFurnaces, GlowingWallsAroundALosslessMedium_ShowTheirSeriesUnderEveryM
     }
 }
 
-// VPLs whose variance has a bound: what a least distance cuts off is put back. Light that glass has turned
+// Bounds the variance of VPLs: compensation adds what a least distance cuts off. Light refracted by glass
 // before it is scattered is a caustic, which only compensating rays show.
 IntegratorSettings bounded(IntegratorSettings settings) {
     if (auto* igi = std::get_if<IgiSettings>(&settings)) {
@@ -103,7 +103,7 @@ TEST(MediaFurnaces, LosslessMediumUnderAnEvenSky_CannotBeSeenByAnyMethod) {
     }
 }
 
-// --- beside the path tracer
+// --- comparisons with the path tracer
 
 Image image_of(Scene scene, const IntegratorSettings& settings, int spp, int size = 16) {
     Monitor silent;
@@ -128,7 +128,7 @@ TEST(FoggyCornell, EveryMethod_ShowsWhatThePathTracerShows) {
             for (int k = 0; k < 3; ++k) {
                 EXPECT_NEAR(mean[k] / expected[k], 1, 0.025F) << sigma << ' ' << method.name << ' ' << k;
             }
-            // Blocks of 4 × 4 pixels, where the lamp is not seen.
+            // These are the blocks of 4 × 4 pixels in which the lamp is not visible.
             for (int by = 1; by < 4; ++by) {
                 for (int bx = 0; bx < 4; ++bx) {
                     double a = 0, b = 0;

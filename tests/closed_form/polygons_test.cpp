@@ -1,5 +1,5 @@
-// Rectangles by the contour formula, parallel plates with light between them, furnaces by every method
-// [tests/support/closed_forms.h].
+// Tests rectangles against the contour integral, interreflection between parallel plates, and furnaces by
+// every method [tests/support/closed_forms.h].
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
@@ -34,8 +34,8 @@ IgiSettings many_vpls() {
 
 struct Tilt {
     const char* name;
-    V3f n;       // of the patch at the origin
-    V3f corner;  // of the rectangle, 2 along a and 1 along b, emitting along a × b
+    V3f n;       // normal of the patch at the origin
+    V3f corner;  // corner of the rectangle, 2 along a and 1 along b, emitting along a × b
     V3f a, b;
 };
 
@@ -45,7 +45,7 @@ std::ostream& operator<<(std::ostream& out, const Tilt& tilt) {
 
 class Rectangle : public ::testing::TestWithParam<Tilt> {};
 
-// A patch of albedo 1/2 under a rectangle of radiance 10.
+// A patch of albedo 1/2 lies under a rectangle of radiance 10.
 TEST_P(Rectangle, OverTiltedPatch_SampledWithinOnePercent_MapWithinTwo) {
     const Tilt tilt = GetParam();
     const V3d corner(tilt.corner), a(tilt.a), b(tilt.b);
@@ -75,13 +75,13 @@ INSTANTIATE_TEST_SUITE_P(
     Tilts, Rectangle,
     ::testing::Values(Tilt{"above", {0, 1, 0}, {-0.5F, 1, -0.25F}, {2, 0, 0}, {0, 0, 1}},
                       Tilt{"slanted", kSlanted, {-0.5F, 1, -0.25F}, {2, 0, 0}, {0, 0, 1}},
-                      // Part of it lies below the patch's horizon.
+                      // Part of the rectangle lies below the patch's horizon.
                       Tilt{"cut_by_the_horizon", kSlanted, {-2.2F, 1, -0.5F}, {2, 0, 0}, {0, 0, 1}},
                       Tilt{"standing_beside", {0, 1, 0}, {0.7F, -0.5F, -1}, {0, 0, 2}, {0, 1, 0}}),
     [](const ::testing::TestParamInfo<Tilt>& of) { return std::string(of.param.name); });
 
-// Two parallel plates so large that each sees nothing else: the upper one emits radiance L and reflects ρ2,
-// the lower one reflects ρ1: it shows ρ1 L / (1 - ρ1 ρ2).
+// Two parallel plates are so large that each sees nothing else: the upper one emits radiance L and reflects
+// ρ2, the lower one reflects ρ1 and has the radiance ρ1 L / (1 - ρ1 ρ2).
 TEST(ParallelPlates, WithLightBetweenThem_EveryMethodWithinTwoPercent) {
     constexpr double kLower = 0.7, kUpper = 0.6, kRadiance = 3;
     const double expected = kLower * kRadiance / (1 - kLower * kUpper);
@@ -101,7 +101,7 @@ TEST(ParallelPlates, WithLightBetweenThem_EveryMethodWithinTwoPercent) {
     }
 }
 
-// Every surface emits 2 and reflects ρ: radiance 2/(1-ρ) in every direction.
+// Every surface emits 2 and reflects ρ: the radiance is 2/(1-ρ) in every direction.
 TEST(Furnace, EveryMethod_WithinOnePercent) {
     PhotonMapSettings gather;
     gather.photons = 200'000;
