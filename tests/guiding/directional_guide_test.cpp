@@ -1,4 +1,5 @@
-// Directions guided by photons: the density, what it does to path and photonmap, and where it is left alone.
+// Tests directions guided by photons: their density, their effect on path and photonmap, and where they are
+// not used.
 #include "engine/guiding/directional_guide.h"
 
 #include <gtest/gtest.h>
@@ -60,7 +61,7 @@ TEST(DirectionGuide, Density_IntegratesToOne_AndIsThatOfItsSamples) {
     }
     EXPECT_TRUE(testing::chi_square(observed, expected).accepted());
 
-    // Rows taken for columns must be noticed.
+    // The test detects exchanged rows and columns.
     std::vector<double> wrong(kCells);
     for (std::size_t i = 0; i < kCells; ++i) wrong[i] = expected[i % kSide * kSide + i / kSide];
     EXPECT_FALSE(testing::chi_square(observed, wrong).accepted());
@@ -92,7 +93,8 @@ TEST(DirectionGuide, MixedWithABsdf_ItsDensityIsThatOfItsSamples_ByTheIntegralOf
     EXPECT_GT(sigmas(of_wrong), 8) << "the BSDF's own density in place of the mixture's is refused";
 }
 
-// A room behind a wall with a small opening, and a lamp in the other one: all that arrives comes through it.
+// Returns two rooms, one with a lamp, joined by a small opening in the wall between them: all light in the
+// other one comes through it.
 Scene lit_through_an_opening(bool glass) {
     SceneMaker make;
     const auto white = make.diffuse(Rgb(0.7F));
@@ -120,8 +122,8 @@ PathSettings path(std::int64_t guide_paths) {
     settings.max_depth = 6;
     return settings;
 }
-// With the pilot of the view, which guides gather rays here; or with a fixed number of gather rays, which are
-// not guided.
+// Guided: the pilot of the view decides on gather rays, and guides them here; otherwise a fixed number of
+// gather rays, which are not guided.
 PhotonMapSettings photon_map(bool guided) {
     PhotonMapSettings settings;
     settings.photons = 50'000;
@@ -129,7 +131,8 @@ PhotonMapSettings photon_map(bool guided) {
     return settings;
 }
 
-// A ray from the middle of the dark room onto its floor, where no light arrives straight from the lamp.
+// Samples the radiance along a ray from the middle of the dark room to its floor, which receives no direct
+// light.
 RunningStats radiance(const Scene& scene, const IntegratorSettings& settings, std::uint64_t seed,
                       std::uint64_t count, const Workers& workers = {}) {
     Monitor silent;
@@ -156,7 +159,7 @@ TEST(DirectionGuide, Path_ThroughAnOpening_KeepsItsMean) {
     EXPECT_GT(sigmas_apart(guided, plain, 1.25), 4) << "a weight that is wrong by a quarter is refused";
 }
 
-// A dark room that is lit by one bright patch of its ceiling.
+// Returns a dark room lit by one bright patch at its ceiling.
 Scene lit_by_a_patch() {
     SceneMaker make;
     make.room({1, 1, 1}, make.diffuse(Rgb(0.2F)));

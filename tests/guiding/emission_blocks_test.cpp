@@ -1,4 +1,4 @@
-// What is learned from trials of known second moments.
+// Tests what is learned from trials of known second moments.
 #include "engine/guiding/importance_pre_pass.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ double importance_at(const EmissionBlocks& blocks, const LeSampleU& u) {
 }
 
 TEST(EmissionBlocks, ScoresThatDoNotDependOnTheNumbers_CutNothing) {
-    // One path in twenty brings something, by chance.
+    // One path in twenty is useful, at random.
     const auto noise = [](const LeSampleU&, std::uint32_t i) {
         return Sampler(3, Purpose::test, 2, i).next() < 0.05F;
     };
@@ -50,7 +50,7 @@ TEST(EmissionBlocks, ScoresThatDoNotDependOnTheNumbers_CutNothing) {
 }
 
 TEST(EmissionBlocks, ImportanceIsTheRootOfTheSecondMoment_WhereItIs) {
-    // What counts is a corner of the upper half of one number, a ninth as much elsewhere.
+    // The scores are 9 in a corner of the space of numbers, and 1 elsewhere.
     const auto corner = [](const LeSampleU& u, std::uint32_t) {
         return u.direction.x >= 0.5F && u.position.y < 0.25F ? 9.0 : 1.0;
     };
@@ -60,7 +60,7 @@ TEST(EmissionBlocks, ImportanceIsTheRootOfTheSecondMoment_WhereItIs) {
     EXPECT_NEAR(importance_at(blocks[0], {{0.5F, 0.1F}, {0.2F, 0.5F}}), 1, 0.05);
 }
 
-// Both halves are equally important: only finer slices tell.
+// Both halves are equally important; only finer slices differ.
 TEST(EmissionBlocks, TheMiddleOfALamp_IsFound) {
     const auto middle = [](const LeSampleU& u, std::uint32_t) {
         return std::fabs(u.direction.x - 0.5F) < 0.125F && std::fabs(u.direction.y - 0.5F) < 0.125F;

@@ -11,7 +11,7 @@ namespace guide_test {
 
 using testing::SceneMaker;
 
-// Keeps the choices that a guide refers to.
+// Holds the choices that a guide refers to.
 struct Tallied {
     std::vector<Guide::Choice> choices;
     float defensive_weight;
@@ -22,7 +22,7 @@ struct Tallied {
 };
 
 std::vector<PartSample> samples() {
-    // Light 3 in two parts, light 1 in one; one photon weighs nothing.
+    // The samples are of light 3 in two cells and of light 1 without cells; one photon has no weight.
     return {{3, 7, 1, 0.1F}, {1, kNoCell, 2, 0.1F}, {3, 2, 0.5F, 0.1F},
             {3, 7, 3, 0.1F}, {1, kNoCell, 1, 0.1F}, {9, 0, 0, 0.1F}};
 }
@@ -72,7 +72,8 @@ TEST(Guide, WithoutWeight_IsEmpty) {
     EXPECT_EQ(Tallied(std::vector<PartSample>{{0, 0, 0, 1}}).defensive_weight, 1);
 }
 
-// Photons of `kinds` equally probable choices, of which only the first `lit` arrive.
+// Returns the mean defensive weight for photons of `kinds` equally probable choices, of which only the first
+// `lit` arrive.
 float mean_defensive_weight(int kinds, int lit, int photons) {
     RunningStats stats;
     for (std::uint64_t i = 0; i < 2000; ++i) {
@@ -92,14 +93,14 @@ TEST(Guide, DefensiveWeight_IsLargeWherePhotonsSayNothingNew_AndSmallWhereTheyAg
     EXPECT_GT(mean_defensive_weight(400, 400, 24), 0.9F);
     EXPECT_LT(mean_defensive_weight(40, 1, 24), 0.02F);
     EXPECT_LT(mean_defensive_weight(40, 4, 24), 0.1F);
-    // One photon is no majority.
+    // One photon is not enough to learn from.
     EXPECT_EQ(mean_defensive_weight(40, 1, 1), 1);
-    // Lone photons, each of its kind.
+    // Neither are three photons of different choices.
     const Tallied lone(std::vector<PartSample>{{0, 0, 1, 0.1F}, {0, 1, 1, 0.1F}, {1, 0, 1, 0.1F}});
     EXPECT_EQ(lone.defensive_weight, 1);
 }
 
-// Among shares f of a mixture, the one whose photons are likeliest.
+// The defensive weight is the share f of a mixture that maximizes the likelihood of the photons.
 TEST(Guide, DefensiveWeight_IsTheMaximumOfTheLikelihood) {
     const std::vector<PartSample> some{{0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 1, 1, 0.2F},
                                        {0, 2, 1, 0.3F}, {0, 2, 1, 0.3F}, {0, 3, 1, 0.05F}};
@@ -116,7 +117,7 @@ TEST(Guide, DefensiveWeight_IsTheMaximumOfTheLikelihood) {
     EXPECT_NEAR(double{Tallied(some).defensive_weight}, best, 0.01);
 }
 
-// Two points of light on either side of a wall.
+// Returns two point lights, one on either side of a wall.
 Scene two_chambers() {
     SceneMaker make;
     const auto white = make.diffuse(Rgb(0.5F));
@@ -185,7 +186,7 @@ TEST(GuideMap, AtAPhoton_ItsOwnLightIsNamed_AndElsewhereTheNearestsThatFacesThis
         ASSERT_FALSE(guide.empty());
         EXPECT_EQ(guide.choices()[0].light, map.photons()[nearest].light);
     }
-    // No surface faces that way.
+    // No surface faces in this direction.
     EXPECT_TRUE(guides.at({-1, 0, 0}, {0, 0, 1}).empty());
 }
 

@@ -1,5 +1,5 @@
-// Importance pre-passes: where the picture reads photons, what is emitted because of it, and that no mean
-// moves.
+// Tests importance pre-passes: where images look up photons, the emission that results, and that it preserves
+// all means.
 #include "engine/guiding/importance_pre_pass.h"
 
 #include <gtest/gtest.h>
@@ -74,7 +74,7 @@ TEST(ImportancePrePass, ALightThatNobodySees_IsEmittedAtTheDefensiveWeight) {
         unseen += start->light;
     });
     EXPECT_NEAR(static_cast<double>(unseen), kPaths * pre_pass.emission.probability(1), 3);
-    // Through a hole some of it is seen, and much of it is still not.
+    // Through a passage part of its light is seen, and much of it is still not.
     const ImportancePrePass through = pre_pass_of(two_rooms(true), pre_pass_settings());
     EXPECT_GT(through.emission.probability(1), pre_pass.emission.probability(1) + 0.02);
     EXPECT_LT(through.emission.probability(1), 0.45);
@@ -98,7 +98,7 @@ TEST(ImportancePrePass, WhereThereIsNothingToLearn_IsNone) {
     SceneMaker empty;
     empty.light(make_point_light(V3f(0.0F), Rgb(1.0F)));
     EXPECT_FALSE(run_importance_pre_pass(empty.build(), all_of(camera), pre_pass_settings(), {1}, silent));
-    // Photons that none of the importons is near: learned emission, and it is plain.
+    // No importon is near a photon: the learned emission is plain emission.
     SceneMaker apart;
     apart.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, apart.diffuse(Rgb(0.5F)));
     apart.quad({90, 90, 0}, {0, 0, 1}, {1, 0, 0}, apart.diffuse(Rgb(0.5F)));
@@ -113,7 +113,7 @@ TEST(ImportancePrePass, WhereThereIsNothingToLearn_IsNone) {
     }
 }
 
-// Light of one map within the left room, over independent passes.
+// The light of each map within the left room, over independent passes.
 struct Arrived {
     std::array<RunningStats, kMapKinds> weighted, unweighted;
 };
@@ -152,7 +152,7 @@ bool agree(const RunningStats& a, const RunningStats& b) {
     return std::fabs(a.mean() - b.mean()) < 4 * error;
 }
 
-// All three maps hold in the mean what they hold plainly; without the weights they would not.
+// All three maps have the mean of plain emission (4 sigmas); without the weights they have not.
 TEST(ImportancePrePass, SteeredMaps_HoldTheSameLight_AndTheTestSeesWrongWeights) {
     const Scene scene = two_rooms(true);
     const ImportancePrePass pre_pass = pre_pass_of(scene, pre_pass_settings());
@@ -165,8 +165,8 @@ TEST(ImportancePrePass, SteeredMaps_HoldTheSameLight_AndTheTestSeesWrongWeights)
     }
 }
 
-// What the pre-pass is for. A lamp that matters gets 7/8 of the paths and not a half, so 4/7 is the best
-// there is: the radiance that the camera sees in the maps is known better by as many paths.
+// Steering reduces the variance of the radiance that the camera sees in the maps, for as many paths. A lamp
+// that matters gets 7/8 of the paths instead of half, so the variance can fall to 4/7 at best.
 TEST(ImportancePrePass, SteeredEstimates_HaveLessVariance) {
     const Scene scene = two_rooms(false);
     const ImportancePrePass pre_pass = pre_pass_of(scene, pre_pass_settings());
