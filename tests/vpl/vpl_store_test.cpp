@@ -71,7 +71,7 @@ LightReceiver random_receiver(Sampler& sampler) {
     return at;
 }
 
-// The same as the contribution estimate of a block's lane, from the light itself.
+// Computes the same as the contribution estimate of a block's lane, from the VPL itself.
 double contribution_of(const Vpl& light, const LightReceiver& at) {
     const V3f way = light.at.p - at.x;
     const float d2 = way.length2();
@@ -150,7 +150,7 @@ RC_GTEST_PROP(VplContribution, AnyLightAndPlace_IsWhatTheLightSaysItself, (std::
         for (std::uint32_t i = 0; i < kBlock; ++i) {
             const auto place = static_cast<std::uint32_t>(b * kBlock + i);
             const double expected = contribution_of(store.light(range, place), at);
-            // Cosines near 0 are differences: so much of 1/d² is lost to rounding.
+            // Cosines near 0 are differences, which lose this share of 1/d² to rounding.
             const double scale = 1 / static_cast<double>((store.light(range, place).at.p - at.x).length2());
             RC_ASSERT(std::fabs(static_cast<double>(estimate[i]) - expected) <=
                       1e-4 * expected + 1e-6 * scale);
@@ -166,7 +166,7 @@ TEST(SampleByContribution, MeanOverItsNumber_IsTheSumOfAll) {
         const VplStore store(cloud_of(Cloud::mixed, count, count), Workers{2});
         for (int k = 0; k < 8; ++k) {
             const LightReceiver at = random_receiver(sampler);
-            // What stands for the values: as uneven as shadows make them.
+            // Represents the visibility, as uneven as shadows make it.
             const auto lit = [](std::uint32_t place) { return place % 3 == 0 ? 0.0 : 1.0; };
             double truth = 0;
             for_each_contribution(

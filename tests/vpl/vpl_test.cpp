@@ -1,5 +1,6 @@
-// VPLs as sets of light paths leave them: lights chosen by power in every set, equal strength along a path,
-// the energy of all bounces, and an end even where nothing absorbs [Keller 1997; Pharr 2004].
+// Tests the VPLs of sets of light paths: lights are chosen by power in every set, VPLs along a path have
+// equal strength and together the energy of all bounces, and paths end even where nothing absorbs [Keller
+// 1997; Pharr 2004].
 #include <gtest/gtest.h>
 
 #include "engine/vpl/vpl.h"
@@ -46,7 +47,7 @@ TEST(VplStarts, InEverySet_AreSharedOutByPower) {
                           });
         for (std::size_t i = 0; i < 3; ++i) {
             all[i] += count[i];
-            // A light's part of the line is cut at two places by a set's 32 equal steps.
+            // A light's interval has two ends, at each of which the 32 equal steps of a set may cut.
             EXPECT_LT(
                 std::fabs(count[i] - kPaths * scene.lights()[i]->power() / scene.picker().total_power()), 2)
                 << "set " << set << ", light " << i;
@@ -68,7 +69,7 @@ TEST(Vpls, OfGreyWalls_AreAllOfOneStrength) {
     }
 }
 
-// However colourful the walls: the luminance that arrives is the start's.
+// For any colour of the walls the arriving luminance is that of the path's start.
 TEST(Vpls, OfColourfulWalls_ComeFromPowersOfOneLuminance) {
     const Rgb albedo(0.9F, 0.3F, 0.05F);
     const VplSets sets = lights_of(room_of(albedo), 4, 64);
@@ -81,7 +82,7 @@ TEST(Vpls, OfColourfulWalls_ComeFromPowersOfOneLuminance) {
     EXPECT_GT(reddest, 10);
 }
 
-// Over all bounces walls scatter Φ ρ/(1 - ρ).
+// Over all bounces the walls scatter Φ ρ/(1 - ρ).
 TEST(Vpls, Together_ScatterTheSeriesOfAllBounces) {
     const float albedo = 0.8F;
     const Scene scene = room_of(Rgb(albedo));
@@ -100,12 +101,13 @@ TEST(Vpls, Together_ScatterTheSeriesOfAllBounces) {
 
 TEST(Vpls, WhereNothingIsAbsorbed_End) {
     const VplSets sets = lights_of(room_of(Rgb(1.0F)), 4, 4);
-    // A thousand bounces a path in the mean; sixteen paths' mean has a quarter of that as its deviation.
+    // A path has a thousand bounces on average; the standard deviation of the mean of sixteen paths is a
+    // quarter of that.
     EXPECT_GT(sets.lights.size(), 16U * 200);
     EXPECT_LT(sets.lights.size(), 16U * 2500);
 }
 
-// A curtain shines where its light goes: on both sides, by its two albedos.
+// A curtain scatters light to both sides, in proportion to its reflectance and transmittance.
 TEST(Vpls, OfACurtain_ShineOnBothSides) {
     SceneMaker make;
     DiffuseTransmissionMaterial curtain;
@@ -121,7 +123,7 @@ TEST(Vpls, OfACurtain_ShineOnBothSides) {
     EXPECT_NEAR(far / near, 3, 0.01);
 }
 
-// What VPLs of one hit send out on either side, of an arriving power of 1.
+// The power that the VPLs of one hit emit to either side, for an arriving power of 1.
 struct Sent {
     Rgb reflected{0.0F}, transmitted{0.0F};
 };
@@ -135,7 +137,7 @@ Sent sent_by(const Bsdf& bsdf, const V3f& d, VplGloss gloss, const PathClass& pa
     });
     return sent;
 }
-// The same by samples of the BSDF that are no deltas.
+// Estimates the same from samples of the BSDF without delta lobes, or with them.
 Sent sampled(const Bsdf& bsdf, const V3f& d, std::array<double, 2>& error, bool deltas = false) {
     std::array<std::array<RunningStats, 3>, 2> stats;
     Sampler sampler(9, Purpose::test, 0, 0);
@@ -158,8 +160,8 @@ Sent sampled(const Bsdf& bsdf, const V3f& d, std::array<double, 2>& error, bool 
     return sent;
 }
 
-// A VPL stands for what a surface scatters on its side by lobes that are no deltas: no more, no less. An
-// albedo is within 0.012 of what samples say (engine/scene/bsdf.h).
+// A VPL represents exactly what a surface scatters to its side by lobes other than deltas. An albedo is
+// within 0.012 of the mean of samples (engine/scene/bsdf.h); 4 sigmas are added.
 TEST(Vpls, OfAnyMaterial_SendWhatItsSamplesWithoutDeltasSend) {
     const V3f d = V3f(0.6F, 0.1F, -0.8F).normalized();
     int told = 0;
@@ -182,7 +184,7 @@ TEST(Vpls, OfAnyMaterial_SendWhatItsSamplesWithoutDeltasSend) {
             };
             EXPECT_LT(off(sent.reflected, expected.reflected), 0.012 + 4 * error[0]) << sample.name;
             EXPECT_LT(off(sent.transmitted, expected.transmitted), 0.012 + 4 * error[1]) << sample.name;
-            // The same comparison rejects what counts deltas, too.
+            // The same comparison rejects values that include deltas.
             const Sent wrong = sampled(bsdf, way, error, true);
             const bool differs = off(sent.reflected, wrong.reflected) > 0.012 + 4 * error[0] ||
                                  off(sent.transmitted, wrong.transmitted) > 0.012 + 4 * error[1];
@@ -192,8 +194,8 @@ TEST(Vpls, OfAnyMaterial_SendWhatItsSamplesWithoutDeltasSend) {
     EXPECT_GT(told, 4) << "materials with deltas beside other lobes";
 }
 
-// Gloss stands for nothing where photons or rays bring its light, and for all of it where the light had been
-// scattered before.
+// With VplGloss::of_indirect VPLs include gloss only where the light had been scattered before; otherwise
+// photons or rays carry it.
 TEST(Vpls, OfGloss_GoByWhatTheLightMetBefore) {
     UberMaterial plastic = testing::uber(testing::grey(0.4F), testing::grey(0.5F), 0.2F, 0.2F);
     Hit hit{};
