@@ -1,4 +1,4 @@
-// The tree of boxes against a look at every point, and what its order promises.
+// Tests the tree of boxes against a search of all points, and the properties of its order.
 #include "kdtree/box_tree.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace lucerna {
 namespace box_tree_test {
 
-// Plain distance, of the points whose payload is even.
+// Measures Euclidean distance, of the points whose payload is even.
 struct EvenMeasure {
     V3f x;
 
@@ -33,7 +33,7 @@ struct WithPayload {
     std::vector<std::uint32_t> payloads;
 };
 
-// In the tree's order, the payload being the place before that.
+// Returns the points in the tree's order; the payloads are their former indices.
 WithPayload ordered(const std::vector<V3f>& points, int threads = 2) {
     WithPayload result;
     result.payloads = box_order(points, Workers{threads});
@@ -63,7 +63,7 @@ TEST_P(BoxTreeClouds, NearestAndWithin_EqualALookAtEveryPoint) {
     for (const std::size_t n : {0U, 1U, 2U, 15U, 16U, 17U, 128U, 129U, 2000U}) {
         WithPayload cloud = ordered(make_cloud(kind, n, scale));
         if (!in_order) {
-            // Right for any order, only slower.
+            // The tree is correct for any order, only slower.
             std::sort(cloud.points.begin(), cloud.points.end(),
                       [](const V3f& a, const V3f& b) { return std::fmod(a.x, 0.1F) < std::fmod(b.x, 0.1F); });
         }
@@ -102,7 +102,8 @@ INSTANTIATE_TEST_SUITE_P(All, BoxTreeClouds,
                          ::testing::Combine(::testing::ValuesIn(kClouds),
                                             ::testing::Values(1.0F, 1e-6F, 1e6F), ::testing::Bool()));
 
-// Plain distance, of the points whose payload is at least that; payloads stand for places on the x axis.
+// Measures Euclidean distance, of the points whose payload is at least `least`; payloads are represented by
+// places on the x axis.
 struct LaterMeasure {
     V3f x;
     std::uint32_t least;
@@ -129,7 +130,7 @@ TEST(BoxTreePayloads, WhatTheyStandFor_KeepsWholeNodesOut) {
     for (const std::uint32_t n : {1U, 16U, 129U, 1024U, 1025U, 30'000U}) {
         WithPayload cloud = ordered(make_cloud(kClouds[0], n, 1));
         std::iota(cloud.payloads.begin(), cloud.payloads.end(),
-                  0U);  // neighbours in space have like payloads
+                  0U);  // neighbours in space have similar payloads
         const auto place = [](std::uint32_t payload) { return V3f(static_cast<float>(payload), 0, 0); };
         const BoxTree tree = build_box_tree(cloud.points, cloud.payloads, Workers{2}, place);
         const LaterMeasure measure{cloud.points[0], n / 4 * 3};
@@ -143,7 +144,7 @@ TEST(BoxTreePayloads, WhatTheyStandFor_KeepsWholeNodesOut) {
         EXPECT_EQ(counted, n - measure.least);
         search_all(tree, measure, just_below(INFINITY), look);
         EXPECT_EQ(counted, 2 * (n - measure.least));
-        // Boxes of payloads are beside boxes of whole nodes: there must be two levels.
+        // Boxes of payloads belong to boxes of whole nodes, so there must be two levels.
         if (n > kNodeWidth * kBlock) {
             EXPECT_EQ(before, 0U) << n;
         }
@@ -162,14 +163,14 @@ TEST_P(BoxOrder, AnyCloud_EveryPointOnce_SameForAnyThreads_AndSettled) {
         std::iota(each.begin(), each.end(), 0U);
         EXPECT_EQ(sorted, each);
         for (const int threads : {2, 5}) EXPECT_EQ(box_order(points, Workers{threads}), order);
-        // Ordered again, nothing moves: a map that is saved and loaded is the same map.
+        // Ordering again moves nothing, so that a saved and loaded map is the same map.
         EXPECT_EQ(box_order(ordered(points).points, Workers{2}), each);
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BoxOrder, ::testing::ValuesIn(kClouds));
 
-// The walls of a cube are equally long but for rounding, and that is another at every scale.
+// The walls of a cube are equally long except for rounding, which differs by scale.
 TEST(BoxOrder, WallsOfACube_AreInTheSameOrderAtAnyScale) {
     constexpr std::size_t kPoints = 20'000;
     const auto cube = [](float scale) {
@@ -192,7 +193,7 @@ TEST(BoxOrder, WallsOfACube_AreInTheSameOrderAtAnyScale) {
     }
 }
 
-// How many blocks a search for the 50 nearest looks at.
+// Returns the mean number of blocks visited by a search for the 50 nearest points.
 double blocks_per_search(const WithPayload& cloud) {
     const BoxTree tree =
         build_box_tree(cloud.points, std::vector<std::uint32_t>(cloud.points.size()), Workers{2});

@@ -1,4 +1,4 @@
-// Point clouds that a tree must survive: even ones, flat ones, and ones full of ties.
+// Point clouds for tests of trees: uniform ones, flat ones, and ones with many ties.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@ enum class Cloud { random, line, plane, tilted_plane, coincident, two_clusters, 
 inline constexpr Cloud kClouds[] = {Cloud::random,     Cloud::line,         Cloud::plane, Cloud::tilted_plane,
                                     Cloud::coincident, Cloud::two_clusters, Cloud::grid,  Cloud::far_off};
 
-// n points in a cube from 0 to `scale`, or near it.
+// Returns n points in a cube from 0 to `scale`, or near it.
 inline std::vector<V3f> make_cloud(Cloud kind, std::size_t n, float scale) {
     Sampler sampler(7, Purpose::test, static_cast<std::uint32_t>(kind), n);
     std::vector<V3f> points(n);
@@ -33,7 +33,7 @@ inline std::vector<V3f> make_cloud(Cloud kind, std::size_t n, float scale) {
     return points;
 }
 
-// A place to ask at: in the cube, or on one of the points themselves.
+// Returns a query point: in the cube, or one of the points themselves.
 inline V3f place_near(const std::vector<V3f>& points, float scale, Sampler& sampler) {
     const V3f x = V3f(sampler.next(), sampler.next(), sampler.next()) * scale;
     if (points.empty() || sampler.next() < 0.5F) return x;

@@ -1,4 +1,4 @@
-// The k nearest are the k smallest, whatever the order of visits and however they come.
+// Tests that the k nearest are the k smallest, for any order of visits, one by one or in blocks.
 #include "kdtree/nearest.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ RC_GTEST_PROP(Nearest, Blocks_SameAsOneByOne, (std::vector<std::uint8_t> keys, s
     Nearest blocks(k, bound);
     for (std::size_t first = 0; first < keys.size(); first += 16) {
         std::array<float, 16> block;
-        block.fill(std::numeric_limits<float>::quiet_NaN());  // places that no key takes
+        block.fill(std::numeric_limits<float>::quiet_NaN());  // unused places
         for (std::size_t i = first; i < std::min(keys.size(), first + 16); ++i) {
             block[i - first] = static_cast<float>(keys[i]);
         }

@@ -1,4 +1,4 @@
-// The order of many points, made by several ranks: that of one process.
+// Tests that the order of many points computed by several ranks is that of one process.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -18,7 +18,7 @@ TEST(BoxOrder, ByRanks_IsThatOfOneProcess) {
     for (const int size : {2, 3}) {
         testing::on_ranks(size, {1, 2}, [&](Ranks& ranks) {
             EXPECT_EQ(box_order(points, {ranks.threads(ranks.rank()), &ranks}), expected);
-            EXPECT_EQ(ranks.traffic().count("order of points"), 1U);  // it was shared
+            EXPECT_EQ(ranks.traffic().count("order of points"), 1U);  // the work was shared
         });
     }
 }

@@ -1,4 +1,4 @@
-// Every index against brute force.
+// Tests the FLANN index against brute force.
 #include "kdtree/point_tree.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,8 @@ class NearestVisitor final : public PointVisitor {
   public:
     explicit NearestVisitor(std::size_t k) : nearest(k, INFINITY) {}
     float visit(std::uint32_t index, float r2) override {
-        // One unit beyond the worst, so that a tie at the boundary is still seen and decided by index.
+        // One unit in the last place beyond the worst, so that a tie at the boundary is still visited and
+        // decided by index.
         return std::nextafter(nearest.take(r2, index), INFINITY);
     }
     Nearest nearest;
