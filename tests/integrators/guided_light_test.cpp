@@ -53,7 +53,7 @@ void add_floor(SceneMaker& make) {
     const auto white = make.diffuse(Rgb(0.8F, 0.6F, 0.4F));
     make.quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, white);
     make.quad({-0.1F, 0.3F, -0.3F}, {0, 0, 0.4F}, {0.2F, 0, 0}, white);
-    make.quad({-0.1F, 0.3F, -0.3F}, {0.2F, 0, 0}, {0, 0, 0.4F}, white);  // seen from below
+    make.quad({-0.1F, 0.3F, -0.3F}, {0.2F, 0, 0}, {0, 0, 0.4F}, white);  // faces down
 }
 
 Scene lamp_over_floor() {

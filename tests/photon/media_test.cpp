@@ -231,7 +231,7 @@ TEST(VolumeDensityEstimate, EvenCloud_IsItsDensityTimesThePhaseFunction) {
     }
 }
 
-// Half of the ball is inside the medium, a quarter, an eighth.
+// Half of the ball, a quarter or an eighth of it is inside the medium.
 TEST(VolumeDensityEstimate, AtTheEndOfTheMediumAndInCorners_LosesNothing) {
     for (const bool walls : {false, true}) {
         const Scene scene = foggy_cube(walls);

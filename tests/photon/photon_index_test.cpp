@@ -196,8 +196,8 @@ TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
     EXPECT_GT(useful, 1000) << "no bound was better than that of the ball";
 }
 
-// The same with boxes of directions: they may exclude a node only if no direction in them counts, not even
-// one along the surface that is on the right side by rounding.
+// Boxes of directions tighten the bound: they may exclude a node only if no direction in them counts, not
+// even one along the surface that is on the right side by rounding.
 TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
     Sampler sampler(6, Purpose::test, 0, 0);
     int kept_out = 0, slid_far = 0;

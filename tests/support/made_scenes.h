@@ -1,6 +1,6 @@
-// Returns the folder of the shipped scenes with their meshes and measured lamps, which git does not hold. The
-// fixture Scenes.AreMade makes them in the build's folder (tests/reference/make_scenes.sh); ctest runs it
-// before any test that needs them. Tests never pass without them.
+// Locates the shipped scenes with their meshes and measured lamps, which git does not hold. The fixture
+// Scenes.AreMade makes them in the build's folder (tests/reference/make_scenes.sh); ctest runs it before any
+// test that needs them.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace lucerna::testing {
 
-// There is no test without them that would be worth calling passed.
+// Returns the folder. Throws if a file is missing, because no test may pass without it.
 inline std::filesystem::path made_scenes() {
     const std::filesystem::path folder(LUCERNA_MADE_SCENES);
     for (const char* const made : {"cloister/mesh", "cloister/lamp.exr", "lamps/flashlight/flashlight.exr",
