@@ -293,8 +293,8 @@ TEST(Progressive, SmallCornell_MeanAgreesWithPath) {
     }
 }
 
-// One estimate shared by the samples of a pass has the mean of one estimate per sample. Of 4 samples exactly
-// one estimates density, of 3 one on average.
+// One estimate shared by the samples of a pass has the mean of one estimate per sample. Exactly one of 4
+// samples estimates density, and one of 3 on average.
 testing::RegionMeans of_samples(int samples) {
     ProgressiveSettings settings;
     settings.photons = 5000;

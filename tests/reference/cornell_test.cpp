@@ -118,7 +118,7 @@ TEST(Cornell, Path_AgreesWithAnotherRendererWithinNoise) {
             if (std::fabs(difference) > 4.5 * deviation) ++far;
         }
     }
-    // Of some 16,000 normal values 0.1 are expected beyond 4.5 sigma. A quarter of a percent is allowed for
+    // Beyond 4.5 sigma 0.1 of some 16,000 normal values are expected. A quarter of a percent is allowed for
     // pixels on edges, where the renderers' samples differ by rounding.
     EXPECT_LT(static_cast<double>(far), 0.0025 * static_cast<double>(lit)) << far << " of " << lit;
 }
