@@ -26,7 +26,8 @@ LeSampleU le_u(Sampler& s) {
     return {s.next2(), s.next2(), s.bits()};
 }
 
-// Where a ray meets an emitter, in plain double: distance and the normal of the emitting side.
+// A ray's intersection with an emitter, in double precision: the distance and the normal of the emitting
+// side.
 struct ShapeHit {
     double t;
     V3d n;
@@ -75,7 +76,7 @@ Intersect intersect_sphere(const SphereEmitter& e) {
     };
 }
 
-// Two faces of different size and direction, as of a bent sheet; both see the origin.
+// Returns two triangles of different size and orientation, like a bent sheet; both face the origin.
 TriangleEmitter bent_sheet() {
     return {{{-1, -1, 2}, {1, -1, 2}, {1, 1, 2.5F}, {-1, 1.5F, 2.2F}}, {{0, 2, 1}, {0, 3, 2}}, false};
 }
@@ -83,7 +84,7 @@ TriangleEmitter bent_sheet() {
 struct Lamp {
     std::string name;
     std::unique_ptr<Light> light;
-    Intersect intersect;  // empty: not an area light. All of it is seen from the origin, so its density
+    Intersect intersect;  // empty if it is not an area light. The origin sees all of it, so its density
                           // integrates to 1
 };
 
@@ -124,8 +125,8 @@ TEST(AnalyticLight, Emission_WeighsTheFluxInTheMean) {
     }
 }
 
-// Power through a disc of radius 0.4 about the origin, facing +z, counted by particles and by asking the
-// light.
+// The flux through a disc of radius 0.4 about the origin that faces +z, estimated from particles and by
+// sample_Li().
 struct PatchFlux {
     RunningStats by_particles, by_sample_Li;
     double gap() const { return by_particles.mean() - by_sample_Li.mean(); }
@@ -142,7 +143,7 @@ PatchFlux patch_flux(const Lamp& lamp, int samples) {
         if (emitted && emitted->d.z < 0 && emitted->from.p.z > 0) {
             const double way = static_cast<double>(-emitted->from.p.z / emitted->d.z);
             const V3f at = emitted->from.p + static_cast<float>(way) * emitted->d;
-            // What a lamp sends into itself does not arrive.
+            // Light that hits the lamp itself does not arrive.
             const Ray ray{emitted->from.towards(emitted->d), emitted->d};
             const auto stopped = lamp.intersect ? lamp.intersect(ray) : std::nullopt;
             const bool arrives = V2f(at.x, at.y).length() < kRadius && !(stopped && stopped->t < way);
@@ -163,7 +164,7 @@ PatchFlux patch_flux(const Lamp& lamp, int samples) {
 
 TEST(AnalyticLight, ParticlesOnAPatch_CarryWhatSampleLiPromises) {
     for (const Lamp& lamp : all_lamps()) {
-        // Few of the particles that go everywhere meet the patch.
+        // Only few of the particles that are emitted in all directions meet the patch.
         const bool everywhere =
             lamp.name == "infinite" || lamp.name == "room" || lamp.name == "ball, two-sided";
         const PatchFlux flux = patch_flux(lamp, everywhere ? 1500000 : 300000);
@@ -171,7 +172,7 @@ TEST(AnalyticLight, ParticlesOnAPatch_CarryWhatSampleLiPromises) {
         EXPECT_LT(flux.sigma(), 0.02 * flux.by_sample_Li.mean())
             << lamp.name << ": too noisy to say anything";
         EXPECT_LT(std::fabs(flux.gap()), 4 * flux.sigma()) << lamp.name << " " << flux.by_sample_Li.mean();
-        // A light wrong by a tenth would have been noticed.
+        // The same test rejects a light whose power is wrong by a tenth.
         EXPECT_GT(std::fabs(flux.gap() + 0.1 * flux.by_sample_Li.mean()), 4 * flux.sigma()) << lamp.name;
     }
 }
@@ -187,14 +188,14 @@ TEST(AreaLight, LeOnSurface_KnowsTheDensityThatSampleLiUsed) {
             if (!light_sample) continue;
             const Ray ray{x, light_sample->w};
             const auto hit = lamp.intersect(ray);
-            // Directions that graze the emitter end beside it in float32.
+            // In float32, directions that graze the emitter may miss it.
             if (!hit || std::fabs(hit->n.dot(V3d(ray.d))) < 0.02) continue;
             const EmittedRadiance seen =
                 lamp.light->Le_on_surface(ray, static_cast<float>(hit->t), V3f(hit->n), 0);
             EXPECT_NEAR(seen.pdf_w / light_sample->pdf_w, 1, 1e-3F) << lamp.name;
             const Rgb radiance = light_sample->weight * light_sample->pdf_w;
             EXPECT_LT(std::fabs(luminance(radiance - seen.radiance)), 1e-4F) << lamp.name;
-            // Just short of the emitter, but not far.
+            // The sample's distance ends just short of the emitter.
             EXPECT_LT(static_cast<double>(light_sample->distance), hit->t) << lamp.name;
             EXPECT_GT(static_cast<double>(light_sample->distance), hit->t * (1 - 1e-3)) << lamp.name;
             ++compared;
@@ -228,7 +229,7 @@ TEST(AreaLight, DensityOverAllDirections_IntegratesToOne) {
     }
 }
 
-// Mean irradiance at x on a plane with normal n, W/m².
+// Estimates the irradiance at x on a plane with normal n, in W/m².
 RunningStats irradiance(const Light& light, const V3f& x, const V3f& n, int samples = 100000) {
     RunningStats stats;
     Sampler s(5, Purpose::test, 0, 0);
@@ -241,7 +242,7 @@ RunningStats irradiance(const Light& light, const V3f& x, const V3f& n, int samp
     return stats;
 }
 
-// Within 4 sigma, or float32's rounding where every sample weighs the same.
+// Expects agreement within 4 sigma, or within the rounding of float32 where all samples have equal weights.
 void expect_irradiance(const RunningStats& stats, double truth, const std::string& what) {
     EXPECT_NEAR(stats.mean(), truth, 4 * stats.standard_error() + 1e-5 * truth) << what;
     EXPECT_LT(stats.standard_error(), 0.01 * truth) << what;
@@ -258,7 +259,7 @@ TEST(AreaLight, DiskOnItsAxis_EqualsClosedForm) {
 }
 
 TEST(AreaLight, SphereFromOutside_EqualsClosedForm) {
-    // Fully above the horizon: π L (r/d)² cos. To a million radii away.
+    // The sphere is fully above the horizon, at up to a million radii: E = π L (r/d)² cos θ.
     for (const float d : {1.001F, 1.5F, 10.0F, 1e3F, 1e6F}) {
         for (const float r : {1e-3F, 1.0F, 1e3F}) {
             const auto light = make_area_light(SphereEmitter{{0, 0, d * r}, r}, Rgb(3), false);
@@ -292,7 +293,7 @@ TEST(AreaLight, RectangleAnywhere_EqualsLambertsContourFormula) {
             const V3d b = (V3d(e.p[static_cast<std::size_t>((i + 1) % 4)]) - V3d(x)).normalized();
             sum += std::acos(a.dot(b)) * a.cross(b).normalized();
         }
-        // Seen from below its order is counter-clockwise about -z, hence the sign.
+        // Seen from below, the order of the corners is counter-clockwise about -z, hence the sign.
         const double truth = std::fabs(3 * 0.5 * sum.z);
         expect_irradiance(irradiance(*light, x, {0, 0, 1}, 400000), truth, "rectangle");
     }
@@ -319,7 +320,7 @@ double smooth_fall(double c, double cone_degrees, double delta_degrees) {
 TEST(SpotLight, Flux_EqualsQuadratureOfItsFalloff) {
     for (const auto& [cone, delta] : {std::pair{30.0F, 5.0F}, {30, 30}, {90, 10}, {170, 60}, {2, 1}}) {
         const auto light = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), {cone, delta});
-        // Midpoint rule over the cosine, within the cone only.
+        // Integrates over the cosine by the midpoint rule, within the cone only.
         const double low = std::cos(static_cast<double>(cone) * kPiD / 180);
         constexpr int kSteps = 200000;
         double sum = 0;
@@ -332,7 +333,7 @@ TEST(SpotLight, Flux_EqualsQuadratureOfItsFalloff) {
     }
 }
 
-// glTF's falloff: the square of what runs linearly in the cosine.
+// The falloff of glTF is the square of a linear function of the cosine.
 TEST(SpotLight, QuadraticFalloff_IsIntensityFluxAndDirections) {
     constexpr double kCone = 60, kDelta = 35;
     const auto light = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), {kCone, kDelta, SpotFalloff::quadratic});
@@ -426,7 +427,7 @@ TEST(AreaLight, Emission_IsUniformInAreaAndLambertian) {
         for (int i = 0; i < kSamples; ++i) {
             const auto e = light->sample_Le(le_u(s));
             ASSERT_TRUE(e);
-            // Which triangle, and which quarter of it (the middle one, or that of a corner).
+            // Finds the triangle, and its quarter (the middle one, or that of a corner).
             const std::size_t which =
                 (e->from.n - (sheet.p[2] - sheet.p[0]).cross(sheet.p[1] - sheet.p[0]).normalized()).length() <
                         1e-4F

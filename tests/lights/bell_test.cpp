@@ -13,7 +13,7 @@
 namespace lucerna {
 namespace bell_test {
 
-// ∫ over [from, to], cut at every half: exact for products of two quadratics.
+// Integrates over [from, to] in pieces of one half: exact for products of two quadratic pieces.
 double integral(double from, double to, const std::function<double(double)>& f) {
     double sum = 0;
     for (double x = from; x < to; x += 0.5) {
@@ -85,7 +85,8 @@ TEST(BellIntegral, AgainstQuadrature_AgreesAndInverts) {
         }
         EXPECT_NEAR(bell_integral(x), by_rule, 1e-14);
         EXPECT_NEAR(bell(inverse_bell(bell(x))), bell(x), 1e-14);
-        // At the foot F is flat to third order: x is what rounding leaves of a cube root, F itself is met.
+        // Near x = 1, F approaches its limit as (1 - x)³: x is accurate to the cube root of rounding, F
+        // fully.
         const double back = inverse_bell_integral(bell_integral(x));
         EXPECT_NEAR(back, x, x < 0.999 ? 1e-9 : 1e-5);
         EXPECT_NEAR(bell_integral(back), bell_integral(x), 1e-14);
@@ -119,7 +120,7 @@ const BellCell kCells[] = {cell_of(1, 2, 3, 4),      cell_of(1, 0, 0, 0),    cel
                            cell_of(2, 1, -1, -2),    cell_of(1, -9, -9, -9), cell_of(-1, 3, 0.5F, 2),
                            cell_of(-5, -4, -3, 0.5F)};
 
-// The same of bells and of hats.
+// Returns the cells with bells and the same cells with hats.
 std::vector<BellCell> all_cells() {
     std::vector<BellCell> cells;
     for (const FilterBasis basis : {FilterBasis::bell, FilterBasis::hat}) {
@@ -175,7 +176,7 @@ RC_GTEST_PROP(BellCell, ClampedMean_OfAnyMembers_LiesBetweenSignedMeanAndPositiv
     RC_ASSERT(cell.clamped_mean() <= plus + 1e-6);
 }
 
-// Chi-square of drawn points over a grid against the density of `truth`.
+// Compares drawn points over a grid with the density of `truth` by a chi-square test.
 testing::ChiSquare test_draws(const BellCell& cell, const BellCell& truth, bool by_inversion, int points) {
     constexpr int kSide = 12;
     constexpr int kFine = 20;
@@ -192,7 +193,7 @@ testing::ChiSquare test_draws(const BellCell& cell, const BellCell& truth, bool 
     }
     std::vector<std::uint64_t> observed(expected.size());
     for (double& e : expected) e *= points / total;
-    // A bin cut by the clamp's edge may look empty to the grid of midpoints.
+    // A bin that the edge of the clamped region cuts may have no midpoint with a positive density.
     for (double& e : expected) e = std::max(e, 1e-9);
     for (int i = 0; i < points; ++i) {
         Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
@@ -220,7 +221,7 @@ TEST(BellCell, DrawByInversion_AnySigns_FollowsTheSameDensity) {
 TEST(BellCell, DrawTest_OfAnotherCell_IsRejected) {
     EXPECT_FALSE(test_draws(kCells[0], cell_of(1, 2, 3, 5), false, 100000).accepted());
     EXPECT_FALSE(test_draws(kCells[4], cell_of(1, -1, -1, -0.7F), false, 100000).accepted());
-    // Of bells where hats were asked for.
+    // The points follow bells, the density that is tested has hats.
     EXPECT_FALSE(test_draws(kCells[0], cell_of(1, 2, 3, 4, FilterBasis::hat), false, 100000).accepted());
 }
 

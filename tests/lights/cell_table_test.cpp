@@ -31,7 +31,7 @@ std::array<float, 4> four(Sampler& sampler) {
     return {a.x, a.y, b.x, b.y};
 }
 
-// The clamped flux of every cell by midpoints of the definition, in the order of CellId.
+// Returns the clamped flux of every cell, by the midpoint rule over its definition, in the order of CellId.
 std::vector<double> brute_cells(const LightField& field, int fine) {
     const Rig& rig = field.rig();
     std::vector<double> flux;
@@ -130,7 +130,7 @@ TEST(CellTable, Draws_OfARandomSignedField_FollowTheFluxOfTheCells) {
         EXPECT_TRUE(testing::chi_square(observed, scale_to_draws(expected)).accepted());
         for (const RunningStats& r : remainder) EXPECT_TRUE(testing::agrees(r, 0.5));
         EXPECT_TRUE(testing::agrees(product, 1.0 / 16));
-        // The same test must see a field whose plain sums were used instead of the clamped ones.
+        // The same test rejects cells weighted by their plain sums instead of the clamped ones.
         std::vector<double> plain;
         for (CellId id = 0; id < table.cells(); ++id)
             plain.push_back(std::max(0.0, field.members(*table.cell(id)).signed_mean()));
@@ -196,7 +196,7 @@ TEST(CellTable, Extremes_OneCoefficientZerosAndNegativeRows_AreRight) {
     EXPECT_EQ(build({one, {0.0F}}).flux(), 0);
     EXPECT_EQ(build({one, {-1.0F}}).flux(), 0);
 
-    // A field whose lower views are all negative: nothing is ever drawn from cells that have only those.
+    // In this field the lower views are all negative: nothing is ever drawn from cells that have only those.
     std::vector<float> e(rig_b().coefficients(), 1.0F);
     for (int k = 0; k < 4; ++k) {
         for (int l = 0; l < 5; ++l) {

@@ -1,4 +1,4 @@
-// Light fields of several colours: what is kept, and that particles and rays carry every channel's light.
+// Light fields of several colours: storage, and the light of every channel in particles and rays.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ using testing::rig_a;
 using testing::rig_b;
 using testing::rig_c;
 
-// Coefficients of X, Y and Z: luminances in [low, high] of colours between two, both within sRGB.
+// Coefficients of X, Y and Z: luminances in [low, high], and colours between two that are both within sRGB.
 struct Channels {
     std::vector<float> x, y, z;
 };
@@ -85,7 +85,7 @@ TEST(ColouredField, File_KeepsEveryChannel) {
             for (std::size_t i = 0; i < a.coefficients().size(); ++i)
                 EXPECT_EQ(a.coefficients()[i], b.coefficients()[i]);
         }
-        // Another colour is another field.
+        // A field that differs in one colour has another hash.
         Channels c = random_channels(rig, -0.2F, 1, 4);
         c.z[5] += 1;
         EXPECT_NE(content_hash(LightField(rig, c.x, c.y, c.z)), content_hash(field));
@@ -103,7 +103,7 @@ TEST(ColouredField, WithoutLuminance_IsRefused) {
     EXPECT_THROW(LightField(rig_b(), c.x, c.y, c.z), InputError);
 }
 
-// Places of a line on S and M, by a lamp at rest.
+// The points at which a line crosses S and M, for a lamp under identity placement.
 struct Line {
     V2d on_s, on_m;
     Line(const LeSample& e, const Rig& rig) {
@@ -122,8 +122,8 @@ double probe(int i, const V2d& s, const V2d& m) {
     }
 }
 
-// Of every channel the mean of test functions over particles is their integral over the channel's own field.
-// `wrong` colours must be seen by the same test.
+// Compares, for every channel, the mean of test functions over particles with their integral over the
+// channel's own field. With `wrong` colours the comparison must fail.
 void expect_channel_moments(const Rig& rig, EmissionMode mode, bool wrong) {
     const LightField field = random_coloured(rig, 0.1F, 1, 6);
     MeasuredSettings settings;
@@ -150,7 +150,7 @@ void expect_channel_moments(const Rig& rig, EmissionMode mode, bool wrong) {
         for (int k = 0; k < 3; ++k) {
             const double truth =
                 testing::integrate(of, 12, 2, [&](const V2d& s, const V2d& m) { return probe(k, s, m); });
-            // The midpoint rule is good to a thousandth, halves to two.
+            // The midpoint rule errs by a thousandth, half precision by up to two.
             const bool agrees =
                 std::fabs(stats[c][k].mean() - truth) <= 4 * stats[c][k].standard_error() + 2e-3 * of.flux();
             all = all && agrees;
@@ -170,7 +170,7 @@ TEST(ColouredField, EmissionOfOneColour_IsRefusedByTheSameTest) {
     expect_channel_moments(rig_c(), EmissionMode::exact, true);
 }
 
-// Negative coefficients take light away somewhere; the flux of every channel is what was measured.
+// Negative coefficients remove light in places; each channel still has the measured flux.
 TEST(ColouredField, SignedChannels_KeepTheirFlux) {
     for (const Rig& rig : all_rigs()) {
         const LightField field = random_coloured(rig, -0.5F, 1, 8);
@@ -185,14 +185,14 @@ TEST(ColouredField, SignedChannels_KeepTheirFlux) {
         for (int c = 0; c < 3; ++c) {
             const double measured = field.channel(c).flux();
             EXPECT_NEAR(stats[c].mean(), stated[c], 4 * stats[c].standard_error() + 2e-3 * stated[c]) << c;
-            // Of colours at the edge of sRGB's gamut a little is mixed with grey.
+            // Colours at the edge of sRGB's gamut are mixed with a little grey.
             EXPECT_NEAR(stats[c].mean(), measured, 4 * stats[c].standard_error() + 0.02 * measured) << c;
         }
     }
 }
 
-// Channel by channel, the irradiance at a place by particles and by sample_Li; and rays find what sample_Li
-// found.
+// Compares, by channel, the irradiance at a place by particles with that by sample_Li(), and the radiance
+// that rays find with that of sample_Li().
 TEST(ColouredField, Irradiance_BySampleLeAndSampleLi_IsOne) {
     for (const Rig& rig : {rig_a(), rig_c()}) {
         const LightField field = random_coloured(rig, -0.2F, 1, 10);
@@ -232,8 +232,8 @@ TEST(ColouredField, Irradiance_BySampleLeAndSampleLi_IsOne) {
     }
 }
 
-// A lamp that shines a yellow of sRGB and the green of a chip which sRGB does not hold: in the wide spaces
-// every place of it has the colour that was measured there, in sRGB it cannot.
+// The lamp emits a yellow within sRGB and the green of an LED chip outside it: in wide colour spaces every
+// place of the lamp has its measured colour, in sRGB it cannot.
 TEST(ColouredField, InAWideSpace_EveryPlaceHasItsOwnColour) {
     const V3d green = find_colour_space("rec2020")->to_xyz({0, 1.4, 0.01}),
               yellow = rgb_to_xyz(Rgb(1, 1, 0.1F));

@@ -1,4 +1,4 @@
-// The numbers of emission: how evenly they lie, that each is uniform on its own, that passes differ.
+// The numbers that drive emission: joint uniformity, uniformity of each, and independence of passes.
 #include "lights/emission_net.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ Point point(const EmissionNet& net, std::uint32_t path) {
     return {p.u.position.x, p.u.position.y, p.u.direction.x, p.u.direction.y, p.light};
 }
 
-// Calls visit(exponents) for all ways to cut 2^total boxes in `dimensions` dimensions.
+// Calls visit(exponents) for all ways to divide 2^total boxes among `dimensions` dimensions.
 template <typename Visit>
 void for_each_cut(int dimensions, int total, std::vector<int>& exponents, Visit&& visit) {
     if (static_cast<int>(exponents.size()) + 1 == dimensions) {
@@ -33,8 +33,8 @@ void for_each_cut(int dimensions, int total, std::vector<int>& exponents, Visit&
     }
 }
 
-// Is every elementary interval of volume 2^-(k - t) hit by exactly 2^t of the 2^k points? `axes` names the
-// dimensions.
+// Returns whether every elementary interval of volume 2^-(k - t) holds exactly 2^t of the 2^k points. `axes`
+// selects the dimensions.
 bool is_net(const std::vector<Point>& points, const std::vector<std::size_t>& axes, int k, int t) {
     bool good = true;
     std::vector<int> exponents;
@@ -74,7 +74,7 @@ TEST(EmissionNet, ConsecutivePaths_AreNets) {
         EXPECT_TRUE(is_net(points, {0, 1, 2, 3, 4}, 9, 5));
         for (std::size_t axis = 0; axis < 5; ++axis) EXPECT_TRUE(is_net(points, {axis}, 9, 0));
     }
-    // Independent numbers are no net of any kind.
+    // Independent numbers form none of these nets.
     std::vector<Point> loose;
     for (std::uint32_t i = 0; i < 512; ++i) {
         Sampler sampler(1, Purpose::test, 0, i);
@@ -84,7 +84,7 @@ TEST(EmissionNet, ConsecutivePaths_AreNets) {
     EXPECT_FALSE(is_net(loose, {0}, 9, 0));
 }
 
-// [Wald 2002; Pharr 2004]: as sets of VPLs take them, each set and all together.
+// Sets of VPLs use consecutive paths: each set is a net, and so are all together [Wald 2002; Pharr 2004].
 TEST(EmitNetInPairs, EverySetAndAllSetsTogether_AreNetsInPlaceAndDirection) {
     constexpr std::uint32_t kPaths = 16, kSets = 32;
     const auto expect_nets = [](std::uint32_t first, std::uint32_t n, int k) {
@@ -95,7 +95,7 @@ TEST(EmitNetInPairs, EverySetAndAllSetsTogether_AreNetsInPlaceAndDirection) {
     };
     for (std::uint32_t set = 0; set < kSets; ++set) expect_nets(set * kPaths, kPaths, 4);
     expect_nets(0, kPaths * kSets, 9);
-    // The joint sequence's directions are no such net: that is what pairs are for.
+    // The directions of the joint sequence are no such net: this is why pairs exist.
     EXPECT_FALSE(is_net(points_of(3, 0, kPaths * kSets), {2, 3}, 9, 0));
 }
 
@@ -134,7 +134,7 @@ TEST(EmissionNet, OnePathOverPasses_IsUniformInFiveDimensions) {
 }
 
 TEST(EmissionNet, Passes_AreIndependent) {
-    // One pass's numbers say nothing about another's at the same path.
+    // The numbers of one pass are not correlated with those of another at the same path.
     for (std::size_t axis = 0; axis < 5; ++axis) {
         RunningStats product;
         for (std::uint32_t pass = 0; pass < 20000; ++pass) {
@@ -150,8 +150,8 @@ TEST(EmissionNet, Passes_AreIndependent) {
     EXPECT_NE(EmissionNet(5, Purpose::test, 0).at(1).u.salt, EmissionNet(5, Purpose::test, 0).at(2).u.salt);
 }
 
-// Sum over the marginals' cells of (count - expected)² / expected: their number less one each, in the mean,
-// for independent particles.
+// The sum over the marginals' cells of (count - expected)² / expected. For independent particles its mean is,
+// for each marginal, the number of cells less one.
 struct Marginals {
     std::array<std::vector<double>, 4> expected;
     std::array<std::vector<double>, 4> count;

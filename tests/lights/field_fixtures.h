@@ -13,7 +13,7 @@
 
 namespace lucerna::testing {
 
-// Remembers what it was told.
+// Stores the lines that it receives.
 class ListeningMonitor : public Monitor {
   public:
     void info(std::string_view line) override { infos.emplace_back(line); }
@@ -21,7 +21,7 @@ class ListeningMonitor : public Monitor {
     std::vector<std::string> infos, warnings;
 };
 
-inline Rig rig_b() {  // the screen stands still
+inline Rig rig_b() {  // the screen is stationary
     Rig rig;
     rig.views = {3, 2};
     rig.spacing = {0.01, 0.02};
@@ -32,7 +32,7 @@ inline Rig rig_b() {  // the screen stands still
     return rig;
 }
 
-inline Rig rig_a() {  // the sensor travels
+inline Rig rig_a() {  // the sensor moves with the filter
     Rig rig = rig_b();
     rig.pixel = {0.01 / 2, 0.02 / 3};
     rig.shift = {2, 3};
@@ -47,14 +47,14 @@ inline Rig rig_c() {  // hats on M, both planes finer in the middle
     return rig;
 }
 
-inline Rig rig_d() {  // canned, pixels stand still: hats on both planes
+inline Rig rig_d() {  // canned, stationary pixels: hats on both planes
     Rig rig = rig_b();
     rig.filter_basis = FilterBasis::hat;
     rig.basis = PixelBasis::hat;
     return rig;
 }
 
-inline Rig rig_e() {  // canned, the sensor travels: hats on S
+inline Rig rig_e() {  // canned, moving sensor: hats on S
     Rig rig = rig_a();
     rig.filter_basis = FilterBasis::hat;
     return rig;
@@ -64,7 +64,7 @@ inline std::vector<Rig> all_rigs() {
     return {rig_a(), rig_b(), rig_c(), rig_d(), rig_e()};
 }
 
-// Coefficients in [low, high].
+// Returns a field with random coefficients in [low, high].
 inline LightField random_field(const Rig& rig, float low, float high, std::uint64_t seed,
                                LightFieldInfo info = {}) {
     Sampler sampler(seed, Purpose::test, 0, 0);
@@ -73,8 +73,9 @@ inline LightField random_field(const Rig& rig, float low, float high, std::uint6
     return {rig, std::move(e), std::move(info)};
 }
 
-// A Lambertian disc on S of radiance 1: the coefficients are the flux density at each filter and pixel, times
-// the share of the disc in the filter's square. To second order in the spacing and the pixels.
+// Returns a Lambertian disc of radiance 1 on S. Each coefficient is the flux density at its filter and pixel,
+// times the share of the filter's square that the disc covers. It is accurate to second order in the spacing
+// and the pixel size.
 inline LightField lambertian_disc(const Rig& rig, double radius, LightFieldInfo info = {}) {
     constexpr int kSteps = 16;
     std::vector<float> e(rig.coefficients());
@@ -99,18 +100,19 @@ inline LightField lambertian_disc(const Rig& rig, double radius, LightFieldInfo 
     return {rig, std::move(e), std::move(info)};
 }
 
-// Φ, written down once more.
+// Φ, implemented independently of the library.
 inline double phi(double x) {
     x = std::fabs(x);
     return x <= 0.5 ? 1 - 2 * x * x : x <= 1 ? 2 * (1 - x) * (1 - x) : 0.0;
 }
 
-// The coordinates of PlaneCoordinate, written down once more, and their inverse by bisection.
+// The coordinates of PlaneCoordinate, implemented independently of the library, and their inverse by
+// bisection.
 inline double coordinate_of(const PlaneCoordinate& x, double s) {
     return x.c > 0 ? 2 * x.c * std::tan(0.5 * std::atan(s / x.c)) : s;
 }
 inline double place_of(const PlaneCoordinate& x, double at) {
-    double low = -1, high = 1;  // metres: all that tests use
+    double low = -1, high = 1;  // metres; the tests stay within this range
     for (int i = 0; i < 100; ++i)
         (coordinate_of(x, 0.5 * (low + high)) < at ? low : high) = 0.5 * (low + high);
     return 0.5 * (low + high);
@@ -120,13 +122,12 @@ inline double slope_of(const PlaneCoordinate& x, double s) {
     return (coordinate_of(x, s + step) - coordinate_of(x, s - step)) / (2 * step);
 }
 
-// h by its definition, a sum over all coefficients, in the coordinates of the planes: before the clamp, or
-// with each pixel's sum cut at 0.
+// Computes h by its definition, a sum over all coefficients, in the coordinates of the planes: without the
+// clamp, or with each pixel's sum clamped at 0.
 inline double brute_h_of_coordinates(const LightField& field, const V2d& x_s, const V2d& x_m, bool clamped) {
     const Rig& rig = field.rig();
     double sum = 0;
-    // A pixel is a place of M; with a sensor that travels it is another one for each view, and only one is
-    // lit.
+    // A pixel is a place on M; with a moving sensor its place differs for each view.
     const auto chi = [&](double pixels) {
         if (rig.basis == PixelBasis::hat) return std::max(0.0, 1 - std::fabs(pixels));
         return pixels >= -0.5 && pixels < 0.5 ? 1.0 : 0.0;
@@ -159,7 +160,7 @@ inline double brute_h_of_coordinates(const LightField& field, const V2d& x_s, co
     return sum;
 }
 
-// The same of places on the planes, per m⁴.
+// The same density at places on the planes, per m⁴.
 inline double brute_h(const LightField& field, const V2d& on_s, const V2d& on_m, bool clamped = false) {
     const Rig& rig = field.rig();
     double density = 1;
@@ -172,8 +173,9 @@ inline double brute_h(const LightField& field, const V2d& on_s, const V2d& on_m,
     return density * brute_h_of_coordinates(field, x_s, x_m, clamped);
 }
 
-// Radiance by the approximate reconstruction: each coefficient over the geometric term of its filter's and
-// its pixel's centres, in the planes' coordinates. Of rigs whose sensor stands still; nothing is clamped.
+// Radiance by the approximate reconstruction: each coefficient is divided by the geometric term of its
+// filter's and its pixel's centres, in the planes' coordinates. It supports rigs with a stationary sensor;
+// nothing is clamped.
 class ApproximateRadiance {
   public:
     explicit ApproximateRadiance(const LightField& field) : field_(field) {
@@ -241,12 +243,12 @@ class ApproximateRadiance {
     std::vector<Centre> filters_[2], pixels_[2];
 };
 
-// ∫∫∫∫ f h, clamped, by the midpoint rule in the planes' coordinates, `s` points per interval and axis on S
-// and `m` per pixel on M.
+// Computes ∫∫∫∫ f h, clamped, by the midpoint rule in the planes' coordinates, with `s` points per interval
+// and axis on S and `m` per pixel on M.
 inline double integrate(const LightField& field, int s, int m,
                         const std::function<double(const V2d& on_s, const V2d& on_m)>& f) {
     const Rig& rig = field.rig();
-    // Along one axis: the points, as coordinates and on the plane.
+    // Points along one axis, as coordinates and as places on the plane.
     struct Points {
         std::vector<double> x, place;
         double step;
@@ -262,7 +264,7 @@ inline double integrate(const LightField& field, int s, int m,
     Points on_s[2], on_m[2];
     for (int a = 0; a < 2; ++a) {
         on_s[a] = points((rig.views[a] + 1) * rig.spacing[a], (rig.views[a] + 1) * s, rig.s_coordinate);
-        // As wide as all sensors, and the hats' overhang.
+        // M extends over all sensors and the overhang of the hats.
         const int more = (rig.shift[a] > 0 ? rig.shift[a] * (rig.views[a] - 1) : 0) +
                          (rig.basis == PixelBasis::hat ? 1 : 0);
         on_m[a] = points((rig.pixels[a] + more) * rig.pixel[a], (rig.pixels[a] + more) * m, rig.m_coordinate);

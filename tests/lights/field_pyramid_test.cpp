@@ -22,13 +22,13 @@ CellTable table_of(const LightField& field) {
     return CellTable(field, Workers{1}, silent);
 }
 
-// S as squares of the pyramid's own or finer, in equal parts of each interval.
+// S is divided into the squares of the pyramid or finer ones: kFine equal parts of each interval and axis.
 constexpr int kFine = 16;
 
 struct Squares {
     const Rig& rig;
     int across(int axis) const { return rig.intervals(axis) * kFine; }
-    // Where one begins; across() gives the end of the last.
+    // Returns where a square begins; across() as index gives the end of the last one.
     double edge(int axis, int i) const {
         const int n = std::min(i / kFine, rig.intervals(axis) - 1);
         const double begin = rig.interval_edge(axis, n), end = rig.interval_edge(axis, n + 1);
@@ -44,7 +44,7 @@ struct Squares {
             }
         }
     }
-    // The one that holds a place.
+    // Returns the square that holds a place.
     int at(int axis, double place) const {
         int n = 0;
         while (n + 1 < rig.intervals(axis) && rig.interval_edge(axis, n + 1) <= place) ++n;
@@ -54,7 +54,8 @@ struct Squares {
     }
 };
 
-// Larger than the fixtures: parts of several intervals, blocks beyond the last one, several levels of M.
+// Returns a rig larger than the fixtures: with parts of several intervals, blocks beyond the last one, and
+// several levels of M.
 Rig many_views(bool travels) {
     Rig rig = travels ? rig_a() : rig_b();
     rig.views = {20, 37};
@@ -81,14 +82,14 @@ std::vector<Case> cases() {
     Rig pixel = rig_b();
     pixel.pixels = {1, 1};
     all.push_back({"one pixel", random_field(pixel, -1, 2, 56)});
-    // Dark but for one cell's corner.
+    // All coefficients but one are zero.
     std::vector<float> e(rig_b().coefficients());
     e[rig_b().index(2, 1, 3, 4)] = 1;
     all.push_back({"one coefficient", {rig_b(), std::move(e)}});
     return all;
 }
 
-// Far, between S and M, near S, far to the side, and behind S (where a lamp's shape may be).
+// Places far away, between S and M, near S, far to the side, and behind S (where the lamp's body may be).
 const std::vector<V3d> kPlaces{{0.01, 0.004, 0.7},   {0.002, 0.01, 0.05}, {-0.012, 0.02, 0.0013},
                                {0.3, 0.1, 0.5},      {0.9, 0.01, 0.3},    {0.003, -0.004, -0.04},
                                {0.011, 0.003, 0.081}};
@@ -97,7 +98,8 @@ TEST(FieldPyramid, Density_OverS_IntegratesToOne_AndEachPartToItself) {
     for (const auto& [name, field] : cases()) {
         const FieldPyramid pyramid(field, table_of(field), 16, {});
         const Squares squares{field.rig()};
-        // Where a block sees more columns than the grid tells apart, squares are finer than kFine.
+        // At the other places a block spans more columns than the grid resolves: there the pyramid's squares
+        // are finer than kFine parts.
         for (const V3d& x : {kPlaces[0], kPlaces[1], kPlaces[5], kPlaces[6]}) {
             double whole = 0, part = 0, squares_in_parts = 0;
             squares.for_each([&](const V2d& on_s, double area) {
@@ -105,7 +107,7 @@ TEST(FieldPyramid, Density_OverS_IntegratesToOne_AndEachPartToItself) {
                 whole += density.whole * area;
                 part += density.part * area;
             });
-            // As many as have flux.
+            // The expected number is that of parts with flux.
             const CellTable table = table_of(field);
             const Rig& rig = field.rig();
             std::vector<V2i> seen;
@@ -123,12 +125,12 @@ TEST(FieldPyramid, Density_OverS_IntegratesToOne_AndEachPartToItself) {
     }
 }
 
-// Where points fall, against the density; and the densities that come with them against those asked for.
+// Compares the drawn points with the density, and the densities that draw() returns with those of density().
 testing::ChiSquare draws_against(const FieldPyramid& pyramid, const Rig& rig, const V3d& x,
                                  std::optional<V2i> interval, double spoil) {
     constexpr int kDraws = 60000;
     const Squares squares{rig};
-    // Of many intervals each is one bin, of few each square.
+    // A bin is one interval if there are many intervals, else one square.
     const int bin = rig.intervals(0) > 10 ? kFine : 1;
     const auto bin_of = [&](const V2d& on_s) {
         const auto at = [&](int a) { return squares.at(a, on_s[a]) / bin; };
@@ -144,7 +146,7 @@ testing::ChiSquare draws_against(const FieldPyramid& pyramid, const Rig& rig, co
             const V2i part = pyramid.part_of(squares.at(0, on_s.x) / kFine, squares.at(1, on_s.y) / kFine);
             p = part == pyramid.part_of(interval->x, interval->y) ? density.part : 0;
         }
-        // A wrong density: too much of one half of S.
+        // A wrong density: it is too large on one half of S.
         if (spoil != 0) p *= on_s.x < 0 ? 1 + spoil : 1 - spoil;
         expected[bin_of(on_s)] += p * area * kDraws;
     });
@@ -158,7 +160,7 @@ testing::ChiSquare draws_against(const FieldPyramid& pyramid, const Rig& rig, co
         const FieldPyramid::Density again = pyramid.density(x, drawn->on_s);
         apart += again.whole != drawn->density.whole || again.part != drawn->density.part;
     }
-    // A point on the border of two squares may be the other's by rounding.
+    // By rounding, a point on the edge between two squares may count for the other one.
     EXPECT_LE(apart, 3);
     return testing::chi_square(observed, expected);
 }
@@ -185,14 +187,15 @@ TEST(FieldPyramid, PointsOfAPart_FallByTheirDensity) {
     }
 }
 
-// Irradiance on a plane that faces the lamp, by the midpoint rule over what of S is seen by way of M.
+// Returns the irradiance on a plane that faces the lamp, by the midpoint rule over the part of S that x sees
+// through M.
 double irradiance(const LightField& field, const V3d& x) {
     constexpr int kSteps = 360;
     const Rig& rig = field.rig();
     const double stretch = rig.distance / x.z;
     V2d low, step;
     for (int a = 0; a < 2; ++a) {
-        // u + (x - u) D/z within all that sensors saw.
+        // Bounds u such that u + (x - u) D/z lies within the union of the sensors.
         const double seen = rig.m_edge(a, rig.intervals(a) - 1, true);
         const double ends[2] = {(seen - x[a] * stretch) / (1 - stretch),
                                 (-seen - x[a] * stretch) / (1 - stretch)};
@@ -214,7 +217,7 @@ double irradiance(const LightField& field, const V3d& x) {
     return sum * step.x * step.y;
 }
 
-// What sample_Li() finds; `wrong` multiplies every second weight.
+// Estimates the irradiance by sample_Li(); `wrong` multiplies every second weight.
 RunningStats found_at(const Light& light, const V3d& x, float wrong) {
     RunningStats stats;
     for (int i = 0; i < 10000; ++i) {
@@ -235,7 +238,7 @@ RunningStats found_at(const Light& light, const V3d& x, float wrong) {
 TEST(FieldPyramid, MeanOfSampleLi_IsTheIrradianceByBruteForce_AndAWrongWeightIsSeen) {
     Monitor silent;
     for (const auto& [name, field] : cases()) {
-        if (field.rig().intervals(0) > 10 && field.rig().shift.x == 0) continue;  // one large field will do
+        if (field.rig().intervals(0) > 10 && field.rig().shift.x == 0) continue;  // one large field suffices
         const auto light = make_measured_light(field, table_of(field), {}, silent);
         const V3d centre(field.rig().centre);
         const double gain = field.flux() / field.clamped_flux({});
@@ -246,7 +249,7 @@ TEST(FieldPyramid, MeanOfSampleLi_IsTheIrradianceByBruteForce_AndAWrongWeightIsS
                 continue;
             }
             const double truth = gain * irradiance(field, x);
-            // The rule itself is good to a few thousandths.
+            // The midpoint rule errs by a few thousandths.
             EXPECT_NEAR(found.mean(), truth, 4 * found.standard_error() + 4e-3 * truth)
                 << name << ", z " << x.z;
         }
@@ -258,7 +261,7 @@ TEST(FieldPyramid, MeanOfSampleLi_IsTheIrradianceByBruteForce_AndAWrongWeightIsS
     }
 }
 
-// One direction of light alone: what a place sees of S is a few of its intervals.
+// Every view emits in one direction only: a place sees light from only a few intervals of S.
 TEST(FieldPyramid, NarrowBeams_AreFoundWithATenthOfTheVariance) {
     Monitor silent;
     Rig rig = rig_b();

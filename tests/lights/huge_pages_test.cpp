@@ -1,4 +1,4 @@
-// Memory in large pages: what a vector relies on.
+// Memory in large pages keeps the guarantees that vectors rely on.
 #include "lights/huge_pages.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ TEST(HugePages, Vectors_OfAnySize_KeepTheirNumbersAndTheirAlignment) {
          {std::size_t{1}, std::size_t{1000}, std::size_t{1} << 19, (std::size_t{1} << 21) + 3}) {
         HugeVector<std::uint32_t> numbers(n);
         std::iota(numbers.begin(), numbers.end(), 0U);
-        numbers.push_back(7);  // moves them
+        numbers.push_back(7);  // reallocates
         HugeVector<std::uint32_t> copy = numbers;
         numbers.clear();
         numbers.shrink_to_fit();

@@ -113,7 +113,7 @@ TEST(Ies, FullCircle_MayLackItsLastPlane) {
 }
 
 TEST(Ies, TypeB_TurnsAboutAHorizontalAxis) {
-    // H 0 to 40 (mirrored), V -20 to 20.
+    // H runs from 0 to 40 (mirrored), V from -20 to 20.
     const PhotometricWeb web = parse(lamp("1 -1 1 3 2 2 2 0 0 0 1 1 9\n-20 0 20\n0 40\n1 2 3\n4 5 6"));
     EXPECT_NEAR(web.intensity({0, 0, 1}), 2, 1e-6) << "H = V = 0 is nadir";
     const double a = 20 * M_PI / 180, b = 40 * M_PI / 180;
@@ -130,7 +130,7 @@ TEST(Ies, TypeA_LooksAtTheHorizon) {
     EXPECT_NEAR(web.intensity({std::cos(b), std::sin(b), 0}), 5, 1e-5) << "H = 40";
 }
 
-// Of unequal steps: the gap that is left is no wider than the others.
+// The steps are unequal: the gap to 360 is no wider than the other steps.
 TEST(Ies, UnevenFullCircle_MayLackItsLastPlane) {
     const PhotometricWeb web =
         parse(lamp("1 -1 1 2 5 1 2 0 0 0 1 1 9\n0 90\n0 5 90 200 340\n1 10\n1 20\n1 30\n1 40\n1 50"));
@@ -154,7 +154,7 @@ TEST(Ies, TypesAAndB_OfOneAngle_NameIt) {
                 HasSubstr("vertical angles from 0 to 95; expected -90 to 90"));
 }
 
-// Lambertian, of 1000 cd at its nadir: π · 1000 lm.
+// The lamp is Lambertian with 1000 cd at nadir: its flux is π · 1000 lm.
 TEST(Ies, DecimalCommas_AreReadWithAWarning) {
     ListeningMonitor monitor;
     const PhotometricWeb web = read_ies(kFiles / "decimalcomma.ies", monitor);
@@ -180,7 +180,7 @@ TEST(Ies, CommasOfThousandsOrOfTooManyNumbers_AreRefused) {
                 HasSubstr("lamp.ies:7:1: the comma of \"10,1\""));
     EXPECT_THAT(refusal(lamp("1,-1,1,2,1,1,2,0,0,0,1,1,9\n0,90\n0\n10,5,77")),
                 HasSubstr("lamp.ies:5:1: the comma of \"0,90\""));
-    // Too few numbers are that, commas or not.
+    // A file with too few numbers gets that message, with or without commas.
     EXPECT_THAT(refusal(lamp("1,-1,1,2,1,1,2,0,0,0,1,1,9\n0,90\n0\n10")),
                 HasSubstr("the file ends after 17 numbers"));
 }

@@ -22,7 +22,7 @@ LeSampleU le_u(Sampler& s) {
     return {s.next2(), s.next2(), s.bits()};
 }
 
-// Coloured noise with a bright spot and a black row: nothing about it is symmetric.
+// Returns coloured noise with a bright spot and a black row, without any symmetry.
 std::shared_ptr<const Image> rough_image(int width, int height) {
     Sampler s(11, Purpose::test, 0, 0);
     auto image = std::make_shared<Image>(Image::rgb(width, height));
@@ -32,7 +32,7 @@ std::shared_ptr<const Image> rough_image(int width, int height) {
     return image;
 }
 
-// Turned, and mirrored.
+// Returns rotated and mirrored axes.
 LightAxes odd_axes() {
     const V3f z = V3f(0.3F, -0.5F, 0.8F).normalized();
     const V3f x = V3f(0.2F, 0.9F, 0.1F).cross(z).normalized();
@@ -84,7 +84,8 @@ TEST(ImageLight, Emission_WeighsTheFluxInTheMean) {
     }
 }
 
-// Power through a disc of radius 0.4 about the origin that faces +z, by particles and by asking.
+// Estimates the flux through a disc of radius 0.4 about the origin that faces +z, by particles and by
+// sample_Li().
 TEST(ImageLight, ParticlesOnAPatch_CarryWhatSampleLiPromises) {
     constexpr float kRadius = 0.4F;
     for (const Lamp& lamp : all_lamps()) {
@@ -112,12 +113,12 @@ TEST(ImageLight, ParticlesOnAPatch_CarryWhatSampleLiPromises) {
         EXPECT_GT(by_asking.mean(), 0) << lamp.name;
         EXPECT_LT(sigma, 0.02 * by_asking.mean()) << lamp.name << ": too noisy to say anything";
         EXPECT_LT(std::fabs(gap), 4 * sigma) << lamp.name;
-        // A light wrong by a tenth would have been noticed.
+        // The same test rejects a light whose power is wrong by a tenth.
         EXPECT_GT(std::fabs(gap + 0.1 * by_asking.mean()), 4 * sigma) << lamp.name;
     }
 }
 
-// Bins of equal solid angle: cosine by azimuth.
+// Bins of equal solid angle, in the cosine and the azimuth.
 constexpr int kCosines = 10, kAzimuths = 20;
 std::size_t bin_of(const V3f& w) {
     const double phi = std::atan2(static_cast<double>(w.y), static_cast<double>(w.x)) / (2 * kPiD) + 0.5;
@@ -134,7 +135,7 @@ TEST(ImageInfiniteLight, Directions_FollowTheDensityThatSeenStates) {
         Sampler s(3, Purpose::test, 0, 0);
         for (int i = 0; i < kSamples; ++i)
             ++counts[bin_of(lamp.light->sample_Li({1, 2, 3}, s.next2()).value().w)];
-        // What is expected, by a fine quadrature of the stated density.
+        // Integrates the stated density over each bin by a fine quadrature.
         std::vector<double> expected(counts.size()), uniform(counts.size(), kSamples / 200.0);
         constexpr int kFine = 60;
         double total = 0;
@@ -167,7 +168,7 @@ TEST(ImageInfiniteLight, Le_AgreesWithSampleLi) {
             const Rgb radiance = light_sample.weight * light_sample.pdf_w;
             const bool same = std::fabs(seen.pdf_w / light_sample.pdf_w - 1) < 1e-4F &&
                               max_component(seen.radiance - radiance) < 1e-4F * max_component(radiance);
-            edge += same ? 0 : 1;  // rounded into the neighbouring texel
+            edge += same ? 0 : 1;  // a direction may round into the neighbouring texel
         }
         EXPECT_LT(edge, 10) << lamp.name;
         EXPECT_FALSE(lamp.light->Le({{0, 0, 0}, {0, 0, 1}, 5.0F})) << "a ray with an end";
@@ -177,7 +178,8 @@ TEST(ImageInfiniteLight, Le_AgreesWithSampleLi) {
 TEST(ImagePoints, Emission_GoesWhereTheIntensityIs) {
     for (const Lamp& lamp : all_lamps()) {
         if (lamp.light->has_impostor()) continue;
-        // Intensity by particles in each bin against its quadrature by asking around.
+        // Compares the intensity of particles in each bin with its quadrature by sample_Li() at places around
+        // the light.
         constexpr int kSamples = 150000;
         std::vector<RunningStats> emitted(kCosines * kAzimuths), asked(kCosines * kAzimuths);
         Sampler s(5, Purpose::test, 0, 0);
@@ -208,7 +210,7 @@ TEST(ImagePoints, Emission_GoesWhereTheIntensityIs) {
 TEST(Slide, Integral_OfAConstant_IsTheSolidAngleOfItsFrame) {
     auto white = std::make_shared<Image>(Image::rgb(5, 5));
     std::fill(white->data.begin(), white->data.end(), 1.0F);
-    // 90 degrees: a face of the cube.
+    // A slide with a field of view of 90 degrees covers one face of the cube.
     EXPECT_NEAR(Slide(white, 90, true).integral().x, 4 * kPiD / 6, 1e-5);
     EXPECT_EQ(Slide(white, 90, true).at(V3f(0.99F, 0, 1).normalized()), Rgb(1.0F));
     EXPECT_EQ(Slide(white, 90, true).at(V3f(1.01F, 0, 1).normalized()), Rgb(0.0F));
@@ -226,7 +228,7 @@ TEST(DirectionalImage, Integral_OfAConstant_IsFourPi) {
     }
 }
 
-// Blacks, poles and corners of the unit square.
+// Tests black images, poles and corners of the unit square.
 TEST(ImageLight, EdgeCases_AreFiniteOrNoSample) {
     const auto black =
         std::make_shared<DirectionalImage>(std::make_shared<Image>(Image::rgb(4, 4)), SphereMap::equal_area);
@@ -253,7 +255,7 @@ RC_GTEST_PROP(EqualAreaMap, ThereAndBack_IsTheSamePoint, ()) {
     const V3d w = equal_area_direction(x, y);
     RC_ASSERT(std::fabs(w.length() - 1) < 1e-12);
     const Imath::V2d back = equal_area_square(w);
-    // Opposite points of an edge of the square are one direction.
+    // Points of the square's edge that are images of each other are one direction.
     const bool on_edge = std::fabs(w.z) > 1 - 1e-9 || std::fabs(w.x) < 1e-9 || std::fabs(w.y) < 1e-9;
     RC_ASSERT(on_edge || (std::fabs(back.x - x) < 1e-7 && std::fabs(back.y - y) < 1e-7));
 }

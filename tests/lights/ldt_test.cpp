@@ -22,13 +22,14 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::ListeningMonitor;
 
-// Planes every 45 degrees, two angles; plane i of those stored has 10 cd/klm at 0 and 100 (i + 1) at 90.
+// Writes planes every 45 degrees with two angles; the stored plane i has 10 cd/klm at 0 and 100 (i + 1) at
+// 90.
 struct File {
     int symmetry = 0, planes = 8;
     std::string lumens = "2000", conversion = "1", count = "1";
     int stored = 8;
 
-    std::vector<double> angles = {};  // of the planes; empty: even ones
+    std::vector<double> angles = {};  // of the planes; empty: evenly spaced
     std::string heights = "0\n0\n0\n0\n", luminous = "0\n0\n";
 
     std::string text() const {
@@ -98,11 +99,11 @@ TEST(Ldt, UnevenPlanes_AreCompletedByTheirSymmetry) {
                           .angles = std::move(angles)}
                          .text());
     };
-    // The list ends short of 360, by any gap.
+    // The list may end at any distance from 360.
     const PhotometricWeb none = planes(0, {0, 5, 90, 200, 300}, 5);
     EXPECT_NEAR(at_horizon(none, 300), 500, 1e-3);
     EXPECT_NEAR(at_horizon(none, 330), 300, 1e-3) << "between 300 and 360";
-    // No symmetry is none, even if the planes end at 90 or 180.
+    // Symmetry 0 means no symmetry, even if the planes end at 90 or 180.
     EXPECT_NEAR(at_horizon(planes(0, {0, 30, 90}, 3), 180), 300 - 200 * 90.0 / 270, 1e-3);
     EXPECT_NEAR(at_horizon(planes(0, {0, 90, 180}, 3), 270), 200, 1e-3);
     EXPECT_NEAR(at_horizon(planes(0, {0, 90, 180, 270, 360}, 5), 315), 250, 1e-3) << "C360 is C0";
@@ -113,7 +114,7 @@ TEST(Ldt, UnevenPlanes_AreCompletedByTheirSymmetry) {
     EXPECT_NEAR(at_horizon(about_c0, 180), 400, 1e-3);
     const PhotometricWeb without_c180 = planes(2, {0, 60, 120, 240, 300}, 3);
     EXPECT_NEAR(at_horizon(without_c180, 180), 300, 1e-3) << "between C120 and its image";
-    // Finer in front than behind: C90 is not a quarter through the list.
+    // Planes are denser in front than behind: C90 is not at a quarter of the list.
     const PhotometricWeb about_c90 = planes(3, {0, 30, 60, 90, 120, 150, 180, 225, 270, 315}, 6);
     EXPECT_NEAR(at_horizon(about_c90, 90), 100, 1e-3);
     EXPECT_NEAR(at_horizon(about_c90, 30), 300, 1e-3) << "as C150";
@@ -129,7 +130,7 @@ TEST(Ldt, UnevenPlanes_AreCompletedByTheirSymmetry) {
     EXPECT_THAT(error_of([&] { planes(3, {0, 45, 135, 180}, 3); }), HasSubstr("without a plane C90"));
 }
 
-// Lambertian, of 1000 cd at its nadir.
+// The lamp is Lambertian with 1000 cd at nadir.
 TEST(Ldt, UnevenPlanesWithoutSymmetry_HaveTheirFlux) {
     Monitor silent;
     const PhotometricWeb web = read_ldt(

@@ -140,7 +140,7 @@ TEST(LightFieldFile, RoundTrip_KeepsEverythingToAHalf) {
                 const float e = field.coefficients()[i];
                 EXPECT_NEAR(back.coefficients()[i], e, std::fabs(e) * 0x1p-11F + scale * 1e-10F);
             }
-            // What a half has rounded once it does not round again.
+            // Values that are rounded to half precision do not change when rounded again.
             write_light_field(folder / "again.exr", back);
             EXPECT_EQ(content_hash(read_light_field(folder / "again.exr")), content_hash(back));
         }
@@ -207,8 +207,8 @@ TEST(LightFieldFile, Damage_AnyByteOrLength_NeverCrashes) {
 }
 
 TEST(LightField, ApproximateRadiance_OfOneFilter_ErrsByItsWidthOverDistance) {
-    // One filter, one narrow pixel at 45 degrees from it, where g changes fastest: over the filter's support
-    // of width W the change is W/D at most [lights/light_field.h].
+    // One filter and one narrow pixel at 45 degrees from it, where the geometric term changes fastest: over
+    // the filter's support of width W it changes by at most W/D [lights/light_field.h].
     for (const double share : {0.1, 0.02}) {
         Rig rig;
         rig.views = {1, 1};
@@ -235,8 +235,8 @@ TEST(LightField, ApproximateRadiance_OfOneFilter_ErrsByItsWidthOverDistance) {
 }
 
 TEST(LightField, ApproximateRadiance_WhereFiltersOverlap_IsEightTimesAsGood) {
-    // Many filters, and coefficients that make radiance 1: what is left of the error between two centres is
-    // how far the bells are from hats, 1/8 of a spacing at most.
+    // Many filters, with coefficients that make the radiance 1: between two centres, the error that remains
+    // is that of bells against hats, at most 1/8 of a spacing.
     for (const double share : {0.1, 0.02}) {
         Rig rig;
         rig.views = {9, 3};
@@ -261,8 +261,8 @@ TEST(LightField, ApproximateRadiance_WhereFiltersOverlap_IsEightTimesAsGood) {
             worst = std::max(worst, std::fabs(double{field.approximate_radiance(on_s, on_m)} - 1));
             worst_exact = std::max(worst_exact, std::fabs(double{field.radiance(on_s, on_m)} - 1));
         }
-        EXPECT_LT(worst, 1e-5);             // it gives back the very radiance it was sampled from
-        EXPECT_LT(worst_exact, share / 7);  // and differs from the exact one by this
+        EXPECT_LT(worst, 1e-5);  // the approximate reconstruction reproduces the radiance that was sampled
+        EXPECT_LT(worst_exact, share / 7);  // and differs from the exact one by at most this
         EXPECT_GT(worst_exact, share / 20);
     }
 }

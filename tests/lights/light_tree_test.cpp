@@ -46,7 +46,7 @@ std::unique_ptr<Light> random_lamp(Sampler& sampler, float size) {
     return make_measured_light(std::move(field), std::move(table), settings, silent);
 }
 
-// Of every kind that has a place, at random places.
+// Returns lights of every kind that has a position, at random places.
 Lights lights_of_every_kind(std::uint64_t seed, int count, float size) {
     Sampler sampler(seed, Purpose::test, 0, 0);
     Lights lights;
@@ -128,7 +128,7 @@ TEST(LightBounds, Together_HoldBothCones) {
     }
 }
 
-// Of any of a light's parts.
+// Returns the probability that any part of the light is picked.
 double probability_of(const LightTree& tree, const Lights& lights, const V3f& x, const V3f& n,
                       std::uint32_t light) {
     const std::size_t parts = lights[light]->part_bounds().size();
@@ -166,7 +166,7 @@ TEST(LightTree, Picks_ComeWithTheProbabilityStated_AndTheTestSeesWhenTheyDoNot) 
         expected.push_back(std::max(0.0, kDraws - sum));
         EXPECT_EQ(tree.probability(x, n, static_cast<std::uint32_t>(lights.size() - 1)), 0);
         EXPECT_TRUE(testing::chi_square(observed, expected).accepted());
-        // Another place's probabilities.
+        // The probabilities of another place must be rejected.
         std::vector<double> wrong;
         for (std::uint32_t i = 0; i < lights.size(); ++i) {
             wrong.push_back(kDraws * probability_of(tree, lights, x + V3f(0.3F), n, i));
@@ -200,7 +200,7 @@ TEST(LightTree, FewSuns_AreNotPicked_ManyAre) {
     }
 }
 
-// No light that sends something to a surface is left without a chance.
+// Every light that contributes to a surface has a positive probability.
 TEST(LightTree, LightThatArrives_HasAChance) {
     const Lights lights = lights_of_every_kind(7, 90, 3);
     const LightTree tree(lights);
@@ -221,7 +221,8 @@ TEST(LightTree, LightThatArrives_HasAChance) {
     EXPECT_GT(arrived, 10'000);
 }
 
-// What a place gets from one picked light, over its probability: the same mean as by power, with less noise.
+// The estimator is the irradiance from one picked light over its probability: its mean equals that of picking
+// by power, with less noise.
 TEST(LightTree, AmongManyLamps_NearOnesAreAsked) {
     Lights lights;
     for (int i = 0; i < 400; ++i) {
@@ -253,7 +254,7 @@ TEST(LightTree, AmongManyLamps_NearOnesAreAsked) {
     EXPECT_LT(by_tree.standard_error(), 0.4 * by_power.standard_error());
 }
 
-// A measured lamp far from its bounds' cone: all its light in a corner of it.
+// A measured lamp that emits all its light into one corner of its bounds' cone.
 std::unique_ptr<Light> narrow_lamp(const V3d& at, int corner) {
     Rig rig = testing::rig_b();
     std::vector<float> e(rig.coefficients());
@@ -275,7 +276,7 @@ TEST(LightTree, OfTwoMeasuredLamps_TheOneWhoseLightArrivesIsAsked) {
     const Rig rig = testing::rig_b();
     Lights lights;
     lights.push_back(narrow_lamp({0, 0, 0}, 0));
-    lights.push_back(narrow_lamp({1e-4, 0, 0}, 1));  // beside it: of the same importance by bounds
+    lights.push_back(narrow_lamp({1e-4, 0, 0}, 1));  // beside the first: with the same importance by bounds
     const LightTree tree(lights);
     const double far = 20;  // times the distance of M
     for (const int corner : {0, 1}) {
@@ -287,8 +288,8 @@ TEST(LightTree, OfTwoMeasuredLamps_TheOneWhoseLightArrivesIsAsked) {
     }
 }
 
-// The estimate is irradiance over flux, as an integral over S by sample_Li() finds it; of a lamp that shines
-// less to its sides.
+// The estimate is compared with the quotient of irradiance and flux from an integral over S by sample_Li(),
+// for a lamp that emits less to its sides.
 TEST(MeasuredLight, Arriving_IsTheIrradianceOverTheFlux) {
     Rig rig;
     rig.views = {8, 8};
@@ -321,7 +322,7 @@ TEST(MeasuredLight, Arriving_IsTheIrradianceOverTheFlux) {
                 if (const auto sample = light->sample_Li(x, sampler.next2()))
                     found += double{luminance(sample->weight)} / kDraws / light->power();
             }
-            // Close by the middle of S stands for all of it.
+            // At close range the estimate treats S as if all of it were at its centre.
             EXPECT_NEAR(double{*stated} / found, 1, away < 1 ? 0.25 : 0.1) << x;
         }
     }
@@ -336,14 +337,14 @@ TEST(LightTree, FewOrNone_HaveADefinedAnswer) {
     one.push_back(make_spot_light({0, 1, 0}, {0, -1, 0}, Rgb(1.0F), {20, 5}));
     const LightTree single(one);
     EXPECT_EQ(single.pick({0, 0, 0}, {0, 1, 0}, 0.99F)->probability, 1);
-    EXPECT_FALSE(single.pick({0, 2, 0}, {0, 1, 0}, 0.5F));  // behind it
+    EXPECT_FALSE(single.pick({0, 2, 0}, {0, 1, 0}, 0.5F));  // behind the spot light
     EXPECT_EQ(single.probability({0, 2, 0}, {0, 1, 0}, 0), 0);
 
     Lights sky;
     sky.push_back(make_infinite_light(Rgb(1.0F), {{0, 0, 0}, 1}));
     EXPECT_EQ(LightTree(sky).pick({0, 0, 0}, {0, 1, 0}, 0.99F)->probability, 1);
 
-    // A thousand at one place, of powers from 1e-20 to 1e20.
+    // A thousand lights at one place, with powers from 1e-20 to 1e20.
     Lights heap;
     for (int i = 0; i < 1000; ++i) {
         heap.push_back(make_point_light({1, 1, 1}, Rgb(std::pow(10.0F, static_cast<float>(i % 41 - 20)))));

@@ -1,4 +1,4 @@
-// The file of a lamp of several slabs.
+// The file format of a lamp with several slabs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ Lumigraph three_sides() {
     return {std::move(slabs), kBox};
 }
 
-// A number or a text in a file's bytes, replaced everywhere by another of the same length.
+// Replaces one byte, `ahead` bytes after the start of the first (or last) occurrence of `name`.
 std::string replaced(std::string bytes, const std::string& name, std::size_t ahead, char value,
                      bool last = false) {
     const std::size_t at = last ? bytes.rfind(name) : bytes.find(name);
@@ -108,7 +108,7 @@ TEST(LumigraphFile, SeveralSlabs_RoundTrip) {
     }
     write_lumigraph(folder / "again.exr", back);
     EXPECT_EQ(read_text(folder / "again.exr"), read_text(folder / "lamp.exr"));
-    // Another orientation is another lamp.
+    // A lamp with another orientation has another hash.
     Lumigraph turned = lamp;
     turned.slabs()[1].axes = SlabAxes::facing(2);
     EXPECT_NE(content_hash(turned), content_hash(lamp));
@@ -123,7 +123,8 @@ TEST(LumigraphFile, OneSlab_IsTheLightFieldsOwnFile) {
     EXPECT_EQ(read_text(folder / "lamp.exr"), read_text(folder / "field.exr"));
     EXPECT_TRUE(read_lumigraph(folder / "field.exr").simple());
     EXPECT_EQ(content_hash(read_lumigraph(folder / "field.exr")), content_hash(field));
-    // One that looks to another side has one part, which says so, and is no light field for others.
+    // A single slab that faces another side is written as one part that states its side; it cannot be read as
+    // a light field.
     std::vector<Slab> slabs;
     slabs.push_back({SlabAxes::facing(2), field});
     write_lumigraph(folder / "side.exr", Lumigraph(std::move(slabs), kBox));
@@ -140,7 +141,7 @@ TEST(LumigraphFile, Contradictions_AreRefused) {
         return error_of([&] { read_lumigraph(folder / "bad.exr"); });
     };
     EXPECT_EQ(error(good), "no error");
-    // An attribute: name, NUL, type, NUL, four bytes of size, value.
+    // The layout of an attribute: name, NUL, type, NUL, four bytes of size, value.
     const auto behind = [](const std::string& name, const std::string& type) {
         return name.size() + type.size() + 6;
     };
@@ -159,7 +160,7 @@ TEST(LumigraphFile, Contradictions_AreRefused) {
     EXPECT_THAT(error(replaced(good, "chunkCount", behind("chunkCount", "int") + 3, 0x70)),
                 HasSubstr("chunk count"));
     EXPECT_THAT(error(replaced(good, "scanlineimage", 0, 'S')), HasSubstr("bad.exr"));
-    // Units of different slabs.
+    // The slabs have different units.
     std::vector<Slab> slabs;
     LightFieldInfo lumens;
     lumens.unit = FluxUnit::lumen;
@@ -212,7 +213,8 @@ TEST(LumigraphFile, Tables_AreKeptTogetherBesideIt) {
         EXPECT_EQ(first[i].flux(), second[i].flux());
         EXPECT_EQ(first[i].field_hash(), second[i].field_hash());
     }
-    // Of fewer slabs, and cut off: another lamp's.
+    // A lamp with fewer slabs is another lamp, although its slabs are the first ones of this lamp: the tables
+    // are not reused.
     std::vector<Slab> two(lamp.slabs().begin(), lamp.slabs().end() - 1);
     EXPECT_EQ(tables(Lumigraph(std::move(two), kBox)).size(), 2U);
     EXPECT_EQ(monitor.infos.size(), 2U);

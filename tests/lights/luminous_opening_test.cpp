@@ -1,5 +1,5 @@
-// The bodies of luminous openings: their projected areas against integrals over their surfaces, and what
-// photometric files name them by.
+// The bodies of luminous openings: their projected areas, against integrals over their surfaces, and their
+// names in photometric files.
 #include "lights/luminous_opening.h"
 
 #include <fmt/format.h>
@@ -24,12 +24,13 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::ListeningMonitor;
 
-// A surface as small flat pieces, each with its outward normal times its area.
+// A surface as a list of small flat pieces, each given by its outward normal times its area.
 using Surface = std::vector<V3d>;
 
 constexpr int kSteps = 240;
 
-// Pieces between the points of a parametrised surface that ascend in both parameters.
+// Adds the pieces between points of a parametrised surface; point() increases in both parameters
+// counter-clockwise.
 template <typename Point>
 void add_surface(Surface& surface, Point&& point, int across) {
     for (int i = 0; i < kSteps; ++i) {
@@ -42,7 +43,7 @@ void add_surface(Surface& surface, Point&& point, int across) {
     }
 }
 
-// An elliptic cylinder along z of the sizes, whose side's height may depend on the azimuth.
+// Returns the closed surface of an elliptic cylinder along z with these diameters and this height.
 Surface upright_cylinder(double x, double y, double z) {
     Surface surface;
     add_surface(
@@ -76,7 +77,7 @@ Surface ellipsoid(double x, double y, double z) {
     return surface;
 }
 
-// Axes x, y, z become those of `order`.
+// Returns the surface with its axes x, y and z mapped to those of `order`.
 Surface turned(const Surface& surface, const std::array<int, 3>& order) {
     Surface other;
     for (const V3d& piece : surface) {
@@ -86,7 +87,7 @@ Surface turned(const Surface& surface, const std::array<int, 3>& order) {
     return other;
 }
 
-// What a distant eye towards w sees of a convex body: the pieces that face it.
+// Returns the area of a convex body seen from a distant point in direction w: the pieces that face it.
 double seen(const Surface& surface, const V3d& w) {
     double area = 0;
     for (const V3d& piece : surface) area += std::max(0.0, piece.dot(w));
@@ -142,7 +143,7 @@ TEST(LuminousOpening, WrongShape_IsTold) {
     EXPECT_GT(worst, 0.1 * box.faces().second);
 }
 
-// EULUMDAT's sides: the one that faces the eye counts.
+// EULUMDAT gives four heights, one for each side: that of the side facing the viewer counts.
 TEST(LuminousOpening, SidesOfDifferentHeights_AreSeenFromTheirSide) {
     const LuminousOpening box(Shape::box, 0.3, 0.6, {0.1, 0.02, 0.03, 0.04});
     const double r = std::sqrt(0.5);
@@ -259,7 +260,7 @@ TEST(LuminousOpening, OfAnIesFile_IsReadBackTheSame) {
     }
 }
 
-// In its own plane a flat opening keeps a hundredth of its face.
+// Viewed in its own plane, a flat opening keeps a hundredth of the area of its face.
 TEST(LuminousOpening, FlatOne_HasALittleAreaInItsPlane) {
     Monitor silent;
     const auto web = [&](const char* opening) {

@@ -36,7 +36,7 @@ LeSampleU emit_numbers(std::uint64_t seed, int i) {
     return u;
 }
 
-// Where a particle of a light under identity placement passed S and M.
+// The points at which a particle of a light under identity placement crossed S and M.
 struct Passed {
     V2d on_s, on_m;
     Passed(const LeSample& e, const Rig& rig) {
@@ -45,7 +45,8 @@ struct Passed {
     }
 };
 
-// The transform places the frame of the lamp's file, not its plane S, which stands before the lamp there.
+// The transform places the coordinate frame of the lamp's file, not the plane S, which lies in front of the
+// lamp.
 TEST(MeasuredLight, SamplingPlaneBeforeTheLamp_EmitsAndIsSeenThere) {
     const LightField field = random_field(rig_b(), 0, 1, 3);
     const V3d centre = field.rig().centre;
@@ -53,7 +54,7 @@ TEST(MeasuredLight, SamplingPlaneBeforeTheLamp_EmitsAndIsSeenThere) {
     MeasuredSettings settings;
     settings.world_from_light = M44d(2, 0, 0, 0, 0, 0, 2, 0, 0, -2, 0, 0, 5, 6, 7, 1);
     const auto light = make(field, settings);
-    // The file's z goes to -2 y of the world.
+    // The file's z axis is mapped to -2 y of the world.
     const double height = 6 - 2 * centre.z;
     int emitted = 0;
     for (int i = 0; i < 1000; ++i) {
@@ -71,7 +72,7 @@ TEST(MeasuredLight, SamplingPlaneBeforeTheLamp_EmitsAndIsSeenThere) {
     EXPECT_NEAR(double{seen->distance}, 0.1, 1e-4);
 }
 
-// Test functions of the four coordinates, none of them even.
+// Test functions of the four coordinates; none of them is even.
 double probe(int i, const Rig& rig, const V2d& s, const V2d& m) {
     const double u = s.x / rig.spacing.x;
     const double v = s.y / rig.spacing.y;
@@ -115,7 +116,7 @@ void expect_moments(const LightField& field, EmissionMode mode, bool expected_to
         const double truth = gain * testing::integrate(field, 20, 4, [&](const V2d& s, const V2d& m) {
                                  return probe(k, field.rig(), s, m);
                              });
-        // The midpoint rule itself is good to a thousandth or so of the flux.
+        // The midpoint rule errs by about a thousandth of the flux.
         const bool agrees =
             std::fabs(stats[k].mean() - truth) <= 4 * stats[k].standard_error() + 1e-3 * field.flux();
         all = all && agrees;
@@ -151,7 +152,7 @@ TEST(MeasuredLight, ApproximateReconstruction_EmissionMeetsItsMoments) {
             });
             const double of_exact = testing::integrate(
                 field, 6, 3, [&](const V2d& s, const V2d& m) { return probe(k, field.rig(), s, m); });
-            // The midpoint rule is good to a few thousandths of the flux.
+            // The midpoint rule errs by a few thousandths of the flux.
             const double allowed = 4 * stats[k].standard_error() + 3e-3 * field.flux();
             EXPECT_NEAR(stats[k].mean(), truth, allowed) << k;
             exact += std::fabs(stats[k].mean() - of_exact) <= allowed;
@@ -203,7 +204,8 @@ TEST(MeasuredLight, Particles_MadeManyAtOnce_AreTheSingleOnesBitForBit) {
 }
 
 TEST(MeasuredLight, SmallestFields_EmitWhatTheyHold) {
-    // One view, one pixel, one coefficient; one view of many pixels; many views of one pixel.
+    // Rigs with one view and one pixel (a single coefficient), with one view of many pixels, and with many
+    // views of one pixel.
     for (const auto& [views, pixels] : {std::pair(V2i(1, 1), V2i(1, 1)), std::pair(V2i(1, 1), V2i(4, 5)),
                                         std::pair(V2i(3, 2), V2i(1, 1))}) {
         Rig rig = rig_b();
@@ -226,7 +228,7 @@ TEST(MeasuredLight, SmallestFields_EmitWhatTheyHold) {
             }
             EXPECT_NEAR(flux.mean(), field.flux(), 4 * flux.standard_error() + 1e-5 * field.flux());
             if (views == V2i(1, 1) && mode != EmissionMode::constant) {
-                // The bell's own second moment.
+                // The second moment of the bell itself.
                 double moment = 0;
                 for (int i = 0; i < 1000; ++i)
                     moment += sqr((i + 0.5) / 1000) * testing::phi((i + 0.5) / 1000) / 500;
@@ -287,7 +289,7 @@ TEST(MeasuredLight, Flux_IsTheMeanOfEmission_WhateverThePlacement) {
     EXPECT_NEAR(make(field, set)->power(), 14, 1e-5);
 }
 
-// Irradiance in a small square about `x` on the plane z = x.z facing the lamp, three ways.
+// The irradiance in a small square about `x` on a plane that faces the lamp, by three estimators.
 struct Irradiance {
     RunningStats emitted, illuminated, seen;
 };
@@ -318,9 +320,9 @@ Irradiance irradiance_three_ways(const Light& light, const V3f& x, const V3f& n,
         const auto seen = light.Le(Ray{at, w});
         result.seen.add(seen ? double{luminance(seen->radiance)} * double{kPi} : 0.0);  // L cosθ / (cosθ / π)
         if (in) {
-            // The same ray, found the other way round, has the same radiance and density. On the border of a
-            // pixel, or of a square of the density's, rounding may put it on the other side: rays next to it
-            // tell.
+            // The same ray, evaluated by Le(), has the same radiance and density. On the edge of a pixel, or
+            // of one of the density's squares, rounding may put the ray on the other side; rays next to it
+            // then decide.
             const auto same = [&](const std::optional<EmittedRadiance>& back) {
                 return back && std::fabs(back->pdf_w - in->pdf_w) <= 2e-3F * in->pdf_w &&
                        std::fabs(back->distance - in->distance) <= 2e-3F * in->distance;
@@ -357,7 +359,7 @@ TEST(MeasuredLight, Long_Irradiance_BySampleLeSampleLiAndLe_IsOne) {
             settings.world_from_light.scale(V3d(scale));
             settings.world_from_light[3][1] = 2;
             const auto light = make(field, settings);
-            // Between S and M, and beyond M.
+            // Places between S and M, and beyond M.
             for (const double z : scale == 1 ? std::vector{0.03, 0.2} : std::vector{0.2}) {
                 V3d x;
                 V3d n;
@@ -405,7 +407,7 @@ TEST(MeasuredLight, FromBehindOrBeside_NothingIsSeen) {
     const auto light = make(random_field(rig_b(), 1, 2, 36));
     EXPECT_FALSE(light->sample_Li({0, 0, -1}, {0.5F, 0.5F}));
     EXPECT_FALSE(light->sample_Li({0, 0, 0.003F}, {0.5F, 0.5F}));
-    EXPECT_FALSE(light->sample_Li({100, 0, 1}, {0.5F, 0.5F}));  // beyond M's edge
+    EXPECT_FALSE(light->sample_Li({100, 0, 1}, {0.5F, 0.5F}));  // outside M
     EXPECT_FALSE(light->Le({{0, 0, -1}, {0, 0, 1}}));
     EXPECT_FALSE(light->Le({{0, 0, 1}, {0, 0, 1}}));
     EXPECT_FALSE(light->Le({{1, 0, 1}, {0, 0, -1}}));
@@ -425,7 +427,7 @@ TEST(MeasuredLight, FieldWithoutLight_IsDark) {
     EXPECT_FALSE(dark->Le({{0, 0, 1}, {0, 0, -1}}));
     EXPECT_EQ(make({rig_b(), std::vector<float>(rig_b().coefficients(), -1.0F)})->power(), 0);
 
-    // Bright in places, but the measurement as a whole is negative: noise, not a lamp.
+    // Some coefficients are positive, but the total flux is negative: noise, not a lamp.
     std::vector<float> e(rig_b().coefficients(), -1.0F);
     e[0] = 1;
     const LightField noise(rig_b(), e);

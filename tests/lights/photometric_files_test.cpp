@@ -1,4 +1,4 @@
-// The real files: what they hold against what they state.
+// Checks the flux of real photometric files against the values that they state.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ TEST(PhotometricFile, Real_HoldTheFluxThatTheyState) {
         {"italo-street.ies", 10'580, 1e-3},
         {"fluorescent_luminaire.ldt", 8100 * 0.403, 1e-2},
         {"floor_uplight.ldt", 20'000 * 0.7233, 1e-2},
-        {"projector.ldt", 6500 * 0.7771, 2.5e-2},  // a narrow beam, on steps as wide as its edge
+        {"projector.ldt", 6500 * 0.7771, 2.5e-2},  // a narrow beam, sampled at steps as wide as its edge
         {"road_luminaire.ldt", 33'200 * 0.8442, 1e-2},
     };
     for (const Known& lamp : known) {

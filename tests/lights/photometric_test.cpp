@@ -23,7 +23,7 @@ double radians(double degrees) {
     return degrees * kPiD / 180;
 }
 
-// Uneven angles, no symmetry, a dark patch.
+// Returns a grid with uneven angles, without symmetry, and with dark entries.
 PhotometricGrid rough_grid(PhotometricPlanes planes, std::uint64_t seed = 5) {
     PhotometricGrid grid{planes, {}, {}, {}};
     const bool c = planes == PhotometricPlanes::c;
@@ -34,11 +34,11 @@ PhotometricGrid rough_grid(PhotometricPlanes planes, std::uint64_t seed = 5) {
     Sampler s(seed, Purpose::test, 0, 0);
     for (std::size_t i = 0; i < grid.polar.size() * grid.azimuth.size(); ++i)
         grid.candela.push_back(i % 11 == 3 ? 0.0F : 100 * s.next());
-    if (c) std::copy_n(grid.candela.begin(), 8, grid.candela.end() - 8);  // 360 is 0
+    if (c) std::copy_n(grid.candela.begin(), 8, grid.candela.end() - 8);  // 360° equals 0°
     return grid;
 }
 
-// ∫ f over a box of the grid's own coordinates, degrees, by a fine midpoint rule.
+// Integrates f over a box of the grid's own coordinates, in degrees, by a fine midpoint rule.
 template <typename F>
 double by_midpoints(double polar0, double polar1, double azimuth0, double azimuth1, int steps, F&& f) {
     const double dp = (polar1 - polar0) / steps, da = (azimuth1 - azimuth0) / steps;
@@ -76,7 +76,7 @@ TEST(PhotometricWeb, Intensity_IsTheTableAtItsPointsAndBilinearBetween) {
         const PhotometricWeb web(grid);
         for (std::size_t j = 0; j + 1 < grid.azimuth.size(); ++j) {
             for (std::size_t i = 0; i + 1 < grid.polar.size(); ++i) {
-                if (grid.polar[i] > 0) {  // at a pole all planes are one direction
+                if (grid.polar[i] > 0) {  // at a pole all planes share one direction
                     EXPECT_NEAR(web.intensity(web.direction(grid.polar[i], grid.azimuth[j])),
                                 double{grid.at(j, i)}, 1e-6 * web.peak());
                 }
@@ -155,7 +155,7 @@ struct Histogram {
     std::vector<double> expected;
 };
 
-// Draws into bins that do not go with the grid, against the integral of the intensity over each bin.
+// Counts draws in bins that do not align with the grid, and integrates the intensity over each bin.
 Histogram histogram(const PhotometricWeb& drawn_from, const PhotometricWeb& expected_of, int draws) {
     constexpr int kSteps = 12;
     Histogram h;
@@ -256,7 +256,7 @@ TEST(PhotometricWeb, NoGrid_IsRefusedWithTheCause) {
 
 TEST(PhotometricLight, EmitsItsFluxAndLightsByIntensityOverDistanceSquared) {
     const auto web = std::make_shared<const PhotometricWeb>(rough_grid(PhotometricPlanes::c));
-    // The lamp's z along -y, its x along -z.
+    // The lamp's z axis points along -y, its x axis along -z.
     const LightAxes axes{{0, 0, -1}, {1, 0, 0}, {0, -1, 0}};
     const V3f at(0.5F, 2, 1);
     const auto light = make_photometric_light("ies", web, at, axes, Rgb(2, 1, 0.5F));

@@ -51,7 +51,7 @@ TEST(LightPicker, ManyPicks_FollowPower) {
     EXPECT_TRUE(chi_square(counts, expected).accepted());
     EXPECT_TRUE(chi_square(rest, std::vector<double>(16, kPicks / 16.0)).accepted());
     EXPECT_EQ(counts[1], 0U);
-    // The test would notice a light that got a twentieth too much.
+    // The same test rejects a light with a probability wrong by a twentieth.
     expected[0] *= 1.05, expected[2] -= 0.05 / 9.01 * kPicks;
     EXPECT_FALSE(chi_square(counts, expected).accepted());
 }

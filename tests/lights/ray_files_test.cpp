@@ -1,4 +1,4 @@
-// Zemax and LightTools ray files, field by field; and which reader a file finds.
+// Zemax and LightTools ray files, field by field; and the choice of the reader by a file's content.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ std::string rows(std::initializer_list<std::initializer_list<float>> values) {
     return bytes;
 }
 
-// Two rays of 1 and 3 units of flux, lengths in mm.
+// Returns a file of two rays, with 1 and 3 units of flux and lengths in mm.
 std::string zemax() {
     std::string b(208, '\0');
     set(b, 0, std::int32_t{1010});
@@ -100,7 +100,7 @@ TEST_F(RayFiles, LengthUnits_AreTurnedIntoMetres) {
     const float lighttools_metres[] = {0.001F, 0.001F, 0.01F, 1, 0.0254F, 0.3048F, 1e-6F, 1e-9F};
     for (std::int32_t unit = 0; unit < 8; ++unit)
         EXPECT_FLOAT_EQ(y_of(lighttools(), 24, unit), 2 * lighttools_metres[unit]);
-    ASSERT_EQ(monitor_.warnings.size(), 1U);  // of unit 0
+    ASSERT_EQ(monitor_.warnings.size(), 1U);  // for unit 0
     EXPECT_THAT(monitor_.warnings[0], HasSubstr("mm is assumed"));
 }
 
@@ -159,7 +159,7 @@ TEST_F(RayFiles, Wavelengths_GiveTheColour) {
         near(rays.tristimulus[0], blue / blue.y);
         near(rays.tristimulus[1], red / red.y);
     }
-    // One wavelength for all.
+    // One wavelength applies to all rays.
     std::string single = zemax();
     set(single, 116, 0.53F);
     const RaySet green = read(single);
@@ -253,7 +253,7 @@ TEST_F(RayFiles, OtherFiles_AreNamedForWhatTheyAre) {
     }
 }
 
-// The same two rays as text; the unit is mm, the fluxes are 1 and 3 W.
+// The same two rays as text; lengths are in mm, the fluxes are 1 and 3 W.
 constexpr const char* kTwoRays = "1 2 3 0 0 1 1\n-1 0 0 0 3 4 3\n";
 
 TEST_F(RayFiles, ZemaxText_IsReadByItsContent) {
@@ -333,7 +333,7 @@ TEST(RayFilesData, ThreeRays_OfBothVendors_AreTheSame) {
     }
     EXPECT_EQ(a.unit, b.unit);
     EXPECT_EQ(a.flux, b.flux);
-    EXPECT_NEAR(a.flux, 0.00310661, 1e-8);  // both headers state it, and 3 times as much for the rays
+    EXPECT_NEAR(a.flux, 0.00310661, 1e-8);  // stated in both headers, three times the sum over the rays
     EXPECT_EQ(monitor.warnings.size(), 2U);
     EXPECT_NEAR((a.colour() - b.colour()).length(), 0, 1e-5F);  // wavelengths in µm and in nm
     EXPECT_NEAR(a.rays[0].o.x, -6.6684e-4F, 1e-8F);

@@ -1,4 +1,4 @@
-// Several ray files as one lamp.
+// Several ray files that are joined into one lamp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace ray_join_test {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// Rays at x = `place` that carry `flux` together, of one wavelength.
+// Returns two rays of one wavelength at x = `place` that carry `flux` together.
 RaySet of_wavelength(double nm, FluxUnit unit, float flux, float place) {
     RaySet set;
     set.unit = unit;
@@ -32,7 +32,7 @@ std::vector<DrivenRays> three(FluxUnit unit) {
             {of_wavelength(455, unit, 4, 3), "blue.ray", 2}};
 }
 
-// The sum of flux · XYZ over the joined rays, against what the parts say.
+// Compares the sum of flux · XYZ over the joined rays with the expected sum of the parts.
 void expect_sum(const RaySet& joined, const V3d& expected, double flux) {
     V3d sum(0, 0, 0);
     double of_rays = 0;
@@ -61,7 +61,7 @@ TEST(JoinRays, OfThreeLeds_IsTheSumOfDrivenFluxesAndColours) {
     expect_sum(lumens, 2.0 * red / red.y + 1.5 * green / green.y + 8.0 * blue / blue.y, 11.5);
     EXPECT_THAT(lumens.provenance, HasSubstr("1 x light of 620 nm + 0.5 x light of 530 nm + 2 x"));
 
-    // A watt of green is brighter than one of blue.
+    // A watt of green light is brighter than a watt of blue light.
     const RaySet watts = join_rays(three(FluxUnit::watt));
     expect_sum(watts, 2.0 * red + 1.5 * green + 8.0 * blue, 11.5);
     EXPECT_NEAR(watts.tristimulus[2].y / watts.tristimulus[4].y, green.y / blue.y, 1e-4);
@@ -114,7 +114,7 @@ TEST(JoinRays, WattsBesideLumens_BecomeLumens) {
     const V3d sum = 2.0 * red + 1.5 * green + 8.0 * blue;
     EXPECT_NEAR(joined.flux / sum.y, 1, 1e-6);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(joined.xyz[c], sum[c] / sum.y, 1e-5 * sum[c] / sum.y);
-    // Each ray's lumens are those of its own watts: in a set of several colours by its own Y.
+    // Each ray's lumens are those of its own watts: in a set of several colours, by its own Y.
     RaySet pair = join_rays({{of_wavelength(530, FluxUnit::watt, 3, 2), "green", 1},
                              {of_wavelength(455, FluxUnit::watt, 4, 3), "blue", 1}});
     turn_into_lumens(pair);

@@ -14,8 +14,7 @@ namespace scaled_test {
 
 const Rgb kFactor(2, 0.5F, 0);
 
-// A triangle of two parts' worth of size, a point and a sky: a light with a surface, a delta light, an
-// impostor.
+// Returns an area light of two triangles, a point light (a delta light), and a sky (with an impostor).
 std::vector<std::unique_ptr<Light>> some_lights() {
     std::vector<std::unique_ptr<Light>> lights;
     lights.push_back(make_area_light(

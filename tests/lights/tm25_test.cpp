@@ -18,7 +18,7 @@ namespace tm25_test {
 
 using ::testing::HasSubstr;
 
-// A TM-25 file, field by field.
+// The contents of a TM-25 file, field by field.
 struct File {
     float lumens = NAN, watts = NAN;
     std::uint64_t rays = 0;
@@ -140,7 +140,7 @@ TEST_F(Tm25, Columns_OfEveryKind_AreFound) {
     file.pad();
     file.body.append(2 * 512 + 32, 'x');
     for (int i = 0; i < 3; ++i) {
-        // x y z, direction, W, nm, lm, Stokes 6, X Z, index, extras
+        // Columns: x y z, direction, W, nm, lm, Stokes 6, X Z, index, extras.
         file.row({0, 0, 0, 0, 0, 1, 2, 550, 900, 0, 0, 0, 0, 0, 0, 800, 100, 1, 7, 7});
     }
     const RaySet set = read(file.bytes());
@@ -190,7 +190,7 @@ TEST_F(Tm25, Spectra_OfEveryKind_GiveTheColour) {
     expect_colour(read(index.bytes()), 2.0 * cie_xyz(480) + cie_xyz(620));
 }
 
-// flux · tristimulus of all rays, and what it must be: the set's flux times its colour.
+// Compares the sum of flux · tristimulus over all rays with the set's flux times its colour.
 void expect_mean(const RaySet& set) {
     ASSERT_EQ(set.tristimulus.size(), set.rays.size());
     V3d sum(0, 0, 0);
@@ -229,7 +229,7 @@ TEST_F(Tm25, Wavelengths_GiveEachRayItsColour) {
         float* at = reinterpret_cast<float*>(&file.body[row * 8 * sizeof(float)]);
         std::swap(at[6], at[7]);
     }
-    file.watts = 60;  // wins over what the rays add up to
+    file.watts = 60;  // takes precedence over the sum over the rays
     file.lumens = 1;
     const RaySet watts = read(file.bytes());
     expect_mean(watts);
@@ -258,7 +258,7 @@ TEST_F(Tm25, Tristimulus_OfEachRay_IsKept) {
     expect_ray(set, 2, {0.5, 1, 1.5});
     expect_ray(set, 3, set.xyz);
 
-    // Beside watts Y is in lumens.
+    // Where a file has watts, too, Y is in lumens.
     File both;
     both.flags = {1, 1, 1, 0, 1, 0, 1, 0};
     both.row({0, 0, 0, 0, 0, 1, 1, 300, 200, 100});
@@ -290,7 +290,7 @@ TEST_F(Tm25, Spectra_ByIndex_CountByTheirWattsNotTheirScale) {
     EXPECT_TRUE(monitor_.warnings.empty());
 }
 
-// Rays of 1 W each whose spectra are blue, green and red, by these indices.
+// Returns rays of 1 W each, with these indices into a table of spectra: blue, green and red.
 File indexed(std::initializer_list<float> indices) {
     File file;
     file.spectral = 4;
@@ -335,7 +335,7 @@ TEST_F(Tm25, SpectrumIndices_OutOfRange_NameTheRayAndTheRange) {
     expect_refused({1, 1.5F}, "ray 2 has the spectrum index 1.5");
     expect_refused({NAN, 1}, "ray 1 has the spectrum index nan");
     expect_refused({INFINITY}, "ray 1 has the spectrum index inf");
-    // A ray that is left out needs no spectrum, and counts.
+    // A ray that is left out needs no valid index, but is counted.
     File file = indexed({1});
     file.row({NAN, 0, 0, 0, 0, 1, 1, 99});
     EXPECT_EQ(read(file.bytes()).rays.size(), 1U);
@@ -348,7 +348,7 @@ TEST_F(Tm25, SpectrumIndices_OutOfRange_NameTheRayAndTheRange) {
     EXPECT_THAT(error_text(none.bytes()), HasSubstr("no spectral table"));
 }
 
-// NaN as programs write it, with its bytes in order and in the wrong order.
+// NaNs as programs write them, in native and in swapped byte order.
 constexpr std::uint32_t kNaNs[] = {0x7FC00001, 0xFFC00000, 0x7FA00000, 0x0100C07F,
                                    0x0000C07F, 0x0000A07F, 0x8000C07F};
 
@@ -371,7 +371,7 @@ TEST_F(Tm25, UnknownValues_AsNaNOfEitherByteOrder_AreUnknown) {
         EXPECT_EQ(set.xyz, kWhiteXyz);
         EXPECT_TRUE(monitor_.warnings.empty());
 
-        // Of single rays: those of unknown colour have the mean of the others.
+        // In a file with a wavelength for each ray, rays of unknown colour get the mean colour of the others.
         File rays;
         rays.spectral = 2;
         rays.flags = {1, 1, 1, 1, 0, 0, 0, 0};
@@ -403,7 +403,7 @@ TEST_F(Tm25, OneColour_TakesNoMemoryPerRay) {
     EXPECT_FALSE(set.coloured());
     EXPECT_NEAR((set.xyz - cie_xyz(620) / cie_xyz(620).y).length(), 0, 1e-6);
     EXPECT_FALSE(read(two_rays().bytes()).coloured());
-    // What is not to be seen makes no colour.
+    // Radiation outside the visible spectrum has no colour.
     File dark = file;
     dark.flags = {1, 1, 1, 1, 0, 0, 0, 0};
     dark.body.clear(), dark.rays = 0;
@@ -473,7 +473,7 @@ TEST_F(Tm25, Damage_AnyByteOrLength_NeverCrashes) {
     for (std::size_t cut = 0; cut < 60; ++cut) survives(good.substr(0, good.size() - cut));
 }
 
-// By the two-table file's own spectra: 1000 rays of each, of 0.5 mW.
+// The indices select the file's own two spectra, for 1000 rays of 0.5 mW each.
 TEST(Tm25Data, IndicesOneAndTwo_GiveBothSpectra) {
     LUCERNA_NEED_DATA(path, "faults/rays/spectra-index-1-and-2.tm25ray");
     testing::ListeningMonitor monitor;
@@ -519,7 +519,7 @@ TEST(Tm25Data, OsramGreen_MatchesItsCheckValues) {
     EXPECT_NEAR(mean.y, -0.00491, 1e-5);
     EXPECT_NEAR(mean.z, 0.69570, 1e-5);
     EXPECT_EQ(down, 56);
-    // A green beyond the gamut of sRGB: mixed with grey until red is just not negative.
+    // A green beyond sRGB's gamut is mixed with grey until its red is just not negative.
     EXPECT_NEAR(luminance(set.colour()), 1, 1e-6F);
     EXPECT_EQ(set.colour().x, 0);
     EXPECT_GT(set.colour().y, 1.3F);

@@ -12,7 +12,8 @@
 namespace lucerna {
 namespace triangle_parts_test {
 
-// Panels of 0.6 x 0.3 in rows 2 apart, turned by 30 degrees, shining down; two triangles each.
+// Returns panels of 0.6 x 0.3 in rows 2 apart, rotated by 30 degrees and emitting downwards; each has two
+// triangles.
 TriangleEmitter panels(int rows) {
     TriangleEmitter shape;
     const float c = std::cos(0.5236F), s = std::sin(0.5236F);
@@ -27,7 +28,7 @@ TriangleEmitter panels(int rows) {
     return shape;
 }
 
-// A ball of latitudes and longitudes, outwards.
+// Returns a tessellated sphere with its faces outwards.
 TriangleEmitter ball(int steps) {
     TriangleEmitter shape;
     for (int i = 0; i <= steps; ++i) {
@@ -92,8 +93,8 @@ TEST(TriangleParts, WithoutArea_HaveParts) {
     EXPECT_EQ(parts_of_triangles(p, flat).size(), 5U);
 }
 
-// Each part sampled by itself: together they send what the whole mesh does, and a ray that meets the mesh is
-// told the densities that both ways of sampling have.
+// Samples each part separately: together they emit what the whole mesh emits, and a ray that meets the mesh
+// gets the densities of both ways of sampling.
 TEST(MeshLight, PartsTogether_SendWhatTheWholeDoes_WithTheDensitiesStated) {
     const auto light = make_area_light(panels(4), Rgb(2), false);
     const auto parts = light->part_bounds();
@@ -116,7 +117,7 @@ TEST(MeshLight, PartsTogether_SendWhatTheWholeDoes_WithTheDensitiesStated) {
             EXPECT_EQ(in->part->part, part);
             EXPECT_FLOAT_EQ(in->part->part_pdf_w, in->pdf_w);
             EXPECT_NEAR(in->part->whole_pdf_w, in->pdf_w * parts[part].power, 1e-5F * in->pdf_w);
-            // Both triangles of a panel are numbered one after the other, and of one part.
+            // The two triangles of a panel have consecutive numbers and belong to the same part.
             for (std::uint32_t triangle = 0; triangle < 32; ++triangle) {
                 const auto seen = light->Le_on_surface({x, in->w}, in->distance, V3f(0, -1, 0), triangle);
                 ASSERT_TRUE(seen.part);
