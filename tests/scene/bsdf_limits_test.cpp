@@ -1,4 +1,4 @@
-// Scattering where it could go wrong: bent normals, grazing directions, extreme parameters.
+// Scattering in difficult cases: bent normals, grazing directions, extreme parameters.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -22,7 +22,6 @@ using testing::metal;
 using testing::tilted;
 
 // --- Sides
-// -----------------------------------------------------------------------------------------------------
 
 TEST(BsdfSides, BentNormals_NoLobe_LeaksLight) {
     const V3f ns = tilted(50);
@@ -45,18 +44,17 @@ TEST(BsdfSides, BentNormals_NoLobe_LeaksLight) {
 
 TEST(BsdfSides, Diffuse_EyeBelowTheShadingHorizon_IsStillLit) {
     const V3f ns = direction(60, 0);
-    const V3f eye = direction(45, kPi);  // above ng's horizon, below that of ns
+    const V3f eye = direction(45, kPi);  // above the horizon of ng, below that of ns
     ASSERT_LT(eye.dot(ns), 0);
     const Bsdf bsdf(DiffuseLobe{Rgb(0.5F)}, ns, kUp, kAlongX);
     EXPECT_FLOAT_EQ(bsdf.f(eye, kUp, Transport::radiance).x, 0.5F / kPi);
-    EXPECT_TRUE(is_black(bsdf.f(kUp, eye, Transport::radiance)));  // but light from there does not count
+    EXPECT_TRUE(is_black(bsdf.f(kUp, eye, Transport::radiance)));  // light from there does not count
     EXPECT_FLOAT_EQ(bsdf.f(kUp, eye, Transport::particles).x, 0.5F / kPi);
     EXPECT_FALSE(bsdf.sample(eye, {0, {0.2F, 0.3F}}, Transport::particles));
     EXPECT_TRUE(bsdf.sample(eye, {0, {0.6F, 0.5F}}, Transport::radiance));
 }
 
 // --- Edges
-// -----------------------------------------------------------------------------------------------------
 
 TEST(BsdfEdges, CosineExactlyZero_AnyLobe_IsFinite) {
     const V3f edge(1, 0, 0);
@@ -88,7 +86,7 @@ TEST(BsdfEdges, BothDirectionsAlmostWithinTheSurface_ValueIsFinite) {
 }
 
 TEST(BsdfEdges, AlmostTotalReflection_RareTransmission_WeighsNoMoreThanOne) {
-    // The chance of transmission is of the order of u's last bit.
+    // The probability of transmission is of the order of u's last bit.
     for (float eta = 1.0001F; eta < 1e7F; eta *= 1.7F) {
         for (const float z : {1.0F, 1e-2F, 1e-5F, 1e-7F}) {
             const V3f wo(std::sqrt(1 - z * z), 0, z);
@@ -121,9 +119,8 @@ TEST(BsdfEdges, GlassWithoutTransmission_NeverSamplesIt) {
     }
 }
 
-// What follows draws when it is called, within a property.
-//
-// A random unit number, with a liking for the edges.
+// The following functions draw random values when they are called, within a property. unit() returns a random
+// number in [0, 1), often one of its extremes.
 float unit() {
     if (*rc::gen::element(true, false, false, false))
         return *rc::gen::element(0.0F, 0x1p-24F, 0.5F, 1 - 0x1p-24F);
@@ -170,15 +167,15 @@ Lobe any_lobe() {
     }
 }
 
-// Of these lobes, under normals that agree or do not.
+// Returns a Bsdf of these lobes, with normals that may or may not agree.
 template <typename Lobes>
 Bsdf any_bsdf(const Lobes& lobes) {
     const V3f ng = any_direction().normalized();
     const V3f ns = *rc::gen::arbitrary<bool>() ? ng : any_direction();
     return Bsdf(lobes, face_forward(ns, ng).normalized(), ng, any_direction());
 }
-// Asks for any two directions: all that comes out is finite, and no share is negative. Samples are given to
-// check(sample, wo), too.
+// Evaluates two arbitrary directions: all results are finite, and densities, values and albedos are not
+// negative. Samples are passed to check(sample, wo), too.
 template <typename Check>
 void ask_anything(const Bsdf& bsdf, Check&& check) {
     const V3f wo = any_direction();
@@ -198,7 +195,7 @@ void ask_anything(const Bsdf& bsdf, Check&& check) {
     RC_ASSERT(std::isfinite(pdf) && pdf >= 0);
     const Rgb albedo = bsdf.albedo(wo);
     RC_ASSERT(std::min({albedo.x, albedo.y, albedo.z}) >= 0);
-    // Lambertian lobes become one, and that their sum stays below 1 is the caller's to see to.
+    // Lambertian lobes are merged into one; their caller keeps their sum below 1.
     RC_ASSERT(bsdf.is_lambertian() || max_component(albedo) <= 1);
 }
 
@@ -213,7 +210,7 @@ const CoatTable& any_varnish() {
     static const CoatTable table(1.5F);
     return table;
 }
-// Those whose samples may weigh more than 1 where the mean does not.
+// Returns a lobe whose samples may weigh more than 1 although their mean does not.
 Lobe any_uneven_lobe() {
     switch (*rc::gen::element(0, 1, 2, 3, 4)) {
         case 0: {

@@ -1,5 +1,5 @@
-// Sums of lobes, as materials make them: sampler, density and value of every material agree, and none returns
-// more light than arrives.
+// Sums of lobes, as materials create them: sampler, density and value of every material agree, and none
+// reflects more light than arrives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ void PrintTo(const Case& c, std::ostream* out) {
     *out << c.sample.name;
 }
 
-// A material as it is met from one of its sides.
+// A material, seen from one of its sides.
 struct Side {
     explicit Side(const Case& c) : sample(c.sample), inside(c.inside), material(c.sample.material()) {}
 
@@ -47,9 +47,9 @@ struct Side {
 using Pdf = std::function<double(const V3f& wi)>;
 
 struct Verdict {
-    double p_value;         // of the directions of samples that are no delta
+    double p_value;         // of the directions of samples that are not deltas
     double integral;        // of the density over all directions
-    double drawn;           // share of samples that are no delta
+    double drawn;           // share of samples that are not deltas
     double standard_error;  // of `drawn`
 };
 
@@ -87,7 +87,7 @@ class BsdfSums : public ::testing::TestWithParam<Case> {};
 TEST_P(BsdfSums, Long_Sample_RoughParts_FollowPdfW) {
     const Side c(GetParam());
     const Bsdf bsdf = c.bsdf();
-    if (!c.has_rough_part()) {  // nothing follows a density: there must be none
+    if (!c.has_rough_part()) {  // no sample follows a density: there must be none
         Sampler sampler(41, Purpose::test, 0, 0);
         for (int i = 0; i < 1000; ++i) {
             const V3f wo = c.wo(kSomeAngles[static_cast<std::size_t>(i) % kSomeAngles.size()]);
@@ -120,7 +120,7 @@ TEST_P(BsdfSums, Weight_RoughSamples_IsValueTimesCosineOverPdf) {
             const float cos_i = std::fabs(sample->wi.z);
             const float pdf = bsdf.pdf_w(wo, sample->wi);
             const Rgb ratio = bsdf.f(wo, sample->wi, transport) * (cos_i / pdf);
-            // Directions are rounded to 1e-7: the cosine by as much, the density by that over the width.
+            // Directions are rounded to 1e-7: the cosine errs by as much, the density by that over the width.
             const float near = 2e-3F + 2e-6F / cos_i;
             for (int k = 0; k < 3; ++k) {
                 ASSERT_NEAR(ratio[k], sample->weight[k], near * sample->weight[k] + 1e-5F)
@@ -163,10 +163,10 @@ std::array<RunningStats, 3> mean_weight(const Bsdf& bsdf, const V3f& wo, int dra
     return mean;
 }
 
-// Varnish's albedo is tabulated from 1024 facets and linear between cosines.
+// The coat's albedo is tabulated from 1024 facets and interpolated linearly between cosines.
 constexpr double kTableError = 0.004;
 
-// What more than `most` would be significant.
+// Returns whether the mean exceeds `most` significantly.
 bool exceeds(const RunningStats& mean, double most) {
     return mean.mean() > most + 4 * mean.standard_error();
 }
@@ -217,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(Materials, BsdfSums, ::testing::ValuesIn(both_sides()),
     return test.param.sample.name + (test.param.inside ? "_inside" : "");
 });
 
-// --- The statistics see what is wrong
+// --- The statistics reject wrong lobes
 
 TEST(BsdfSumsReject, Pdf_OfOneLobeOnly_IsRejected) {
     const Side plastic(Case{{"", [] { return uber(grey(0.5F), grey(0.4F), 0.2F, 0.2F); }, 0.2F}});
@@ -229,13 +229,13 @@ TEST(BsdfSumsReject, Pdf_OfOneLobeOnly_IsRejected) {
 }
 
 TEST(BsdfSumsReject, Energy_OfPbrtsBrightPlastic_IsSeenToExceedOne) {
-    // pbrt adds Kd = 1 and Ks = 1 without a thought.
+    // pbrt adds Kd = 1 and Ks = 1 without a limit.
     const std::array<Lobe, 2> lobes{DiffuseLobe{Rgb(1.0F)}, GlossLobe{1.5F, Rgb(1.0F), 0.2F, 0.2F}};
     const Bsdf bsdf(lobes, kUp, kUp, kAlongX);
     EXPECT_TRUE(exceeds(mean_weight(bsdf, direction(75), 20'000)[0], 1 + kTableError));
 }
 
-// --- White furnaces: nothing is lost where nothing may be
+// --- White furnaces: nothing is lost
 
 TEST(BsdfFurnace, WhiteUnderVarnish_AnyRoughness_ReflectsAll) {
     for (const float eta : {1.3F, 1.5F, 2.0F}) {
@@ -252,8 +252,8 @@ TEST(BsdfFurnace, WhiteUnderVarnish_AnyRoughness_ReflectsAll) {
 }
 
 TEST(BsdfFurnace, GreyUnderVarnish_Smooth_IsTheSeriesOfBounces) {
-    // Saunderson's correction: F + (1 - F) (1 - F') ρ/(1 - ρ F'), F' the varnish's diffuse reflectance from
-    // within; at normal incidence F = 0.04. For η = 1.5, F' = 0.5963 [Egan and Hilgeman 1979].
+    // Saunderson's correction: F + (1 - F) (1 - F') ρ/(1 - ρ F'), where F' is the coat's diffuse reflectance
+    // from within; at normal incidence F = 0.04. For η = 1.5, F' = 0.5963 [Egan and Hilgeman 1979].
     const Material material{"", coated(grey(0.5F), 0)};
     const Rgb albedo = make_bsdf(material, flat_hit()).albedo(kUp);
     EXPECT_NEAR(albedo.x, 0.04 + 0.96 * (1 - 0.5963) * 0.5 / (1 - 0.5 * 0.5963), 5e-4);

@@ -1,4 +1,4 @@
-// Every lobe's sampler against its density and value, both ways through the surface.
+// Compares every lobe's sampler with its density and value, in both directions through the surface.
 #include "engine/scene/bsdf.h"
 
 #include <gtest/gtest.h>
@@ -37,12 +37,12 @@ struct Case {
 
     Bsdf bsdf() const { return {lobe, ns, kUp, kAlongX}; }
     V3f wo(float theta) const { return from_inside ? below(direction(theta)) : direction(theta); }
-    float eta() const {  // of the far side over wo's side
+    float eta() const {  // index of the far side over that of wo's side
         const auto* lobe_of_glass = std::get_if<DielectricLobe>(&lobe);
         if (!lobe_of_glass) return 1;
         return from_inside ? 1 / lobe_of_glass->eta : lobe_of_glass->eta;
     }
-    // The narrowest width of the lobe; the histogram is as fine.
+    // The smallest width of the lobe; it sets the resolution of the histogram.
     float width() const {
         if (const auto* m = std::get_if<ConductorLobe>(&lobe)) return std::min(m->alpha_x, m->alpha_y);
         if (const auto* g = std::get_if<DielectricLobe>(&lobe)) return std::min(g->alpha_x, g->alpha_y);
@@ -56,7 +56,7 @@ void PrintTo(const Case& c, std::ostream* out) {
 using Pdf = std::function<float(const V3f& wo, const V3f& wi)>;
 
 struct Verdict {
-    double p_value;         // of the sampled directions' distribution
+    double p_value;         // of the distribution of sampled directions
     double integral;        // of the density over all directions
     double drawn;           // share of the samples that were not absorbed by the sampler
     double standard_error;  // of `drawn`
@@ -72,7 +72,7 @@ Verdict compare(const Case& c, const V3f& wo, const Pdf& pdf) {
     const V3f through = cos_t2 > 0 ? V3f(-wo.x / eta, -wo.y / eta, -side * std::sqrt(cos_t2)) : -wo;
     const bool is_diffuse = bsdf.is_diffuse();
     PeakHistogram reflected(is_diffuse ? c.ns * side : mirror, side, c.width());
-    // A facet's tilt turns what goes through it by that times |η - 1|.
+    // A facet's tilt deflects transmitted light by |η - 1| times the tilt.
     PeakHistogram transmitted(through.normalized(), -side,
                               c.width() * std::clamp(std::fabs(eta - 1), 0.01F, 1.0F));
 
@@ -95,8 +95,8 @@ Verdict compare(const Case& c, const V3f& wo, const Pdf& pdf) {
     counts.insert(counts.end(), transmitted.counts.begin(), transmitted.counts.end());
     double integral = 0;
     for (const double p : expected) integral += p;
-    // Directions are compared given that there is one; whether there is, the integral tells. The midpoint
-    // rule may see nothing of a sliver at the horizon: a bin is never quite impossible.
+    // The chi-square test is conditional on a direction being drawn; the integral covers the probability of
+    // that. The midpoint rule may miss a sliver at the horizon: no bin is quite impossible.
     for (double& p : expected) p = std::max(p * static_cast<double>(drawn) / integral, 1e-9);
     const double share = static_cast<double>(drawn) / kDraws;
     return {chi_square(counts, expected).p_value, integral, share, std::sqrt(share * (1 - share) / kDraws)};
@@ -128,7 +128,7 @@ TEST_P(BsdfSampling, Weight_EverySample_IsValueTimesCosineOverPdf) {
             const float cos_i = std::fabs(sample->wi.dot(c.ns));
             const float pdf = bsdf.pdf_w(wo, sample->wi);
             const Rgb ratio = bsdf.f(wo, sample->wi, transport) * (cos_i / pdf);
-            // Directions are rounded to 1e-7: the cosine by as much, the density by that over the lobe's
+            // Directions are rounded to 1e-7: the cosine errs by as much, the density by that over the lobe's
             // width.
             const float near = 1e-3F + 1e-6F / cos_i;
             for (int channel = 0; channel < 3; ++channel) {
@@ -153,7 +153,7 @@ TEST_P(BsdfSampling, Value_DirectionsSwapped_IsTheAdjoint) {
         const Rgb radiance = bsdf.f(a, b, Transport::radiance);
         const Rgb swapped = bsdf.f(b, a, Transport::radiance);
         const Rgb particles = bsdf.f(a, b, Transport::particles);
-        // Helmholtz: f/η² with the index on the eye's side.
+        // Helmholtz reciprocity holds for f/η², with the index on the viewer's side.
         const float eta = sample->transmission ? c.eta() : 1.0F;
         transmitted += sample->transmission ? 1 : 0;
         const float near = 2e-3F + 2e-6F / c.width() + 2e-6F / std::min(std::fabs(a.z), std::fabs(b.z));
@@ -180,7 +180,7 @@ TEST_P(BsdfSampling, Albedo_AnyAngle_IsTheMeanWeight) {
         for (int k = 0; k < 3; ++k) {
             const double slack = 4 * mean[k].standard_error() + 0.01;
             EXPECT_LE(mean[k].mean(), static_cast<double>(albedo[k]) + slack) << theta;
-            // With bent normals it is a bound, not a mean.
+            // With bent normals the albedo is a bound, not a mean.
             if (c.ns == kUp) {
                 EXPECT_GE(mean[k].mean(), static_cast<double>(albedo[k]) - slack) << theta;
             }

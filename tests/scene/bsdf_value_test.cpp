@@ -1,4 +1,4 @@
-// What lobes are worth: against the textbook, against Fresnel and Snell, and never more light than came.
+// Values of lobes, against the textbook and the laws of Fresnel and Snell; and conservation of energy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,9 +24,9 @@ using testing::metal;
 using testing::tilted;
 
 // --- Values against the textbook
-// -------------------------------------------------------------------------------
 
-// Walter 2007 in double, in the paper's own form: no shared term with the code under test but Fresnel's.
+// Walter et al. 2007 in double precision, in the paper's own form: it shares only Fresnel's term with the
+// code under test.
 struct Textbook {
     double alpha;
     double d(const V3d& m) const {
@@ -59,7 +59,7 @@ TEST(BsdfValue, RoughGlass_AgainstTextbook_IsEqual) {
     Sampler sampler(16, Purpose::test, 0, 0);
     for (int i = 0; i < 2000; ++i) {
         const float alpha = 0.05F + sampler.next();
-        const float eta_i = 1.33F;  // inside, where the light comes from; the eye is outside
+        const float eta_i = 1.33F;  // inside, where the light comes from; the viewer is outside
         const V3f o = direction(88 * sampler.next(), 6 * sampler.next());
         const V3f w = below(direction(88 * sampler.next(), 6 * sampler.next()));
         const Textbook book{static_cast<double>(alpha)};
@@ -77,7 +77,7 @@ TEST(BsdfValue, RoughGlass_AgainstTextbook_IsEqual) {
         }
         const float ours = flat(glass(eta_i, alpha, alpha)).f(o, w, Transport::radiance).x;
         if (std::min({std::fabs(om), std::fabs(im), std::fabs(m.z)}) < 1e-4)
-            continue;  // on the edge of visibility
+            continue;  // at the limit of visibility
         ASSERT_NEAR(ours, f, 5e-3 * f + 1e-7) << o << w;
     }
 }
@@ -91,7 +91,6 @@ TEST(BsdfValue, Diffuse_OneSide_IsAlbedoOverPi) {
 }
 
 // --- Smooth lobes
-// ----------------------------------------------------------------------------------------------
 
 TEST(BsdfSmooth, Mirror_AnyAngle_ReflectsAboutTheNormal) {
     const Bsdf bsdf = flat(MirrorLobe{Rgb(0.9F, 0.5F, 0)});
@@ -128,7 +127,7 @@ TEST(BsdfSmooth, Glass_BothSides_FollowsSnellAndFresnel) {
                 if (!particle->transmission) continue;
                 ++transmitted;
                 ASSERT_NEAR(radiance->eta_scale, 1 / (eta * eta), 1e-5F);
-                // Snell: the tangential part shrinks by eta and turns round.
+                // Snell's law: the tangential component shrinks by eta and changes its sign.
                 ASSERT_NEAR(particle->wi.x, -wo.x / eta, 1e-6F);
                 ASSERT_NEAR(particle->wi.y, -wo.y / eta, 1e-6F);
                 ASSERT_LT(particle->wi.z * side, 0);
@@ -170,9 +169,8 @@ TEST(BsdfSmooth, Glass_RoughnessTowardsZero_TendsToSmooth) {
 }
 
 // --- Energy
-// ----------------------------------------------------------------------------------------------------
 
-// The mean weight over a dense grid of facets; for glass the choice of the lobe is an axis of the grid.
+// Returns the mean weight over a dense grid of facets; for glass, one axis of the grid selects the lobe.
 double dense_albedo(const Bsdf& bsdf, const V3f& wo) {
     constexpr std::uint32_t kPoints = 1U << 15;
     double sum = 0;

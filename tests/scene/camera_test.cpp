@@ -43,7 +43,8 @@ TEST(Camera, Fov_IsThatOfTheShorterSide) {
 
 TEST(Camera, ScreenWindow_ReplacesTheAspectRatio) {
     Camera::Settings s = wide();
-    s.screen[0] = -0.5F, s.screen[1] = 1, s.screen[2] = 0, s.screen[3] = 0.25F;  // fov 90: tangent 1
+    s.screen[0] = -0.5F, s.screen[1] = 1, s.screen[2] = 0,
+    s.screen[3] = 0.25F;  // for a fov of 90 degrees the tangent is 1
     const Camera camera(s);
     expect_near(camera.ray({0, 0}, {}).d, V3f(-0.5F, 0.25F, 1).normalized());
     expect_near(camera.ray({400, 200}, {}).d, V3f(1, 0, 1).normalized());
@@ -98,7 +99,7 @@ TEST(Camera, MirroredTransform_MirrorsThePicture) {
 TEST(Camera, PlacedCamera_RaysAreCarriedIntoTheScene) {
     Camera::Settings s = wide();
     M44d turn, move;
-    turn.setAxisAngle(V3d(0, 1, 0), 1.5707963267948966);  // z to x
+    turn.setAxisAngle(V3d(0, 1, 0), 1.5707963267948966);  // rotates z to x
     move.setTranslation(V3d(5, 6, 7));
     s.world_from_camera = turn * move;
     const Ray ray = Camera(s).ray({200, 100}, {});
@@ -128,7 +129,7 @@ TEST(Camera, Fisheye_SpreadsAnglesEvenly) {
     expect_near(fisheye.ray({256, 256}, {}).d, {0, 0, 1});
     expect_near(fisheye.ray({512, 256}, {}).d, {1, 0, 0}, 1e-5F);
     expect_near(fisheye.ray({256, 0}, {}).d, {0, 1, 0}, 1e-5F);
-    const float half = std::sqrt(0.5F);  // half way from the middle is 45 degrees, a third 30
+    const float half = std::sqrt(0.5F);  // half of the radius is 45 degrees, a third 30
     expect_near(fisheye.ray({256 + 128 * half, 256 - 128 * half}, {}).d, {0.5F, 0.5F, half}, 1e-5F);
     expect_near(fisheye.ray({256, 256 + 256.F / 3}, {}).d, {0, -0.5F, std::sqrt(0.75F)}, 1e-5F);
 }
@@ -140,14 +141,14 @@ TEST(Camera, Spherical_SeesEveryDirectionOnce) {
     const Camera equal_area(s);
     s.mapping = Camera::Settings::Mapping::equirectangular;
     const Camera by_angles(s);
-    // Up is up: the film's centre and corners are the poles of one, its upper and lower edges those of the
-    // other.
+    // Up is +y: the film's centre and corners are the poles of the equal-area mapping, its upper and lower
+    // edges those of the equirectangular one.
     expect_near(equal_area.ray({256, 256}, {}).d, {0, 1, 0});
     expect_near(equal_area.ray({0, 0}, {}).d, {0, -1, 0}, 1e-3F);
     expect_near(by_angles.ray({100, 0}, {}).d, {0, 1, 0});
     expect_near(by_angles.ray({0, 256}, {}).d, {1, 0, 0}, 1e-5F);
     expect_near(by_angles.ray({128, 256}, {}).d, {0, 0, 1}, 1e-5F);
-    // Equal areas: all pixels together weigh every direction alike.
+    // Equal areas: all pixels together weight every direction equally.
     V3d first(0);
     double up2 = 0, octant = 0;
     for (int y = 0; y < 512; ++y) {

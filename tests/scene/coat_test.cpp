@@ -18,18 +18,19 @@ V3f at_cosine(float mu, float phi = 0) {
 }
 
 TEST(CoatTable, SmoothMeans_OfGlass_AreTheLiteratures) {
-    // Diffuse light onto η = 1.5 from outside: 0.0918, from inside: 0.5963 [Egan and Hilgeman 1979].
+    // Mean reflectance of diffuse light at η = 1.5: 0.0918 from outside, 0.5963 from inside [Egan and
+    // Hilgeman 1979].
     const CoatTable table(1.5F, V2f(0, 0));
     EXPECT_NEAR(table.smooth_mean(true), 0.0918, 1e-4);
     EXPECT_NEAR(table.smooth_mean(false), 0.5963, 1e-4);
-    // The two are bound by reciprocity, (1 - outside) = η² (1 - inside).
+    // The two are related by reciprocity: (1 - outside) = η² (1 - inside).
     EXPECT_NEAR(1 - table.smooth_mean(true), 2.25 * (1 - static_cast<double>(table.smooth_mean(false))),
                 1e-4);
     EXPECT_EQ(table.rough(0.5F, 0), table.smooth(0.5F, true));
     EXPECT_EQ(table.rough_mean(0), table.smooth_mean(true));
 }
 
-// The mean weight of the varnish's own sampler.
+// Returns the mean weight of the coat's own sampler.
 RunningStats sampled(const Bsdf& gloss, const V3f& wo) {
     Sampler sampler(51, Purpose::test, 0, 0);
     RunningStats mean;
@@ -66,7 +67,7 @@ TEST(CoatTable, Brushed_AnyAzimuth_IsNotExceeded) {
                 << mu << " " << phi;
         }
     }
-    // Less than half would be seen to fall short.
+    // The test would reject half of the tabulated value.
     const RunningStats mean = sampled(gloss, at_cosine(0.05F));
     EXPECT_LT(static_cast<double>(table.rough(0.05F, 0)) / 2,
               mean.mean() - 4 * mean.standard_error() - 0.003);

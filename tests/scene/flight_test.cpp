@@ -1,4 +1,4 @@
-// Flights through media against closed forms and quadrature.
+// Free flights through media, against closed forms and quadrature.
 #include "engine/scene/media_traversal.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ Colour transmitted(const SceneMedia& media, int samples) {
     return stats;
 }
 
-// All flights' ends: what reaches the end, what is emitted, and what scatters before t = `before`.
+// Means over flights: the light that reaches the end, that is emitted, and that scatters before t = `before`.
 struct Flights {
     Colour passed, emitted, scattered;
 };
@@ -66,7 +66,8 @@ TEST(Transmittance, UnboundedMediumToInfinity_IsZeroWhereItAbsorbsAndOneWhereItD
     EXPECT_EQ(transmittance(MediaAlong(media, kNoMedium, kAlongX, INFINITY), sampler), Rgb(1, 1, 1));
 }
 
-// Density rises from 0 to 1 over the box, held in its outer half cells: of n cells, the mean is 1/2.
+// The density rises linearly from 0 to 1 over the box, constant in its outer half cells: its mean is 1/2 for
+// any number of cells.
 TEST(Transmittance, LinearGrid_AgreesWithTheClosedFormAndNotWithAnother) {
     const auto media = testing::regions(
         {testing::rising_along_x(testing::homogeneous({0.3F, 1, 2}, {0, 0.5F, 0.2F}), kLow, kHigh, 16)});
@@ -95,7 +96,7 @@ TEST(Transmittance, DenseGrid_IsUnbiasedThroughRoulette) {
     EXPECT_FALSE(agrees(stats[0], std::exp(-6.0) * 1.5));
 }
 
-// One distance serves three channels whose extinctions lie far apart.
+// One distance is sampled for three channels of very different extinction.
 TEST(Flight, ColouredSlab_PassesAndScattersAsTheFormulaSays) {
     const Rgb sigma_a(0.1F, 1, 0), sigma_s(0.3F, 2, 0.02F), throughput(0.2F, 1, 3);
     const auto media =
@@ -123,7 +124,7 @@ TEST(Flight, AnyThroughput_GrowsToNoMoreThanItsSum) {
     }
 }
 
-// A uniform region, a rising grid and an exponential one over each other, by quadrature.
+// A uniform region, a linear grid and an exponential density overlap; the truth is by quadrature.
 TEST(Flight, OverlappingMedia_AddUp) {
     Medium haze = testing::in_box(testing::homogeneous({0.1F, 0.2F, 0.3F}, {0.3F, 0.1F, 0.4F}), {0.5, -1, -1},
                                   {4, 2, 2});
@@ -203,9 +204,9 @@ TEST(Flight, NoMediumMet_PassesWithoutAChange) {
     EXPECT_TRUE(MediaAlong(media, kNoMedium, kAlongX, INFINITY).empty());
 }
 
-// --- a place on a way of which the end is of interest anyway
+// --- A scattering point before an end that is used in any case
 
-// Sums of flow·sigma_s·F over many draws: F = 1 and F = t, and the share of draws that gave a place.
+// Means of flow·sigma_s·F over many draws, for F = 1 and F = t, and the share of draws that gave a point.
 struct Within {
     Colour whole, moment;
     double found = 0;
@@ -225,7 +226,7 @@ Within drawn_within(const SceneMedia& media, int samples, const Rgb& throughput 
     return sums;
 }
 
-// ∫ σ_s e^{-σ_t (t - 1)} dt and the same with t, over t from 1 to 3.
+// The truth is ∫ σ_s e^{-σ_t (t - 1)} dt, and the same integral with a factor t, for t from 1 to 3.
 TEST(ScatterWithin, ColouredSlab_IntegratesAsTheFormulaSaysAndLosesNoDraw) {
     const Rgb sigma_a(0.1F, 1, 0), sigma_s(0.3F, 2, 0.02F);
     const auto media =
@@ -251,7 +252,7 @@ TEST(ScatterWithin, ThinFog_HasNoNoiseToSpeakOf) {
 }
 
 TEST(ScatterWithin, GapsAndOverlaps_AddUp) {
-    // 1 to 3, and 2 to 5: three stretches; nothing in between the last and 10.
+    // The boxes span 1 to 3 and 2 to 5: three segments, and no medium between the last one and 10.
     const auto media = testing::regions(
         {testing::in_box(testing::homogeneous(Rgb(0.2F), {0.5F, 0, 1}), kLow, kHigh),
          testing::in_box(testing::homogeneous(Rgb(0), {0.1F, 0.4F, 0}), {1, -1, -1}, {4, 2, 2})});

@@ -9,10 +9,10 @@ TEST(Fresnel, Dielectric_KnownAngles_HasKnownValues) {
     EXPECT_NEAR(fresnel_dielectric(1, 1.5F).reflectance, 0.04F, 1e-7F);
     EXPECT_NEAR(fresnel_dielectric(1, 1 / 1.5F).reflectance, 0.04F, 1e-7F);
     EXPECT_EQ(fresnel_dielectric(0, 1.5F).reflectance, 1);
-    // Brewster's angle, tan = η: only the perpendicular half is left, ((1 - η²)/(1 + η²))² of it.
+    // At Brewster's angle, tan = η, only the perpendicular half is reflected: ((1 - η²)/(1 + η²))² of it.
     const float brewster = std::cos(std::atan(1.5F));
     EXPECT_NEAR(fresnel_dielectric(brewster, 1.5F).reflectance, 0.5F * sqr((1 - 2.25F) / (1 + 2.25F)), 1e-6F);
-    // Beyond the critical angle, sin = 1/1.5.
+    // Reflection is total beyond the critical angle, sin = 1/1.5.
     const float critical = std::sqrt(1 - 1 / 2.25F);
     EXPECT_EQ(fresnel_dielectric(critical - 1e-4F, 1 / 1.5F).reflectance, 1);
     EXPECT_LT(fresnel_dielectric(critical + 1e-4F, 1 / 1.5F).reflectance, 1);
@@ -28,7 +28,7 @@ TEST(Fresnel, Dielectric_FromTheOtherSide_IsTheSame) {
 }
 
 TEST(Fresnel, Conductor_KnownCases_HasKnownValues) {
-    for (float c = 0; c <= 1; c += 0.01F) {  // without absorption it is a dielectric
+    for (float c = 0; c <= 1; c += 0.01F) {  // without absorption it equals a dielectric
         EXPECT_NEAR(fresnel_conductor(c, 1.5F, 0.0F), fresnel_dielectric(c, 1.5F).reflectance, 1e-5F) << c;
     }
     const float n = 0.2F;

@@ -67,7 +67,7 @@ TEST(Material, IsSpecular_SmoothAndRough_TellsDeltaLobes) {
     EXPECT_FALSE(is_specular({"", InterfaceMaterial{}}));
     ConductorMaterial metal;
     metal.roughness = Roughness::of_alpha(0.1F, 0);
-    EXPECT_FALSE(is_specular({"", metal}));  // rough along one axis is rough
+    EXPECT_FALSE(is_specular({"", metal}));  // roughness along one axis suffices
     metal.roughness = Roughness::of_alpha(0.5F * kSmoothAlpha, 0);
     EXPECT_TRUE(is_specular({"", metal}));
     DielectricMaterial glass;
@@ -105,9 +105,9 @@ TEST(Material, Opacity_LetsTheRestStraightThrough) {
     EXPECT_EQ(bsdf.diffuse_part().albedo(wo), Rgb(0.25F));
 }
 
-// What opacity leaves nothing of must not make the surface one that scatters.
+// Lobes that opacity removes completely must not make the surface one that scatters.
 TEST(Material, OpacityZero_IsADelta_AndNothingElse) {
-    for (const float kd : {0.5F, 0.9F}) {  // the second beside gloss: a base under a cover
+    for (const float kd : {0.5F, 0.9F}) {  // 0.9 beside gloss gives a base under a cover
         UberMaterial uber = testing::uber(testing::grey(kd), testing::grey(0.5F), 0.1F, 0.1F);
         uber.reflect = testing::grey(0.3F);
         uber.opacity = testing::grey(0);
@@ -139,7 +139,7 @@ TEST(Material, HasPeak_DeltasAndGloss_NotWhatIsDiffuseAlone) {
     EXPECT_TRUE(told(testing::mix(DiffuseMaterial{}, MirrorMaterial{}, 0.5F)));
 }
 
-// What a material tells of all its points is what each of its Bsdfs tells, black ones included.
+// If a material reports the answer for all its points, then each of its Bsdfs agrees, black ones included.
 TEST(Material, HasDiffuse_WhereItIsTold_IsWhatEveryBsdfHas) {
     const auto black = RgbTexture::constant(Rgb(0.0F));
     SubstrateMaterial no_base;
@@ -189,7 +189,7 @@ TEST(Material, MostLobes_EveryMaterial_IsNotExceeded) {
     }
 }
 
-// Random parameters of the materials that are sums.
+// Returns one of the materials that are sums of lobes, with random parameters.
 Material any_sum(Sampler& sampler, const std::shared_ptr<const CoatTable>& table) {
     const auto any = [&] { return color(sampler.next(), sampler.next(), sampler.next()); };
     const Roughness rough = Roughness::of_alpha(sampler.next());
@@ -213,7 +213,7 @@ Material any_sum(Sampler& sampler, const std::shared_ptr<const CoatTable>& table
 
 TEST(Material, Energy_RandomSums_NeverExceedsOne) {
     Sampler sampler(61, Purpose::test, 0, 0);
-    const auto table = std::make_shared<CoatTable>(1.5F);  // for any alpha: errs by 0.01
+    const auto table = std::make_shared<CoatTable>(1.5F);  // for any alpha: its error is 0.01
     for (int i = 0; i < 120; ++i) {
         const Material material = any_sum(sampler, table);
         const Bsdf bsdf = make_bsdf(material, flat_hit());

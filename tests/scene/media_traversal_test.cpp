@@ -1,4 +1,4 @@
-// Ways through media and their borders.
+// Rays through media and their interfaces.
 #include "engine/scene/media_traversal.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace passage_test {
 using testing::homogeneous;
 using testing::SceneMaker;
 
-// A ball of one medium with a smaller one of another in it, and a box over both.
+// A ball of one medium that contains a smaller ball of another, and a box that overlaps both.
 Scene onion() {
     SceneMaker make;
     const auto outer = make.medium(homogeneous({0.1F, 0.2F, 0}, Rgb(0)));
@@ -32,12 +32,12 @@ Scene onion() {
 TEST(Passage, BallsInABox_WeakenAsTheirLengthsSay) {
     const Scene scene = onion();
     Sampler sampler(1, Purpose::test, 0, 0);
-    // From -3 to 3: the outer shell 2, the inner ball 2, the box 3.
+    // From -3 to 3 the ray crosses 2 of the outer shell, 2 of the inner ball, and 3 of the box.
     const Rgb through = transmittance(scene, Ray{{-3, 0, 0}, {1, 0, 0}, 6}, kNoMedium, sampler);
     EXPECT_NEAR(through.x, std::exp(-0.1 * 2 - 1 * 2 - 0.3 * 3), 1e-6);
     EXPECT_NEAR(through.y, std::exp(-0.2 * 2 - 0.3 * 3), 1e-6);
     EXPECT_NEAR(through.z, std::exp(-0.5 * 2 - 0.3 * 3), 1e-6);
-    // From the middle to a point of the shell.
+    // This ray goes from the centre to a point in the shell.
     const Rgb half = transmittance(scene, Ray{V3f(0.0F), {0, 1, 0}, 1.5F}, 1, sampler);
     EXPECT_NEAR(half.x, std::exp(-1 - 0.05 - 0.3 * 1.5), 1e-6);
 }
@@ -71,7 +71,7 @@ TEST(MediumOfALight, WithoutAnyBorder_IsThatOfTheCamera) {
 }
 
 TEST(MediumOfALight, OnTheInsideOfALampsGlass_IsWhatTheGlassHolds) {
-    // A lamp in a ball of glass that is full of gas, in a room of fog that no border tells.
+    // A light in a glass ball that is full of gas, in a room of fog that no medium interface bounds.
     SceneMaker make;
     const auto fog = make.medium(homogeneous(Rgb(1), Rgb(0)));
     const auto gas = make.medium(homogeneous(Rgb(2), Rgb(0)));
@@ -85,7 +85,7 @@ TEST(MediumOfALight, OnTheInsideOfALampsGlass_IsWhatTheGlassHolds) {
 }
 
 TEST(MediumAround, APointFarFromTheOnlyBorder_IsWhatLiesOnItsSide) {
-    // A camera in a small ball of fog, too small to be met by chance from the other points.
+    // A camera in a ball of fog so small that random rays from the other points would miss it.
     SceneMaker make;
     const auto fog = make.medium(homogeneous(Rgb(1), Rgb(0)));
     make.camera_in(fog);

@@ -10,11 +10,11 @@
 namespace lucerna {
 namespace medium_test {
 
-// --- the phase function
+// --- The phase function
 
 constexpr int kBins = 64;
 
-// Share of each bin of the cosine, by the distribution's closed form.
+// Returns the expected number in each bin of the cosine, by the closed form of the distribution.
 std::vector<double> expected_cosines(double g, double total) {
     const auto below = [g](double c) {  // ∫ from -1 to c
         if (g == 0) return (1 + c) / 2;
@@ -82,7 +82,7 @@ TEST(HenyeyGreenstein, PositiveG_SendsLightOnAndExtremesStayFinite) {
     }
 }
 
-// --- densities
+// --- Densities
 
 Box3d box_of(const V3d& a, const V3d& b) {
     return {a, b};
@@ -100,7 +100,7 @@ TEST(DensityGrid, InTheMiddleOfACell_IsTheSample) {
     for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = static_cast<float>(i);
     const DensityGrid grid({2, 3, 4}, samples, box_of({0, 0, 0}, {2, 3, 4}), DensityGrid::Border::zero);
     EXPECT_DOUBLE_EQ(grid.at({0.5, 0.5, 0.5}), 0);
-    EXPECT_DOUBLE_EQ(grid.at({1.5, 0.5, 0.5}), 1);  // x runs fastest
+    EXPECT_DOUBLE_EQ(grid.at({1.5, 0.5, 0.5}), 1);  // x varies fastest
     EXPECT_DOUBLE_EQ(grid.at({0.5, 1.5, 0.5}), 2);
     EXPECT_DOUBLE_EQ(grid.at({0.5, 0.5, 1.5}), 6);
     EXPECT_DOUBLE_EQ(grid.at({1.0, 1.0, 1.0}), (0 + 1 + 2 + 3 + 6 + 7 + 8 + 9) / 8.0);
@@ -117,7 +117,7 @@ TEST(DensityGrid, AtTheBoxesFace_HoldsOrFallsByHalf) {
     }
 }
 
-// Stretches join without gaps, and nothing on any of them exceeds its bound.
+// Segments join without gaps, and the density on each never exceeds its bound.
 void expect_bounded(const Density& density, const V3d& o, const V3d& d, double begin, double last) {
     DensityTraversal traversal(density, o, d, begin, last);
     double at = begin;
@@ -145,7 +145,7 @@ TEST(DensityTraversal, AlongAnyRay_BoundsTheGridFromEndToEnd) {
         for (int i = 0; i < 2000; ++i) {
             const V3f o(4 * sampler.next() - 2, 5 * sampler.next() - 1, 6 * sampler.next());
             V3f d(2 * sampler.next() - 1, 2 * sampler.next() - 1, 2 * sampler.next() - 1);
-            if (i % 5 == 0) d[i % 3] = 0;  // along walls
+            if (i % 5 == 0) d[i % 3] = 0;  // parallel to the grid's cell faces
             if (i % 7 == 0) d = V3f(i % 3 == 0, i % 3 == 1, i % 3 == 2);
             const auto found = crossing(medium, {o, d.normalized()}, 100);
             if (!found) continue;
@@ -165,7 +165,7 @@ TEST(DensityTraversal, Exponential_BoundsBothWaysAndLevel) {
     }
 }
 
-// --- crossings
+// --- Crossings
 
 TEST(MediaTraversal, OfABoxInItsOwnSpace_IsMeasuredInSceneUnits) {
     Medium medium;

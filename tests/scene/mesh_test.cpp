@@ -1,4 +1,4 @@
-// Meshes as the scene meets them: position, normals, texture coordinates, and what is left out.
+// Meshes in a scene: position, normals, texture coordinates, and the triangles that are left out.
 #include "engine/scene/mesh.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ struct MediaTraversal {
     double t, b1, b2;
 };
 
-// Cramer's rule in double on o + t d = p0 + b1 e1 + b2 e2.
+// Solves o + t d = p0 + b1 e1 + b2 e2 by Cramer's rule in double precision.
 MediaTraversal plain_crossing(const Mesh& mesh, const Ray& ray) {
     const V3d p0(mesh.p[0]);
     const V3d e1 = V3d(mesh.p[1]) - p0;
@@ -54,7 +54,8 @@ RC_GTEST_PROP(Mesh, RandomTriangle_HitEqualsPlainDouble, ()) {
     mesh.traits.reverse_orientation = *rc::gen::arbitrary<bool>();
     const V3f e1 = mesh.p[1] - mesh.p[0], e2 = mesh.p[2] - mesh.p[0];
     RC_PRE(e1.cross(e2).length() > 0.01F * size * size);
-    // Aim at a point of the plane, inside or outside, off the edges and not at a grazing angle.
+    // The ray aims at a point of the plane, inside or outside the triangle, away from its edges and not at a
+    // grazing angle.
     const V2f b(1.6F * s.next() - 0.3F, 1.6F * s.next() - 0.3F);
     const V3f origin = 3 * size * random_direction(s);
     const Ray ray{origin, (mesh.p[0] + b.x * e1 + b.y * e2 - origin).normalized()};
@@ -68,10 +69,10 @@ RC_GTEST_PROP(Mesh, RandomTriangle_HitEqualsPlainDouble, ()) {
     RC_ASSERT(hit.has_value() == (inside > 0));
     if (!hit) return;
     const auto scale = static_cast<double>(size);
-    // Rounded once, whatever approximations led there.
+    // t errs by at most one rounding to float32, whatever approximations precede it.
     RC_ASSERT(std::fabs(static_cast<double>(hit->t) - expected.t) <= 0x1p-23 * expected.t);
     RC_ASSERT((V3d(hit->at.p) - (V3d(ray.o) + expected.t * V3d(ray.d))).length() < 1e-4 * scale);
-    // The point lies on the plane far better than along the ray: within its own stated error.
+    // The point lies much closer to the plane than along the ray: within its own error bound.
     V3d n = V3d(e1).cross(V3d(e2)).normalized();
     RC_ASSERT(std::fabs((V3d(hit->at.p) - V3d(mesh.p[0])).dot(n)) < static_cast<double>(hit->at.error) / 2);
     if (mesh.traits.reverse_orientation) n.negate();
@@ -80,7 +81,8 @@ RC_GTEST_PROP(Mesh, RandomTriangle_HitEqualsPlainDouble, ()) {
     const double b1 = expected.b1, b2 = expected.b2, b0 = 1 - b1 - b2;
     RC_ASSERT(std::fabs(static_cast<double>(hit->uv.x) - (0.5 * b0 + 2 * b1 + b2)) < 1e-3);
     RC_ASSERT(std::fabs(static_cast<double>(hit->uv.y) - (0.25 * b1 + 3 * b2)) < 1e-3);
-    // dp/du: the move for which u grows by 1 and v stays, found by solving for barycentrics.
+    // dp/du is the displacement for which u grows by 1 and v stays constant, found by solving for
+    // barycentrics.
     const double det = 1.5 * 3 - 0.25 * 0.5;
     const V3d dpdu = (3.0 * V3d(e1) - 0.25 * V3d(e2)) / det;
     RC_ASSERT((V3d(hit->dpdu) - dpdu).length() < 1e-4 * scale);
@@ -113,12 +115,12 @@ TEST(Mesh, ShadingNormals_AreInterpolatedAndTurnedToTheGeometricOne) {
     auto hit = scene_of({mesh}).intersect(ray);
     EXPECT_LT((hit->ns - tilted).length(), 1e-6F);
     EXPECT_EQ(hit->at.n, V3f(0, 0, 1));
-    // Reversing turns the geometric normal, and the shading normal goes with it.
+    // Reversing the orientation flips the geometric normal and with it the shading normal.
     mesh.traits.reverse_orientation = true;
     hit = scene_of({mesh}).intersect(ray);
     EXPECT_EQ(hit->at.n, V3f(0, 0, -1));
     EXPECT_LT((hit->ns + tilted).length(), 1e-6F);
-    // Normals that cancel, or are not numbers, give way to the geometric one.
+    // Normals that cancel or are not numbers are replaced by the geometric one.
     for (const V3f& bad : {V3f(0, 0, 0), V3f(NAN, 0, 1)}) {
         mesh.n = {bad, bad, bad};
         EXPECT_EQ(scene_of({mesh}).intersect(ray)->ns, V3f(0, 0, -1));

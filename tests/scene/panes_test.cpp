@@ -1,4 +1,4 @@
-// Surfaces that light passes in a straight line: the share that they pass, and ways behind them.
+// Surfaces that light passes in a straight line: the share that they transmit, and rays behind them.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -25,12 +25,12 @@ namespace panes_test {
 
 using namespace lucerna::testing;
 
-// --- The share that a surface passes
+// --- The share that a surface transmits
 
 struct SurfaceCase {
     std::string name;
     std::vector<Lobe> lobes;
-    bool passes;  // whether any light goes straight on
+    bool passes;  // whether some light goes straight on
 };
 std::vector<SurfaceCase> surfaces() {
     const Rgb tint(0.9F, 0.6F, 0.3F);
@@ -72,7 +72,7 @@ std::array<RunningStats, 3> straight_weights(const Bsdf& bsdf, const V3f& wo, Tr
     return weights;
 }
 
-// A float's rounding beside four standard errors: of some surfaces all samples weigh the same.
+// Allows four standard errors and a float's rounding: for some surfaces all samples have equal weights.
 bool is_mean(const RunningStats& stats, double share) {
     return std::fabs(stats.mean() - share) <= 4 * stats.standard_error() + 1e-6;
 }
@@ -92,13 +92,13 @@ TEST(StraightShare, OfEveryLobe_IsTheMeanWeightOfStraightSamples) {
                             EXPECT_TRUE(is_mean(channel, expected))
                                 << surface.name << " at " << angle << ": " << channel.mean() << " +- "
                                 << channel.standard_error() << ", " << expected;
-                            // A share that is wrong by a tenth is refused.
+                            // A share that is wrong by a tenth is rejected.
                             if (expected > 0.2) {
                                 EXPECT_FALSE(is_mean(channel, 1.1 * expected)) << surface.name;
                             }
                         }
                     }
-                    // Light passes in both directions alike.
+                    // The share is the same in both directions.
                     EXPECT_NEAR(share.x, bsdf.straight_share(-wo).x, 1e-6F) << surface.name;
                     if (!surface.passes) {
                         EXPECT_TRUE(is_black(share)) << surface.name;
@@ -121,7 +121,7 @@ TEST(StraightShare, OfAPane_IsTheSumOfAllBouncesBetweenItsFaces) {
     }
 }
 
-// --- Ways behind panes
+// --- Rays behind panes
 
 constexpr float kSide = 6;
 const V3f kEye(0.1F, 0.2F, -2);
@@ -132,7 +132,7 @@ ThinDielectricMaterial pane_material(float eta = 1.5F) {
     return material;
 }
 
-// A square pane about (0, 0, z) whose normal points to +z where it is not turned, by so many degrees about y.
+// Adds a square pane about (0, 0, z) with normal +z, rotated by `degrees` about y.
 void add_pane(SceneMaker& make, float z, std::uint32_t material, float degrees = 0) {
     const float a = degrees * kPi / 180;
     const V3f x(kSide * std::cos(a), 0, -kSide * std::sin(a)), y(0, kSide, 0);
@@ -202,16 +202,17 @@ TEST(Passing, APaneBetweenMedia_WeakensByItsShareAndTheirLengths) {
         add_pane(make, 0, make.material(pane_material()));
         make.last_mesh().traits.media = {true, front, back};  // the normal points to the outside
         const Scene scene = make.build();
-        const V3f end = kEye + V3f(0, 0, 5);  // 2 before the pane, 3 behind it
+        const V3f end = kEye + V3f(0, 0, 5);  // 2 in front of the pane, 3 behind it
         EXPECT_NEAR(passed(scene, kEye, end, front).x, pane * std::exp(-0.3 * 2 - 0.8 * 3), 1e-5);
         EXPECT_NEAR(passed(scene, end, kEye, back).x, pane * std::exp(-0.3 * 2 - 0.8 * 3), 1e-5);
-        // What a wrong order of the media would give.
+        // The value for the media in the wrong order differs.
         EXPECT_GT(std::fabs(passed(scene, kEye, end, front).x - pane * std::exp(-0.3 * 3 - 0.8 * 2)), 1e-3);
     }
 }
 
 TEST(Passing, ABallOfOtherMediumBehindAPane_IsCrossedInItsOwnMedium) {
-    // Fog fills all; a ball without any, bounded by an interface, lies behind the pane, which is no border.
+    // Fog fills the scene; behind the pane, which is no medium interface, lies a ball without fog, bounded by
+    // an interface.
     SceneMaker make;
     const auto fog = make.medium(homogeneous(Rgb(0.2F), Rgb(0.1F)));
     make.camera_in(fog);
@@ -231,14 +232,14 @@ TEST(Passing, PanesThatAreCutOut_CountWhereTheyAre) {
     add_pane(make, 0, glass_pane);
     make.last_mesh().uv = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     make.last_mesh().traits.alpha = checks;
-    // An opaque curtain that is cut out in the same way, behind the pane.
+    // The second scene has an opaque curtain behind the pane, cut out in the same way.
     SceneMaker curtained;
     const auto cloth = curtained.diffuse(Rgb(0.5F));
     add_pane(curtained, 0, curtained.material(pane_material()));
     add_pane(curtained, 0.5F, cloth);
     curtained.last_mesh().uv = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     curtained.last_mesh().traits.alpha = checks;
-    // A pane and a curtain of which shadow rays see nothing.
+    // The third scene has two panes, the first of which is invisible to shadow rays.
     SceneMaker unseen;
     add_pane(unseen, 0, unseen.material(pane_material()));
     unseen.last_mesh().traits.shadow_alpha = gone;
@@ -266,7 +267,7 @@ TEST(Passing, AnEmissivePane_IsPassedLikeAnyOther_AndHidesNothingOfItsOwn) {
     make.quad_light(corner, {2, 0, 0}, {0, 2, 0}, make.material(pane_material()), Rgb(3));
     const Scene scene = make.build();
     EXPECT_NEAR(both_ways(scene, kEye, kEye + V3f(0, 0, 5)).x, pane_transmittance(1), 1e-5);
-    // The way to a place on it ends just before it.
+    // The shadow ray to a point on the pane ends just before it.
     int asked = 0;
     for (std::uint32_t i = 0; i < 1000; ++i) {
         Sampler sampler(3, Purpose::test, 0, i);
@@ -329,7 +330,7 @@ TEST(Passing, UbersOpacityAndMixesWithAnInterface_PassWhatTheyLeave) {
     EXPECT_EQ(through(UberMaterial{}), Rgb(0));
 }
 
-// A way of infinite length: to a sun.
+// A shadow ray of infinite length, to a distant light.
 TEST(Passing, ToASun_PassesAllPanesOnTheWay) {
     SceneMaker make;
     add_pane(make, 0, make.material(pane_material()));

@@ -1,5 +1,5 @@
-// Pictures as textures and lights read them: Radiance's axes and headers, the colours that PNG and TIFF files
-// state, and OpenEXR's channels. All files are written here, byte by byte.
+// Pictures as textures and lights read them: the axes and headers of Radiance files, the colours stated by
+// PNG and TIFF files, and the channels of OpenEXR. The tests write all files byte by byte.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ void expect_near(const Rgb& is, const V3d& should, double relative = 1e-5) {
         EXPECT_NEAR(double{is[c]}, should[c], relative * scale) << is << ", not " << should;
 }
 
-// Texel by texel, as a texture finds it in memory and through the cache of tiles.
+// Compares texel by texel, with the texture in memory and in the tile cache.
 void expect_texture(const std::filesystem::path& file, const Image& should) {
     for (const TextureMemory& memory : {TextureMemory{}, TextureMemory{0, 0, std::size_t{1} << 20}}) {
         TextureImages images(memory);
@@ -81,7 +81,7 @@ struct Pixel {
     std::uint8_t r, g, b, e;
 };
 
-// No two pixels are alike, and rows have runs of their own in the exponents.
+// No two pixels are equal, and the exponents form runs in each row.
 Pixel pixel_at(int x, int y) {
     return {static_cast<std::uint8_t>(128 + x), static_cast<std::uint8_t>(128 + 3 * y),
             static_cast<std::uint8_t>(140 + x + y), static_cast<std::uint8_t>(x < 5 ? 130 : 128)};
@@ -91,7 +91,7 @@ V3d value_of(const Pixel& p) {
     return V3d(p.r, p.g, p.b) * std::ldexp(1.0, p.e - 136);
 }
 
-// One scan line with its four bytes apart: runs of 3 and more are packed.
+// Encodes one scan line with its four components separate: runs of 3 or more are packed.
 std::string packed(const std::vector<Pixel>& line) {
     std::string out{2, 2, static_cast<char>(line.size() >> 8), static_cast<char>(line.size() & 0xFF)};
     for (const auto part : {&Pixel::r, &Pixel::g, &Pixel::b, &Pixel::e}) {
@@ -106,7 +106,7 @@ std::string packed(const std::vector<Pixel>& line) {
     return out;
 }
 
-// "-Y 9 +X 12" and the like, with what stands before it; `pack` or not.
+// Writes a file with axes such as "-Y 9 +X 12" after this header; the lines are encoded if `pack` is set.
 std::string radiance(const std::string& header, std::string_view axes, int width, int height, bool pack) {
     const bool columns = axes[1] == 'X';
     const bool up = (columns ? axes[3] : axes[0]) == '+', left = (columns ? axes[0] : axes[3]) == '-';
@@ -154,7 +154,7 @@ TEST_F(PictureFormats, Radiance_AllAxisOrders_AreTheSamePicture) {
 TEST_F(PictureFormats, Radiance_ShortLinesAndOldRuns_AreRead) {
     expect_near(read(file("a.hdr", radiance(kRgbe, "-Y +X", 3, 2, false)))->rgb_at(2, 1),
                 value_of(pixel_at(2, 1)), 0);
-    // 300 = 44 + 1 * 256 further pixels like the first.
+    // The run stands for 300 = 44 + 1 * 256 further pixels like the first.
     std::string old = "#?RGBE\n\n-Y 1 +X 302\n";
     for (const Pixel p :
          {Pixel{200, 100, 50, 129}, Pixel{1, 1, 1, 44}, Pixel{1, 1, 1, 1}, Pixel{20, 30, 40, 128}})
@@ -184,7 +184,7 @@ TEST_F(PictureFormats, Radiance_Xyze_IsConvertedFromCieXyz) {
     expect_texture(path, *image);
     EXPECT_EQ(read_photograph(path).counts[0], static_cast<float>(value_of(pixel_at(0, 0)).y))
         << "luminance is Y";
-    // Equal parts of X, Y and Z are not white.
+    // Equal X, Y and Z are not white.
     std::string equal = "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n\x80\x80\x80\x81";
     expect_near(read(file("e.hdr", equal))->rgb_at(0, 0), colour_spaces().front().from_xyz(V3d(1)));
 }
@@ -236,7 +236,7 @@ TEST_F(PictureFormats, SkyOfBothOrders_IsUpright) {
     LUCERNA_NEED_DATA(xyze, "faults/sky/xyze.hdr");
     const auto up = read(flipped);
     EXPECT_EQ(up->data, read(normal)->data);
-    // A uniform half of the sky: pi times its radiance.
+    // A uniform upper half of the sky has the irradiance pi times its radiance.
     EXPECT_NEAR(double{up->rgb_at(3, 0).y} * 3.14159265, 12.57, 0.005);
     EXPECT_GT(up->rgb_at(3, 7).y, 3);
     EXPECT_LT(up->rgb_at(3, 8).y, 1.5);
@@ -244,8 +244,7 @@ TEST_F(PictureFormats, SkyOfBothOrders_IsUpright) {
     EXPECT_NEAR(double{luminance(xyz->rgb_at(0, 0))}, 2, 1e-4);
 }
 
-// --- PNG and TIFF: what files say of their colours
-// -------------------------------------------------------------
+// --- PNG and TIFF: colours that files state
 
 std::string big(std::uint32_t number, int bytes = 4) {
     std::string out;
@@ -262,7 +261,7 @@ std::string chunk(const std::string& type, const std::string& content) {
     return big(static_cast<std::uint32_t>(content.size())) + type + content + big(~c);
 }
 
-// zlib's format without compression.
+// Writes zlib's format without compression.
 std::string stored(const std::string& bytes) {
     std::uint32_t a = 1, b = 0;
     for (const char byte : bytes) {
@@ -277,7 +276,7 @@ std::string stored(const std::string& bytes) {
            big(b << 16 | a);
 }
 
-// One pixel of three 16-bit numbers, or of one.
+// Writes a PNG of one pixel with three 16-bit numbers, or with one.
 std::string png(const std::string& chunks, const std::vector<int>& numbers) {
     std::string row(1, '\0');
     for (const int number : numbers) row += big(static_cast<std::uint32_t>(number), 2);
@@ -320,7 +319,8 @@ std::string table_curve(const std::function<double(double)>& f, int count) {
 const std::string kSrgbCurve = "para" + big(0) + big(3, 2) + big(0, 2) + fixed(2.4) + fixed(1 / 1.055) +
                                fixed(0.055 / 1.055) + fixed(1 / 12.92) + fixed(0.04045);
 
-// The colorants of a space of white D65, adapted to D50 by Bradford's matrix as it is printed in ICC.1:2010.
+// Returns the colorants of a space with white D65, adapted to D50 by Bradford's matrix as printed in
+// ICC.1:2010.
 std::array<V3d, 3> colorants(const ColourSpace& space) {
     const std::array<V3d, 3> rows{V3d(1.047886, 0.022919, -0.050216), V3d(0.029582, 0.990484, -0.017079),
                                   V3d(-0.009252, 0.015073, 0.751678)};
@@ -402,15 +402,15 @@ TEST_F(PictureFormats, Png_GammaAndChromaticities_AreFollowed) {
     expect(chrm(colour_spaces().front()) + gama(0.45455), decoded(srgb));
     expect(chrm(wide) + gama(1), from("rec2020", shares()));
     expect(chrm(wide), from("rec2020", decoded(srgb)));
-    // The scene's word stands above the file's.
+    // The scene's encoding takes precedence over the file's.
     TextureImages images;
     const auto path = file("b.png", png(gama(1) + chrm(wide), kNumbers));
     expect_near(images.open(path, {Encoding::Kind::srgb}, WorkingSpace())->square({{0, 0}, {0, 0}})[0],
                 decoded(srgb));
-    // Grey has no primaries.
+    // A grey picture has no primaries.
     const auto grey = file("c.png", png(gama(1) + chrm(wide), {kNumbers[0]}));
     expect_near(read(grey)->rgb_at(0, 0), V3d(shares().x));
-    // Photographs are what the camera wrote.
+    // Photographs keep the numbers that the camera wrote.
     EXPECT_EQ(read_photograph(path, "R").counts[0], static_cast<float>(kNumbers[0]));
 }
 
@@ -427,7 +427,7 @@ TEST_F(PictureFormats, Png_ChunksThatSayNothing_AreNamed) {
     EXPECT_THAT(warnings_, IsEmpty());
 }
 
-// By the profile's curves and primaries.
+// The profile's curves and primaries apply.
 TEST_F(PictureFormats, IccProfile_OfCurvesAndPrimaries_IsFollowed) {
     const ColourSpace &standard = colour_spaces().front(), &p3 = *find_colour_space("dci-p3");
     const auto expect = [&](const std::string& icc, const V3d& should, double relative = 1e-4) {
@@ -447,7 +447,8 @@ TEST_F(PictureFormats, IccProfile_OfCurvesAndPrimaries_IsFollowed) {
     expect(rgb_profile(standard, table_curve(square, 2049)), decoded(square));
     expect(rgb_profile(p3, kSrgbCurve), from("dci-p3", decoded(srgb)), 1e-3);
     expect(rgb_profile(p3, kLinearCurve), from("dci-p3", shares()), 1e-3);
-    // y = (a x + b)^g, 0 below; and the same with a line below d [ICC.1:2010, table 65].
+    // The curve is y = (a x + b)^g, or 0 below; the next one has a linear part below d [ICC.1:2010, table
+    // 65].
     expect(rgb_profile(standard,
                        "para" + big(0) + big(1, 2) + big(0, 2) + fixed(2) + fixed(1.25) + fixed(-0.25)),
            decoded([](double x) { return x < 0.2 ? 0 : std::pow(1.25 * x - 0.25, 2); }));
@@ -469,7 +470,7 @@ TEST_F(PictureFormats, IccProfile_OfAnotherKind_IsNamed) {
     expect(profile("RGB ", {{"rTRC", "curv" + big(0) + big(500)}}), "damaged");
 }
 
-// A TIFF of one pixel, three bytes, with a profile.
+// Writes a TIFF of one pixel with three bytes and a profile.
 std::string tiff(const std::string& icc) {
     const auto little = [](std::uint32_t n, int bytes) {
         std::string out;
@@ -544,10 +545,10 @@ TEST_F(PictureFormats, ExrOfXyz_IsConvertedFromCieXyz) {
     EXPECT_EQ(read_photograph(path).counts[0], 0.7F) << "luminance is Y";
     EXPECT_THAT(testing::error_of([&] { read_photograph(path, kColourChannels); }),
                 HasSubstr("channels X, Y and Z"));
-    // Numbers that are no colours stay in their order.
+    // Numbers that are not colours are kept in their order.
     TextureImages images;
     EXPECT_EQ(images.open(path, {Encoding::Kind::linear})->square({{0, 0}, {0, 0}})[0], Rgb(V3f(xyz)));
-    // Beside R, G and B they are something else.
+    // Beside R, G and B, the channels X, Y and Z are not the colour.
     Image both(1, 1, {"R", "G", "B", "X", "Y", "Z"});
     both.set_rgb(0, 0, Rgb(0.1F, 0.2F, 0.3F));
     write_exr(folder_ / "b.exr", both);

@@ -17,12 +17,12 @@ namespace ply_test {
 using testing::TemporaryFolder;
 
 PlyMesh read(const std::string& content) {
-    static const TemporaryFolder folder;  // one for all: thousands of reads
+    static const TemporaryFolder folder;  // shared by all tests: there are thousands of reads
     std::ofstream(folder / "mesh.ply", std::ios::binary) << content;
     return read_ply(folder / "mesh.ply");
 }
 
-// The one-line error that reading ends with; empty if it does not.
+// Returns the one-line error of reading, or an empty text if there is none.
 std::string error_of(const std::string& content) {
     try {
         read(content);
@@ -72,8 +72,8 @@ TEST(Ply, Pentagon_BecomesAFan) {
     EXPECT_EQ(read(text).triangles, (std::vector<V3i>{{0, 1, 2}, {0, 2, 3}, {0, 3, 1}}));
 }
 
-// Every kind of thing at once: normals, uv, foreign properties and elements, lists before and after the
-// indices.
+// Returns a file with all features at once: normals, uv, foreign properties and elements, and lists before
+// and after the indices.
 std::string rich(const std::string& format, bool big) {
     std::string bytes =
         "ply\nformat " + format +
@@ -143,7 +143,7 @@ TEST(Ply, EveryTruncation_IsAnError) {
             EXPECT_NE(error_of(whole.substr(0, size)), "") << size << " of " << whole.size();
         }
     }
-    // In text the last number may lose digits, no more.
+    // In text format, only the last number may lose digits unnoticed.
     for (std::size_t size = 1; size < kSquare.size() - 2; ++size) {
         EXPECT_NE(error_of(kSquare.substr(0, size)), "") << size;
     }

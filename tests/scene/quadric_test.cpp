@@ -33,7 +33,7 @@ V3f random_direction(Sampler& s) {
     return square_to_sphere(s.next2()).normalized();
 }
 
-// A rotation, unequal scales (one negative if `mirror`) and a translation.
+// Returns a rotation, unequal scales (one of them negative if `mirror`) and a translation.
 M44d random_affine(Sampler& s, double size, bool mirror) {
     M44d m;
     m.setAxisAngle(V3d(random_direction(s)), 6.28 * static_cast<double>(s.next()));
@@ -45,7 +45,7 @@ M44d random_affine(Sampler& s, double size, bool mirror) {
     return scale * m * translation;
 }
 
-// The textbook quadratic in long double, for a sphere that is only moved.
+// Solves the textbook quadratic in long double, for a sphere that is only translated.
 std::optional<double> textbook_sphere(const V3d& centre, double radius, const Ray& ray) {
     using L = long double;
     L b = 0, c = 0, a = 0;
@@ -91,7 +91,7 @@ TEST(Quadric, SphereRandomRay_EqualsTextbookQuadratic) {
 }
 
 TEST(Quadric, SphereSeenFromAMillionRadii_KeepsItsSilhouette) {
-    // From z = -1e6 a parallel offset of 0.999 or 1.001 radii decides; b² - ac in float would not know.
+    // From z = -1e6, offsets of 0.9999 and 1.0001 radii must be told apart; b² - ac in float could not.
     const QuadricShape shape(sphere_at({0, 0, 0}, 1));
     EXPECT_TRUE(shape.nearest({{0.9999F, 0, -1e6F}, {0, 0, 1}}));
     EXPECT_FALSE(shape.nearest({{1.0001F, 0, -1e6F}, {0, 0, 1}}));
@@ -116,7 +116,8 @@ RC_GTEST_PROP(Quadric, SphereUnderAnyAffineMap_HitSatisfiesItsEquation, ()) {
     V3d object;
     q.world_from_object.inverse().multVecMatrix(surface.p, object);
     RC_ASSERT(std::fabs(object.length() - static_cast<double>(q.radius)) < 1e-9);
-    // The point is on the ray; the normal is across both tangents and outward unless it was reversed.
+    // The point is on the ray; the normal is perpendicular to both tangents and points outwards unless
+    // reversed.
     RC_ASSERT((surface.p - (V3d(ray.o) + *t * V3d(ray.d))).length() < 1e-9 * *t);
     RC_ASSERT(std::fabs(surface.n.length() - 1) < 1e-12);
     RC_ASSERT(std::fabs(surface.n.dot(surface.dpdu.normalized())) < 1e-6);
@@ -144,7 +145,7 @@ TEST(Quadric, RayFromJustOutside_LeavesWithoutHittingTheSphere) {
             if (n.dot(w) > 0) {
                 EXPECT_FALSE(t) << radius;
             } else {
-                // Inwards: the way through is the chord 2 r cos, never the point it left.
+                // Inwards, the distance is the chord 2 r cos, never zero.
                 ASSERT_TRUE(t || -n.dot(w) < 1e-3F) << radius;
                 const double chord = -2 * static_cast<double>(radius) * static_cast<double>(n.dot(w));
                 if (t) {
@@ -165,7 +166,7 @@ TEST(Quadric, PartialSphere_MeetsOnlyWhatIsThere) {
     int through = 0;
     for (int i = 0; i < 20000; ++i) {
         const Ray ray{5.0F * random_direction(s), random_direction(s)};
-        // Reference: both crossings of the full sphere, the first that is within the part.
+        // The reference takes both crossings of the full sphere and keeps the first that lies in the part.
         std::optional<V3d> expected;
         const V3d o(ray.o), d(ray.d);
         const double b = o.dot(d);
@@ -184,7 +185,7 @@ TEST(Quadric, PartialSphere_MeetsOnlyWhatIsThere) {
         const QuadricShape::Surface surface = shape.at(ray, *t);
         EXPECT_LT((surface.p - *expected).length(), 1e-6);
         EXPECT_TRUE(shape.bounds().intersects(V3f(surface.p)));
-        // pbrt's parameters, inverted.
+        // Inverts pbrt's parametrisation.
         const double phi = static_cast<double>(surface.uv.x) * 3.14159265358979;
         const double low = std::acos(-0.5), high = std::acos(0.75);
         const double theta = low + static_cast<double>(surface.uv.y) * (high - low);
@@ -202,7 +203,7 @@ RC_GTEST_PROP(Quadric, DiskUnderAnyAffineMap_EqualsPlaneAndRadius, ()) {
         random_affine(s, std::pow(10.0, *rc::gen::inRange(-5, 6)), *rc::gen::arbitrary<bool>());
     q.phi_max = *rc::gen::arbitrary<bool>() ? 2 * kPi : 4.0F;
     const QuadricShape shape(q);
-    // Aim at a known point of the disk's plane, from both sides.
+    // The ray aims at a known point of the disk's plane, from either side.
     const V2f at = 1.5F * square_to_disc(s.next2());
     V3d target;
     q.world_from_object.multVecMatrix(
@@ -212,7 +213,7 @@ RC_GTEST_PROP(Quadric, DiskUnderAnyAffineMap_EqualsPlaneAndRadius, ()) {
     const float r = at.length();
     const float phi = std::atan2(at.y, at.x);
     const float phi2 = phi < 0 ? phi + 2 * kPi : phi;
-    // Near an edge float32 aim does not decide.
+    // Near an edge, float32 cannot decide.
     RC_PRE(std::fabs(r - 1) > 1e-3F && std::fabs(r - q.inner_radius) > 1e-3F && std::fabs(phi2 - 4) > 1e-2F);
     const auto t = shape.nearest(ray);
     RC_ASSERT(t.has_value() == (r < 1 && r > q.inner_radius && phi2 < q.phi_max));

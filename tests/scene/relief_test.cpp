@@ -1,4 +1,4 @@
-// Normals bent by maps: as the map says, without light where the surface's own side has none.
+// Normals from maps: they follow the map, and no light arrives from behind the surface.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -21,7 +21,7 @@ TEST(Relief, NormalMap_OnAFlatSurface_IsTheNormalInItsFrame) {
     Hit hit = flat_hit();
     const V3f n = V3f(0.3F, -0.2F, 0.9F).normalized();
     EXPECT_LT((bent_normal(map_of(n), hit, hit.uv) - n).length(), 1e-6F);
-    hit.dpdu = V3f(0, 7, 0);  // x of the map lies along it, y across
+    hit.dpdu = V3f(0, 7, 0);  // the map's x follows the tangent, y is perpendicular
     EXPECT_LT((bent_normal(map_of(n), hit, hit.uv) - V3f(-n.y, n.x, n.z)).length(), 1e-6F);
     EXPECT_EQ(bent_normal({}, hit, hit.uv), hit.ns);
     EXPECT_EQ(bent_normal({std::nullopt, RgbTexture::constant(Rgb(0.5F))}, hit, hit.uv), hit.ns)

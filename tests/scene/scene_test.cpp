@@ -43,7 +43,7 @@ Quadric sphere(const V3f& centre, float radius) {
     return q;
 }
 
-// A sphere of triangles: rings × 2 rings quads, closed at the poles, every vertex shared.
+// Returns a sphere of triangles: rings × 2 rings quads, closed at the poles, all vertices shared.
 Mesh tessellated_sphere(const V3f& centre, float radius, int rings) {
     Mesh mesh;
     const int sectors = 2 * rings;
@@ -91,7 +91,7 @@ TEST(Scene, BetweenPoints_OnlyWhatStandsBetweenHides) {
     EXPECT_FALSE(scene.unoccluded_along(eye, {0, 0, 2.1F}));
     EXPECT_TRUE(scene.unoccluded_along(eye, {0, 3, 4}));
     EXPECT_TRUE(scene.unoccluded_along(eye, V3f(0)));
-    // Surface points do not hide themselves, from whichever side.
+    // Surface points do not occlude themselves, on either side.
     const auto near = scene.intersect({eye, {0, 0, 1}});
     const auto far = scene.intersect({{0.1F, 0.2F, 9}, {0, 0, -1}});
     ASSERT_TRUE(near && far);
@@ -150,9 +150,9 @@ TEST(Scene, Interface_IsNotThereUnlessItCarriesALight) {
     EXPECT_FALSE(scene.has_specular());
 }
 
-// Embree decides on which side of an edge a ray passes in the same way for both neighbours, so edges do not
-// leak. At a vertex the decisions about its edges may contradict each other within rounding: of rays aimed at
-// the very vertex about one in a thousand slips through; a random ray comes that close once in 1e12.
+// Embree decides consistently for both neighbours on which side of an edge a ray passes, so edges do not
+// leak. At a vertex the decisions about its edges may contradict each other within rounding: of rays aimed
+// exactly at a vertex, about one in a thousand slips through; a random ray comes that close once in 1e12.
 TEST(Scene, ClosedMeshShotAtItsEdgesAndVertices_HasNoCracks) {
     for (const float size : {1e-6F, 1.0F, 1e6F}) {
         SceneParts parts = parts_with_materials();
@@ -189,8 +189,8 @@ TEST(Scene, ClosedMeshShotAtItsEdgesAndVertices_HasNoCracks) {
     }
 }
 
-// From hit points on random surfaces of all sizes: a ray that leaves upwards from a flat or convex surface
-// must not meet it again, and must meet a parallel screen at 1e-4 of the surface's size.
+// From hit points on random surfaces of all sizes: a ray that leaves a flat or convex surface must not hit it
+// again, and must hit a parallel screen at a distance of 1e-4 of the surface's size.
 template <typename AddShape>
 void expect_clean_departure(const AddShape& add_shape) {
     for (int scale = -6; scale <= 6; ++scale) {
@@ -217,7 +217,7 @@ void expect_clean_departure(const AddShape& add_shape) {
                 w = Frame(n).to_world(w).normalized();
                 EXPECT_FALSE(scene.intersect({hit->at.towards(w), w})) << "itself, size " << size;
                 EXPECT_TRUE(scene.unoccluded(hit->at, w, INFINITY)) << "itself, size " << size;
-                // And through the eye: the way back is free.
+                // The way back to the eye is unoccluded.
                 EXPECT_TRUE(scene.unoccluded(hit->at, (eye - hit->at.p).normalized(), 3 * size)) << size;
                 if (i > 3) continue;
                 const Frame frame(n);
@@ -250,7 +250,7 @@ TEST(Scene, LeavingASphere_NeitherMeetsItAgainNorLeaks) {
     });
 }
 
-// Shadow rays end just short: a lamp never hides itself, and a screen right before it does.
+// Shadow rays end just before the light: it never occludes itself.
 TEST(Scene, ShadowRayToAnAreaLight_IsNotStoppedByTheLampItself) {
     for (const float size : {1e-6F, 1e-3F, 1.0F, 1e3F, 1e6F}) {
         for (const int shape : {0, 1, 2}) {
@@ -273,7 +273,7 @@ TEST(Scene, ShadowRayToAnAreaLight_IsNotStoppedByTheLampItself) {
             Sampler s(3, Purpose::test, 0, 0);
             int samples = 0;
             for (int i = 0; i < 20000; ++i) {
-                // From near (within 1 % of the size) to a thousand sizes away.
+                // Distances range from 1 % of the size to a thousand sizes.
                 const float far = std::pow(10.0F, 5 * s.next() - 2);
                 const V3f x = place + (1 + far) * size * random_direction(s);
                 const auto light_sample = scene.lights()[0]->sample_Li(x, s.next2());
@@ -316,7 +316,7 @@ TEST(Scene, AnyNumberOfThreads_BuildsTheSameScene) {
         scenes.emplace_back(std::move(parts), Workers{threads});
     }
     for (int i = 0; i < 20000; ++i) {
-        // Every second ray at a vertex of the closed mesh, where up to 200 triangles meet: ties must not
+        // Every second ray aims at a vertex of the closed mesh, where up to 200 triangles meet: ties must not
         // depend on how the tree was built.
         const V3f o = 4.0F * random_direction(s);
         const V3f target =

@@ -1,5 +1,5 @@
-// Every shape against an independent answer: a fine tessellation, finite differences, its area, and the same
-// shape placed by an instance.
+// Compares every shape with an independent answer: a fine tessellation, finite differences, its area, and the
+// same shape placed by an instance.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -84,7 +84,7 @@ TEST(Shapes, QuadricDerivatives_EqualFiniteDifferences) {
     }
 }
 
-// pbrt's rule: the normal is dpdu × dpdv in object space, for shapes of revolution.
+// pbrt's convention: the normal is dpdu × dpdv in object space, for shapes of revolution.
 TEST(Shapes, QuadricNormal_InObjectSpace_IsDpduCrossDpdv) {
     for (const Kind kind : {Kind::cylinder, Kind::cone, Kind::paraboloid, Kind::hyperboloid}) {
         Sampler s(12, Purpose::test, 0, static_cast<std::uint64_t>(kind));
@@ -97,8 +97,8 @@ TEST(Shapes, QuadricNormal_InObjectSpace_IsDpduCrossDpdv) {
     }
 }
 
-// A ray aimed at a known point of the surface meets it there, or something of the same shape before it; and
-// whatever it meets lies on the ray and on the shape.
+// A ray aimed at a known point of the surface hits it there, or hits another point of the same shape before
+// it; every hit lies on the ray and on the shape.
 TEST(Shapes, QuadricHits_LieOnRayAndShapeAndNeverBehindAKnownPoint) {
     for (const Kind kind : kKinds) {
         Sampler s(13, Purpose::test, 0, static_cast<std::uint64_t>(kind));
@@ -116,11 +116,11 @@ TEST(Shapes, QuadricHits_LieOnRayAndShapeAndNeverBehindAKnownPoint) {
             EXPECT_LE(*t, 1 + 1e-9);
             const QuadricShape::Surface at = shape.at(from, target - from, *t);
             EXPECT_LT((at.p - (from + *t * (target - from))).length(), 1e-8);
-            // The surface at the texture coordinates found is the point itself.
+            // The surface point at the hit's texture coordinates is the hit point itself.
             const V3d again = shape.at(static_cast<double>(at.uv.x), static_cast<double>(at.uv.y)).p;
             EXPECT_LT((again - at.p).length(), 1e-4 * static_cast<double>(shape.extent()))
                 << static_cast<int>(kind);
-            // Beyond the first crossing there are no more than one other.
+            // A ray crosses the shape at most twice.
             int crossings = 0;
             for (auto next = t; next && crossings < 5; ++crossings) {
                 next = shape.nearest(from, target - from, *next, 10);
@@ -131,8 +131,8 @@ TEST(Shapes, QuadricHits_LieOnRayAndShapeAndNeverBehindAKnownPoint) {
 }
 
 TEST(Shapes, QuadricArea_ByRandomChords_EqualsTheFormula) {
-    // Lines with a uniform density cross a surface in proportion to its area (Cauchy and Crofton): the mean
-    // number of crossings through a ball of radius R is area / (2π R²) per line ... times 1/2 per side.
+    // Uniformly distributed lines cross a surface in proportion to its area (Cauchy and Crofton): for chords
+    // of a ball of radius R, the mean number of crossings is area / (2π R²).
     struct Case {
         Quadric q;
         double area;
@@ -145,7 +145,7 @@ TEST(Shapes, QuadricArea_ByRandomChords_EqualsTheFormula) {
     cases.push_back({q, M_PI * 0.6 * 1.0});
     q = {}, q.kind = Kind::paraboloid, q.radius = 0.5F, q.z_min = 0, q.z_max = 0.5F;
     cases.push_back({q, M_PI * 0.5 / (6 * 0.25) * (std::pow(0.25 + 4 * 0.25, 1.5) - std::pow(0.5, 3))});
-    q = {}, q.kind = Kind::hyperboloid, q.p1 = {0.5F, 0, -0.5F}, q.p2 = {0.3F, 0, 0.5F};  // a cut cone
+    q = {}, q.kind = Kind::hyperboloid, q.p1 = {0.5F, 0, -0.5F}, q.p2 = {0.3F, 0, 0.5F};  // a truncated cone
     cases.push_back({q, M_PI * 0.8 * std::hypot(0.2, 1.0)});
     for (std::size_t k = 0; k < cases.size(); ++k) {
         const QuadricShape shape(cases[k].q);
@@ -160,10 +160,11 @@ TEST(Shapes, QuadricArea_ByRandomChords_EqualsTheFormula) {
                 ++crossings;
             }
         }
-        const double mean = crossings / n;                   // chords between uniform points of the sphere
+        const double mean = crossings / n;  // chords between uniform points of the unit sphere
         const double expected = cases[k].area / (2 * M_PI);  // are uniform lines: 2 area / (4π)
         EXPECT_NEAR(mean, expected, 5 * std::sqrt(expected / n) * 1.5) << k;
-        EXPECT_GT(std::fabs(mean - 1.05 * expected), 5 * std::sqrt(expected / n)) << k;  // 5 % off is seen
+        EXPECT_GT(std::fabs(mean - 1.05 * expected), 5 * std::sqrt(expected / n))
+            << k;  // an error of 5 % is seen
     }
 }
 
@@ -207,8 +208,8 @@ TEST(Shapes, PatchHits_EqualAFineTessellation) {
             const Ray ray{o, (to - o).normalized()};
             const auto x = a.intersect(ray), y = b.intersect(ray);
             ASSERT_TRUE(x) << "the ray was aimed at the patch";
-            if (!y) continue;  // past the grid's silhouette
-            // Grazing rays may leave one crossing more or less than the grid has.
+            if (!y) continue;  // beyond the silhouette of the grid
+            // Near grazing, a ray may cross the patch once more or once less than the grid.
             if (std::fabs(x->at.n.dot(ray.d)) < 0.2F || std::fabs(y->at.n.dot(ray.d)) < 0.2F) continue;
             ++met;
             EXPECT_NEAR(x->t, y->t, 2e-3F);
@@ -254,7 +255,7 @@ TEST(Shapes, RoundCurve_HitsLieAtItsRadiusFromTheAxis) {
         };
         for (int i = 0; i < 100; ++i) {
             const V3d axis = point(0.1 + 0.8 * static_cast<double>(s.next()));
-            // From the side: the tube is open at its ends.
+            // The ray comes from the side: the tube is open at its ends.
             const double phi = 2 * M_PI * static_cast<double>(s.next());
             const V3f o(axis + 2.0 * V3d(0, std::cos(phi), std::sin(phi)));
             const Ray ray{o, (V3f(axis) - o).normalized()};
@@ -266,7 +267,7 @@ TEST(Shapes, RoundCurve_HitsLieAtItsRadiusFromTheAxis) {
             }
             EXPECT_NEAR(nearest, 0.05, 2e-4);
             EXPECT_LT(hit->at.n.dot(ray.d), 0);
-            // A ray that leaves meets the tube no more than a bent one may.
+            // The ray along the normal leaves the tube without hitting it again.
             EXPECT_TRUE(scene.unoccluded(hit->at, hit->at.n, 0.01F));
         }
     }
@@ -275,7 +276,7 @@ TEST(Shapes, RoundCurve_HitsLieAtItsRadiusFromTheAxis) {
 TEST(Shapes, Ribbon_IsHitWhereItsBandLiesAndFacesItsNormals) {
     Sampler s(18, Purpose::test, 0, 0);
     for (const float tilt : {0.0F, 0.4F, 1.2F}) {
-        // A straight band along x, its normal turned about x by the tilt.
+        // A straight band along x; its normal is rotated about x by the tilt.
         const V3f normal(0, std::sin(tilt), std::cos(tilt)), across(0, std::cos(tilt), -std::sin(tilt));
         SceneParts parts = parts_with_materials();
         Curves curve;
@@ -290,11 +291,12 @@ TEST(Shapes, Ribbon_IsHitWhereItsBandLiesAndFacesItsNormals) {
         int met = 0;
         for (int i = 0; i < 1000; ++i) {
             V3f d(V3d(random_direction(s)));
-            if (std::fabs(d.dot(normal)) < 0.2F) continue;  // along the band: rounding decides
+            if (std::fabs(d.dot(normal)) < 0.2F) continue;  // nearly along the band, rounding decides
             const float off = 0.4F * s.next() - 0.2F, x = 0.05F + 0.9F * s.next();
             if (std::fabs(std::fabs(off) - 0.1F) < 2e-3F) continue;
             const auto hit = scene.intersect({V3f(x, 0, 0) + off * across - 2.0F * d, d});
-            // Unlike a flat curve, it does not turn to the ray: only what crosses the band itself meets it.
+            // Unlike a flat curve, the ribbon does not turn to the ray: only rays through the band itself hit
+            // it.
             ASSERT_EQ(hit.has_value(), std::fabs(off) < 0.1F) << "tilt " << tilt << ", off " << off;
             if (!hit) continue;
             ++met;
@@ -331,7 +333,7 @@ TEST(Shapes, FlatCurve_IsAsWideAsItIsSaidFromEverySide) {
     }
 }
 
-// ---- instances
+// --- Instances
 
 SceneParts prototype_and_copy(Sampler& s, const M44d& map, bool placed) {
     SceneParts parts = parts_with_materials();
@@ -360,7 +362,8 @@ SceneParts prototype_and_copy(Sampler& s, const M44d& map, bool placed) {
                    static_cast<float>(back[i][2]) * from.z;
         }
     }
-    // The cross product of transformed edges turns with the handedness; the instance's normal does not.
+    // The cross product of transformed edges changes its sign with the handedness; the instance's normal does
+    // not.
     shapes.meshes[0].traits.reverse_orientation = mirrored;
     shapes.quadrics[0].world_from_object = q.world_from_object * map;
     for (V3f& p : shapes.patches[0].p) map.multVecMatrix(V3f(p), p);
@@ -402,7 +405,7 @@ TEST(Shapes, Instance_MeetsWhatTheTransformedShapesMeet) {
     }
 }
 
-// ---- cut-outs
+// --- Cut-outs
 
 TEST(Shapes, CutOut_LetsTheShareOfRaysPassAndTheSameRayAlways) {
     for (const float alpha : {0.0F, 0.3F, 0.8F, 1.0F}) {
@@ -448,7 +451,7 @@ TEST(Shapes, ShadowCutOut_IsSeenButHidesNothing) {
     EXPECT_TRUE(scene.unoccluded({{0, 0, 1}}, {0, 0, -1}, 2));
 }
 
-// ---- subdivision
+// --- Subdivision
 
 const std::vector<V3i> kOctahedron{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1},
                                    {5, 2, 1}, {5, 3, 2}, {5, 4, 3}, {5, 1, 4}};

@@ -1,4 +1,4 @@
-// Patterns against closed forms, mappings, noise; and the two places where an image's texels may lie.
+// Patterns against closed forms, mappings, noise; and images in memory and in the tile cache.
 #include "engine/scene/texture_patterns.h"
 
 #include <gtest/gtest.h>
@@ -92,7 +92,7 @@ TEST(Noise, Everywhere_IsContinuousWithItsSlope) {
     for (int i = 0; i < 200000; ++i) {
         V3d p(40 * static_cast<double>(s.next()) - 20, 40 * static_cast<double>(s.next()) - 20,
               40 * static_cast<double>(s.next()) - 20);
-        if (i % 2 == 0) p.x = std::round(p.x);  // across the faces of cells
+        if (i % 2 == 0) p.x = std::round(p.x);  // on the faces between cells
         const V3d step(1e-6, -1e-6, 1e-6);
         const double here = perlin_noise(p);
         ASSERT_LT(std::fabs(perlin_noise(p + step) - here), 1e-5) << p;
@@ -103,7 +103,7 @@ TEST(Noise, Everywhere_IsContinuousWithItsSlope) {
     EXPECT_GT(largest, 0.8);
 }
 
-// What the sums are of, octave by octave.
+// Sums the octaves one by one.
 double octave_by_octave(const V3d& p, const Octaves& octaves, bool absolute) {
     double sum = 0, frequency = 1, amplitude = 1;
     for (int i = 0; i < octaves.count; ++i) {
@@ -118,7 +118,7 @@ double octave_by_octave(const V3d& p, const Octaves& octaves, bool absolute) {
 TEST(Noise, OctavesTogether_AreTheBitsOfOctavesOneByOne) {
     Sampler s(4, Purpose::test, 0, 0);
     for (int i = 0; i < 20000; ++i) {
-        // Near and far, beyond what the lanes reach, and across faces of cells.
+        // Points near and far, beyond the range of the vectorised code, and on faces between cells.
         const double size = std::pow(10.0, static_cast<double>(s.next()) * 24 - 4);
         V3d p(size * (2 * static_cast<double>(s.next()) - 1), size * (2 * static_cast<double>(s.next()) - 1),
               size * (2 * static_cast<double>(s.next()) - 1));
@@ -194,7 +194,7 @@ RC_GTEST_PROP(TextureProperties, Mappings_OfAnything_AreFinite,
     }
 }
 
-// --- images in memory and in the cache
+// --- Images in memory and in the cache
 
 Image noise_image(int width, int height) {
     Sampler s(5, Purpose::test, 0, 0);
@@ -221,7 +221,7 @@ class BothWays {
   private:
     testing::TemporaryFolder folder_;
 };
-// Nothing is kept; the cache holds a megabyte.
+// No image is kept in memory; the cache holds a megabyte.
 constexpr TextureMemory kNothingKept{0, 0, std::size_t{1} << 20};
 
 TEST(TextureImages, FromTheCache_AreTheSameBitForBit) {

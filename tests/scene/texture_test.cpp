@@ -58,7 +58,7 @@ TEST(Texture, Checkerboard_Squares_Alternate) {
 
 TEST(Texture, Image_TexelCentres_AreExact) {
     const auto texture = of_image(two_by_two());
-    expect_rgb(texture.at(V2f(0.25F, 0.75F)), Rgb(1, 0, 0));  // v runs up: the upper left texel
+    expect_rgb(texture.at(V2f(0.25F, 0.75F)), Rgb(1, 0, 0));  // v runs upwards: the upper left texel
     expect_rgb(texture.at(V2f(0.75F, 0.75F)), Rgb(0, 1, 0));
     expect_rgb(texture.at(V2f(0.25F, 0.25F)), Rgb(0, 0, 1));
     expect_rgb(texture.at(V2f(0.75F, 0.25F)), Rgb(1, 1, 1));
@@ -69,7 +69,7 @@ TEST(Texture, Image_BetweenCentres_IsBilinear) {
     expect_rgb(texture.at(V2f(0.5F, 0.75F)), Rgb(0.5F, 0.5F, 0));
     expect_rgb(texture.at(V2f(0.5F, 0.5F)), Rgb(0.5F, 0.5F, 0.5F));
     expect_rgb(texture.at(V2f(0.375F, 0.75F)), Rgb(0.75F, 0.25F, 0));
-    // Across the seam: the last column beside the first.
+    // Across the seam, the last column is the neighbour of the first.
     expect_rgb(texture.at(V2f(0, 0.75F)), Rgb(0.5F, 0.5F, 0));
 }
 
