@@ -1,5 +1,5 @@
-// Scenes with too little in them, or with what no scene should have: each ends, with the right number or with
-// a refusal that says what is wrong; never with NaN [docs/development/extremes.md].
+// Scenes with too little in them, or with contents that no scene should have: each render ends with the right
+// result or with a refusal that names the cause; never with NaN [docs/development/extremes.md].
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -78,7 +78,7 @@ TEST_P(Degenerate, BlackSurfaces_NothingComesBack) {
     EXPECT_EQ(mean(look(lights().scene(light_named("point"), {}, 1, black))), 0);
 }
 
-// Open, white and lossless: what escapes ends every path.
+// The room is open, white and lossless: paths end because they escape.
 TEST_P(Degenerate, AlbedoOfOneInAnOpenRoom_EndsAndIsFinite) {
     std::string white(kRoom);
     white.replace(white.find("0.6 0.5 0.4"), 11, "1 1 1");
@@ -88,7 +88,8 @@ TEST_P(Degenerate, AlbedoOfOneInAnOpenRoom_EndsAndIsFinite) {
     }
 }
 
-// A closed box of mirrors around camera and lamp. Nothing takes light away: paths end by their bound.
+// A closed box of mirrors around camera and light: no light is absorbed, so paths end at the limit on
+// bounces.
 TEST_P(Degenerate, ClosedBoxOfMirrors_Ends) {
     const std::string mirrors = R"(Material "conductor" "rgb reflectance" [1 1 1] "float roughness" 0
         Shape "sphere" "float radius" 4
@@ -97,7 +98,7 @@ TEST_P(Degenerate, ClosedBoxOfMirrors_Ends) {
     look(lights().scene(light_named("area of a sphere"), {}, 1, mirrors));
 }
 
-// Slivers, triangles of no area, two surfaces in one place, and one of no extent.
+// Tests slivers, triangles without area, coincident surfaces, and a surface without extent.
 TEST_P(Degenerate, SliversAndTrianglesOfNoArea_ChangeNothing) {
     const std::string odd =
         std::string(kRoom) +
@@ -112,7 +113,7 @@ TEST_P(Degenerate, SliversAndTrianglesOfNoArea_ChangeNothing) {
     EXPECT_LT(difference(plain, look(lights().scene(light_named("point"), {}, 1, sliver))).pixels, 0.05);
 }
 
-// Light that only just grazes the floor: its photons slide far in the plane in which they are gathered.
+// The light grazes the floor: its photons are spread far in the plane in which they are gathered.
 TEST_P(Degenerate, LightAlongTheFloor_GivesAFiniteImage) {
     const std::string floor = R"(Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
         Shape "trianglemesh" "point3 P" [-1 -0.5 -1  1 -0.5 -1  1 -0.5 1  -1 -0.5 1]
@@ -125,7 +126,7 @@ TEST_P(Degenerate, LightAlongTheFloor_GivesAFiniteImage) {
                         x, y, z),
             false, false};
     };
-    // As much of the picture as the floor takes, lit at a right angle by an irradiance of 1.
+    // The floor's share of the image, under perpendicular irradiance of 1.
     const double upright = mean(look(lights().scene(from(0, 1, 0), {}, 1, floor), 64));
     EXPECT_NEAR(upright, 0.226 * 0.5 / kPiD, 0.01 * 0.5 / kPiD);
     for (const double slope : {1e-2, 1e-5, 1e-8, 0.0, -1e-8}) {
@@ -135,7 +136,7 @@ TEST_P(Degenerate, LightAlongTheFloor_GivesAFiniteImage) {
         const double expected = upright * std::max(0.0, slope) / std::hypot(1, 3, slope);
         if (GetParam().name != "map") {
             EXPECT_NEAR(lit, expected, 0.02 * expected) << slope;
-        } else {  // by some forty photons at the first slope, by none or one at the others
+        } else {  // about forty photons at the first slope, none or one at the others
             EXPECT_LE(lit, std::max(slope, 1e-6)) << slope;
             if (slope == 1e-2) {
                 EXPECT_NEAR(lit, expected, 4 * expected / std::sqrt(40)) << slope;
@@ -154,8 +155,8 @@ TEST_P(Degenerate, OnePixel_IsAnImage) {
     EXPECT_GT(mean(image), 0);
 }
 
-// As the reader finds it (engine/pbrt/tokens.h): a warning, or under `strict` an error; never a silent
-// number.
+// The reader (engine/pbrt/tokens.h) gives a warning, or an error under `strict`; it never substitutes a
+// number silently.
 TEST_P(Degenerate, NotANumberInTheFile_IsToldByNameAndPlace) {
     for (const std::string_view bad : {"nan", "inf", "1e400"}) {
         std::string text = lights().scene(light_named("point"));
@@ -182,7 +183,7 @@ TEST_P(Degenerate, NotANumberInTheFile_IsToldByNameAndPlace) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, Degenerate, ::testing::ValuesIn(every_method()), name_of);
 
-// --- photons, few and many of them in one place ---
+// --- Few photons, and many at one place ---
 
 struct FewPhotons {
     std::vector<std::pair<std::string, std::string>> set;
@@ -205,8 +206,8 @@ TEST(PhotonExtremes, OneOfThem_OneNeighbour_OrAll_GiveFiniteImages) {
             for (const char* name : {"point", "area of triangles", "measured light field"}) {
                 const Image image = lights().image(lights().scene(light_named(name)), method, kSpp);
                 EXPECT_TRUE(is_finite(image)) << few.name << " " << indirect << " " << name;
-                // Direct light is there in any case; what photons add, where a disc has a size to speak of
-                // (by the point light, whose own part is without noise).
+                // Direct light is always present. Photons add to it where the lookup disc has a significant
+                // size; this is tested with the point light, whose direct part has no noise.
                 const double direct =
                     mean_of(lights().image(lights().scene(light_named(name)), {"direct", "direct", {}}, 64));
                 const bool all_of_it = has_bounces && std::string_view(name) == "point";
@@ -217,7 +218,7 @@ TEST(PhotonExtremes, OneOfThem_OneNeighbour_OrAll_GiveFiniteImages) {
     }
 }
 
-// A beam as thin as float32 has it: all photons, and VPLs, of the first impact in one place.
+// A beam as thin as float32 allows: all photons and VPLs of the first hit are at one place.
 LightCase beam(std::string_view to) {
     return {"beam",
             fmt::format("LightSource \"spot\" \"point3 from\" [0 0.9 0] \"point3 to\" [{}] \"rgb I\" [1 1 1] "
@@ -230,15 +231,16 @@ TEST(PhotonExtremes, AllInOnePlace_GiveAFiniteImage) {
     for (const Method& method : every_method()) {
         const Image image = lights().image(lights().scene(beam("0.1 -1 0.2")), method, kSpp);
         EXPECT_TRUE(is_finite(image)) << method.name;
-        // Paths from the eye do not find so small a place; what starts at the lamp lights the room from it.
+        // Paths from the eye do not find so small a place; light paths do, and the place illuminates the
+        // room.
         if (method.integrator != "path" && method.integrator != "direct") {
             EXPECT_GT(mean_of(image), 3e-13) << method.name << ", of 1e-9 W";
         }
     }
 }
 
-// The camera looks at them from so near that its places and theirs are one: no distance, and nothing that
-// bounds what they send but the program.
+// The camera is so close to the VPLs that the points which it sees coincide with them: the distances are
+// zero, and only the program bounds the VPLs' contributions.
 TEST(VplExtremes, AtNoDistance_GiveAFiniteImage) {
     std::string text = lights().scene(beam("0 -1 0"));
     const std::size_t at = text.find("LookAt"), end = text.find('\n', at);

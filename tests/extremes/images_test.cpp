@@ -1,5 +1,5 @@
-// Images of one pixel, of one line and of 16,384 on a side: the same pixels as ever, and a clear refusal of
-// what does not fit into memory, before any work [docs/development/extremes.md].
+// Images of one line, and of up to 65,536 pixels on a side: pixels are computed as usual, and an image that
+// does not fit into memory is refused before any work [docs/development/extremes.md].
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ using namespace testing;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-// A sky of one colour and nothing else, or a room.
+// Returns a scene with this world: a sky of one colour alone, or a room.
 std::string scene(int width, int height, std::string_view world) {
     return fmt::format(
         "Camera \"perspective\" \"float fov\" 45\nFilm \"rgb\" \"integer xresolution\" {} "
@@ -42,7 +42,7 @@ TEST_P(ImageSizes, LongAndThin_EveryPixelIsThere) {
     }
 }
 
-// Numbers go by a pixel's place: at the far end of 2^31 pixels, too.
+// Random numbers depend on a pixel's position: also at the far corner of 2^32 pixels.
 TEST_P(ImageSizes, ACornerOfAnEnormousImage_IsLitAsTheRest) {
     const std::string text = fmt::format(
         "Camera \"perspective\" \"float fov\" 45\nFilm \"rgb\" \"integer xresolution\" 65536 \"integer "
@@ -74,7 +74,7 @@ TEST(ImageMemory, OfSixteenThousandSquared_IsThatOfItsParts) {
     EXPECT_EQ(image_memory(job, kept), kPixels * (52 + 24 + 52));
 }
 
-// --- photons ---
+// --- Photons ---
 
 struct Greedy {
     const char* integrator;

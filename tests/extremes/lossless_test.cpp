@@ -1,5 +1,5 @@
-// Albedos of 0 and of 1 exactly, and closed rooms that take nothing away: every method ends, with the right
-// number or with a warning of what was cut off [docs/development/extremes.md].
+// Albedos of exactly 0 and 1, and closed rooms without absorption: every method ends, with the right result
+// or with a warning about the light that was cut off [docs/development/extremes.md].
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Walks of a thousand bounces each: few of them.
+// Methods with few paths: each path has up to a thousand bounces.
 std::vector<Method> short_methods() {
     return {{"path", "path", {}},
             {"direct", "direct", {}},
@@ -66,7 +66,7 @@ TEST_P(Lossless, ClosedAndWhite_EndsAndSaysWhatWasCutOff) {
     if (!walks()) return;
     EXPECT_THAT(seen.warnings, cut_off());
     EXPECT_THAT(seen.warnings, Contains(HasSubstr("100 %")));
-    // All of it went by roulette and the bound: nothing was absorbed, nothing escaped, nothing vanished.
+    // Roulette and the limit on bounces end all paths: no light is absorbed, escapes or vanishes.
     const double emitted = seen.number("energy.emitted");
     EXPECT_GT(emitted, 0);
     EXPECT_LT(seen.number("energy.absorbed") + seen.number("energy.escaped"), 1e-3 * emitted);
@@ -74,8 +74,8 @@ TEST_P(Lossless, ClosedAndWhite_EndsAndSaysWhatWasCutOff) {
     EXPECT_LT(seen.number("energy.imbalance"), 1e-3);
 }
 
-// Metal's "reflectance" of 1 is taken as the little less that a metal can have: some 1 % is absorbed in a
-// hundred bounces, light comes to an end, and nothing vanishes.
+// A metal's "reflectance" of 1 is replaced by the slightly smaller value that a metal can have: about 1 % is
+// absorbed in a hundred bounces, all paths end, and no light vanishes.
 TEST_P(Lossless, ClosedBoxOfMirrors_EndsWithAllLightAccountedFor) {
     const Rendered seen =
         rendered(GetParam(), ball("\"conductor\" \"rgb reflectance\" [1 1 1] \"float roughness\" 0"));

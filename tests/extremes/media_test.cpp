@@ -1,6 +1,6 @@
-// What is true of rooms is true of the fog in them: its size, its place and the light's power change nothing
-// but what they should, and media of no density, of an enormous one, without absorption, and cameras and
-// lights inside them make finite images [docs/development/extremes.md].
+// Participating media in rooms: the size and place of the room and the power of the light change the image
+// only as they should, and media of zero or enormous density, without absorption, and with cameras and lights
+// inside them give finite images [docs/development/extremes.md].
 #include <gtest/gtest.h>
 
 #include "tests/support/every_light.h"
@@ -13,19 +13,19 @@ using namespace testing;
 
 constexpr int kSpp = 4;
 
-// Coefficients hold per world unit: in a room `scale` times as large they are as much smaller.
+// Coefficients are per world unit: in a room `scale` times as large they are smaller by that factor.
 struct Fog {
     double sigma_a = 0.3, sigma_s = 0.9;  // per unit of the room
     double g = 0.4;
     bool grid = false;
-    double glow = 0;  // radiance that the medium emits per unit of absorption; path alone shows it
+    double glow = 0;  // radiance that the medium emits per unit of absorption; only `path` renders it
 };
 
 std::string numbers(double x, double scale) {
     return fmt::format("{0:.9g} {1:.9g} {2:.9g}", x / scale, 0.75 * x / scale, 0.5 * x / scale);
 }
 
-// A ball of the medium in the room.
+// Returns the room with a ball of the medium.
 std::string foggy_room(const Fog& fog, double scale = 1, double power = 1) {
     std::string text(kRoom);
     text += fmt::format(
@@ -47,7 +47,7 @@ std::string foggy_room(const Fog& fog, double scale = 1, double power = 1) {
 
 class MediaExtremes : public ::testing::TestWithParam<Method> {
   protected:
-    // One light of each way in which light leaves: from a point, from a surface, by a measured field.
+    // Returns one light of each kind of emission: from a point, from a surface, and by a measured field.
     static std::vector<LightCase> some_lights() {
         std::vector<LightCase> some;
         for (LightCase& light : lights().cases()) {
@@ -116,7 +116,7 @@ TEST_P(MediaExtremes, FromTiniestToHugestPower_ImageIsInProportion) {
     }
 }
 
-// What the tests above would see: the same coefficients in a room of twice the size are twice the fog.
+// The tests above would fail here: in a room of twice the size, unchanged coefficients are twice the fog.
 TEST_P(MediaExtremes, CoefficientsThatDoNotScale_AreAnotherImage) {
     const LightCase light = some_lights().front();
     const Fog fog;

@@ -1,4 +1,4 @@
-// Light of any power: the image is in proportion to it, from 1e-20 to 1e20 [docs/development/extremes.md].
+// Lights of any power: the image is proportional to it, from 1e-20 to 1e20 [docs/development/extremes.md].
 #include <gtest/gtest.h>
 
 #include "tests/support/every_light.h"
@@ -28,8 +28,8 @@ TEST_P(Powers, FromTiniestToHugest_ImageIsInProportion) {
     }
 }
 
-// In a room a millionth of a unit wide a lamp of an even radiance has 1e-12 times the flux, and in a wide
-// one 1e12 times: both extremes at once.
+// In a room of a millionth of the size a light of the same radiance has 1e-12 times the flux, in one of a
+// million times the size 1e12 times: both extremes are combined.
 TEST_P(Powers, FaintInATinyRoomAndBrightInAHugeOne_ImageIsInProportion) {
     for (const LightCase& light : lights().cases()) {
         if (!light.suits(GetParam())) continue;

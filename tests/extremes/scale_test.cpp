@@ -1,10 +1,9 @@
-// The size of a scene, and where it is, are nobody's business: the same room of a millionth of a unit, of one
-// and of a million, and a hundred thousand times its size away, makes the same image
-// [docs/development/extremes.md].
+// The size and the place of a scene do not change its image: the same room at a millionth, at once and at a
+// million times the size, and moved by a hundred thousand times its size [docs/development/extremes.md].
 //
-// By a power of two to the bit: no number but an exponent changes. By a power of ten, or elsewhere, to
-// rounding: here and there a decision falls the other way (a ray at an edge, a photon at a radius), so that
-// a few pixels may differ, by no more than a few of their samples.
+// Scaled by a power of two, images are equal bit by bit: only exponents change. Scaled by a power of ten, or
+// moved, they are equal up to rounding: a few decisions differ (a ray at an edge, a photon at a radius), so
+// that a few pixels may differ by a few of their samples.
 #include <gtest/gtest.h>
 
 #include "tests/support/every_light.h"
@@ -60,7 +59,7 @@ TEST_P(Sizes, FarAway_SameImageToRounding) {
     }
 }
 
-// What the tests above would see if something did change.
+// The tests above would notice a change: another seed gives another image.
 TEST_P(Sizes, AnotherSeed_IsAnotherImage) {
     const LightCase light = lights().cases().front();
     const Image one = lights().image(lights().scene(light), GetParam(), kSpp, 1);
