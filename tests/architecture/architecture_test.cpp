@@ -1,5 +1,6 @@
-// The modules of the project: who may include whom, which file may name which package, and a few habits that
-// a reader relies on. Reads the repository's sources; breaks when an edge is added without saying so here.
+// The modules of the project: the includes that each may have, the files that may name each package, and
+// conventions for all sources. The test reads the repository's sources; it fails when a dependency is added
+// that is not listed here.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +28,7 @@ const std::map<std::string, std::set<std::string>> kModules{
     {"engine/ranks", {"engine/system"}},
     {"engine/colour", {"engine/system"}},
     {"engine/image", {"engine/colour"}},
-    {"engine/pictures", {"engine/image"}},  // nobody may include these two: they are loaded
+    {"engine/pictures", {"engine/image"}},  // no module may include these two: they are loaded at run time
     {"engine/mpi", {"engine/ranks"}},
     {"kdtree", {"engine/ranks"}},
     {"lights", {"engine/image"}},
@@ -52,7 +53,7 @@ const std::map<std::string, std::set<std::string>> kModules{
     {"python/bindings", {"engine/cli"}},
 };
 
-// Headers of packages, by their beginning, and the only files that may name them.
+// Headers of packages, by prefix, and the only files that may include them.
 const std::map<std::string, std::set<std::string>> kPackages{
     {"<embree", {"engine/scene/accelerator.cpp"}},
     {"<flann/", {"kdtree/point_tree.cpp"}},
@@ -78,13 +79,13 @@ const std::map<std::string, std::set<std::string>> kPackages{
       "python/bindings/python_monitor.h", "python/bindings/scenes.cpp"}},
 };
 
-// Who may open a stream to read by itself: the one way for all readers, and what asks the system.
+// The only files that may open a stream for reading: the common reader, and code that queries the system.
 const std::set<std::string> kOpeners{"engine/system/files.h", "engine/system/files.cpp",
                                      "engine/system/memory.cpp", "engine/cli/render/run_report.cpp"};
 
-// The module whose folder holds the path; empty for what belongs to none (tests, bench).
+// Returns the module whose folder contains the path; empty if there is none (tests, bench).
 std::string module_of(const std::string& path) {
-    std::string found;  // the longest: a module's folder may lie in another's
+    std::string found;  // the longest one: a module's folder may lie in another's
     for (const auto& [module, below] : kModules) {
         if (path.starts_with(module + "/") && module.size() > found.size()) found = module;
     }
@@ -104,7 +105,7 @@ std::string_view trimmed(std::string_view line) {
     return first == std::string_view::npos ? std::string_view() : line.substr(first);
 }
 
-// What follows #include on the line, quotes or brackets kept; empty if the line includes nothing.
+// Returns the argument of #include with its quotes or brackets; empty if the line includes nothing.
 std::string included(std::string_view line) {
     line = trimmed(line);
     if (!line.starts_with('#')) return {};
@@ -143,7 +144,8 @@ class Checker {
     void check_line(const std::string& path, int number, const std::string& line) {
         const std::string_view code = trimmed(line);
         const bool in_module = !module_of(path).empty();
-        // A test or a benchmark is a program of its own: it may open a namespace, its headers may not.
+        // A test or a benchmark is a program of its own: its sources may open a namespace, its headers may
+        // not.
         if (code.starts_with("using namespace") && (in_module || is_header(path))) {
             report(path, number, "no using namespace");
         }
@@ -214,7 +216,7 @@ TEST(Architecture, Sources_OfTheRepository_KeepToTheirModules) {
         }
     }
     for (const std::string& violation : checker.violations()) ADD_FAILURE() << violation;
-    // The test must have found what it is to judge.
+    // The test must have found the sources of these modules.
     for (const char* module :
          {"engine/base", "engine/scene", "engine/vpl", "engine/guiding", "engine/integrators",
           "engine/render", "engine/evaluation", "photon", "lights", "lights/measurement", "kdtree"}) {
@@ -236,8 +238,8 @@ std::string text_of(const std::filesystem::path& file) {
     return text.str();
 }
 
-// Links of a page to a function, [`Class::name`](../file#L12), that lead to a line without that name, or to a
-// declaration alone.
+// Returns the links of a page to functions, [`Class::name`](../file#L12), that lead to a line without that
+// name, or to a mere declaration.
 std::vector<std::string> stale_links(const std::filesystem::path& folder, const std::string& page) {
     static const std::regex link(R"(\[`([\w:]+)`\]\(([^)#]+)#L(\d+)\))");
     std::vector<std::string> stale;
@@ -268,8 +270,8 @@ TEST(Pages, LinksToFunctions_LeadToTheirLines) {
     EXPECT_THAT(stale_links(docs, "[`map_of`](../../photon/no_such_file.h#L31)"), ::testing::SizeIs(1));
 }
 
-// Citations in brackets, by author and year, as comments and pages write them: "Jensen 2001" of [Jensen 2001,
-// 7.2].
+// Returns the citations in brackets, by author and year, in comments and pages: "Jensen 2001" for [Jensen
+// 2001, 7.2].
 std::set<std::string> citations_in(const std::string& text) {
     static const std::regex bracket(R"(\[([A-Z][^\]\[]*\b(1[89]|20)\d\d\b[^\]\[]*)\])");
     static const std::regex comment(R"(\n\s*(//|#)?\s*)");

@@ -1,5 +1,5 @@
-// Checks that the comments and names of the product keep to the field's terms: reads the sources and reports
-// the words and the beginnings of sentences that must not come back.
+// Checks that the comments and names of the product use the terms of the field: reads the sources and reports
+// forbidden words and beginnings of sentences.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ constexpr Rule kPhrases[] = {
     {"borders between media", "medium interfaces"},
     {"medium of the borders", "medium"},
 };
-// Words of which no sentence of a comment may begin.
+// Words that no sentence of a comment may begin with.
 constexpr Rule kBeginnings[] = {
     {"Of", "a sentence that names its subject"},
     {"What", "a sentence that names its subject"},
@@ -69,12 +69,12 @@ struct Text {
     std::vector<std::string> code;  // by line
 };
 
-// Splits a source into comments and code. Strings are emptied; raw strings stay, as code.
+// Splits a source into comments and code. Strings are emptied; raw strings are kept as code.
 Text split(const std::string& source) {
     Text text;
     std::istringstream in(source);
     std::size_t number = 0;
-    bool open = false;  // whether the line before was a comment and nothing else
+    bool open = false;  // whether the previous line was only a comment
     for (std::string line; std::getline(in, line);) {
         ++number;
         std::string code, comment;
