@@ -1,5 +1,5 @@
-// Commits the fault it is asked for, so that a test can see each sanitizer and each trap stop it: whoever
-// finds nothing in the small suite must be known to look. Ends with 0 if nobody minded.
+// Commits the requested fault, so that a test can verify that each sanitizer and each trap stops it: a suite
+// without findings proves nothing unless faults are detected. Exits with 0 if the fault was not detected.
 #include <atomic>
 #include <cstdint>
 #include <cstdio>
@@ -16,7 +16,7 @@
 
 namespace {
 
-// Values that no compiler knows beforehand.
+// Returns the value, unknown to the compiler.
 template <typename T>
 T unknown(T value) {
     volatile T hidden = value;
@@ -66,7 +66,7 @@ void out_of_range() {
 constexpr lucerna::Workers kFour{4};
 constexpr std::int64_t kChunks = 64;
 
-// Until two threads are in the loop, whatever else the machine does. Orders nothing: the fault stays one.
+// Waits until two threads are in the loop. It imposes no memory order, so the race remains one.
 class Two {
   public:
     void meet() {
@@ -78,7 +78,7 @@ class Two {
     std::atomic<int> arrived_{0};
 };
 
-// In a thread of the loop, not in the one that called it.
+// Divides by zero in a worker thread of the loop, not in the calling thread.
 void in_a_worker() {
     Two two;
     std::vector<double> shares(kChunks);
@@ -90,7 +90,7 @@ void in_a_worker() {
     });
     use(shares[1]);
 }
-// All chunks add to one sum.
+// All chunks add to one sum without synchronisation.
 void race() {
     Two two;
     std::int64_t sum = 0;
@@ -100,7 +100,7 @@ void race() {
     });
     use(sum);
 }
-// The same sum, by chunks and joined in order: no fault.
+// Computes the same sum from the chunks' own sums, joined in order: this is no fault.
 void none() {
     std::vector<std::int64_t> sums(kChunks);
     lucerna::parallel_chunks(kFour, kChunks, [&](std::int64_t chunk) {

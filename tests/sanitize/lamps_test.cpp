@@ -1,4 +1,4 @@
-// A measured lamp's way from rays to a light, and an acquired one's, on four threads.
+// A measured lamp from its rays to its light, and an acquired lamp, on four threads.
 #include <gtest/gtest.h>
 
 #include <cmath>

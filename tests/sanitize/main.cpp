@@ -1,4 +1,4 @@
-// The tests of a sanitized build: faults of floating point stop them, too, where the build has traps.
+// Runs the tests of a sanitized build; floating-point faults stop them, too, if the build has traps.
 #include <gtest/gtest.h>
 
 #include "engine/base/float_traps.h"

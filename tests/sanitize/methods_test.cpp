@@ -1,5 +1,5 @@
-// Every method under every light, on four threads: the way of all that a render touches, small enough for a
-// build that looks at each access and each operation.
+// Renders with every method under every light, on four threads: all code that a render uses, in sizes small
+// enough for a build that checks each access and each operation.
 #include <gtest/gtest.h>
 
 #include "tests/support/every_light.h"
@@ -11,7 +11,7 @@ using namespace testing;
 
 constexpr int kThreads = 4;
 
-// Far fewer particles than a picture asks for: what counts is which code they reach.
+// Reduces the number of particles far below that of a real render: only the code that they reach matters.
 Method small(Method method) {
     for (auto& [name, value] : method.set) {
         if (name == "photons") value = "800";

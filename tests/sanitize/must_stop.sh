@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A program that commits a fault must end by it, and the fault be called by its name.
+# Checks that a program which commits a fault is stopped by it, with a message that names the fault.
 # Usage: must_stop.sh PATTERN COMMAND...
 set -uo pipefail
 pattern=$1

@@ -1,4 +1,4 @@
-// Trees large enough to be built by many threads, with queries from many threads.
+// Trees large enough to be built by several threads, with concurrent queries.
 #include <gtest/gtest.h>
 
 #include "kdtree/box_tree.h"
