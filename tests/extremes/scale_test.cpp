@@ -1,5 +1,5 @@
-// The size and the place of a scene do not change its image: the same room at a millionth, at once and at a
-// million times the size, and moved by a hundred thousand times its size [docs/development/extremes.md].
+// The size and the place of a scene do not change its image: the same room at a millionth and at a million
+// times its size, and moved by a hundred thousand times its size [docs/development/extremes.md].
 //
 // Scaled by a power of two, images are equal bit by bit: only exponents change. Scaled by a power of ten, or
 // moved, they are equal up to rounding: a few decisions differ (a ray at an edge, a photon at a radius), so

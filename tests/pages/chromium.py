@@ -1,11 +1,11 @@
-"""A page in headless Chromium, driven over the browser's own pipe: standard library only.
+"""Opens a page in headless Chromium and controls it over the browser's own pipe, with the standard library only.
 
     with Page("report.html") as page:
         page.evaluate("document.title")
         assert not page.troubles and not page.requests
 
-`troubles`: console errors, uncaught exceptions and refusals by the page's own policy. `requests`: every address that is
-neither the page itself nor data of its own.
+`troubles` lists console errors, uncaught exceptions and violations of the page's own content security policy. `requests`
+lists every requested address that is neither the page itself nor a data URL.
 """
 import base64
 import json
@@ -17,12 +17,12 @@ import subprocess
 import tempfile
 import time
 
-# The exit code where there is no browser: 77 skips the test, but where CI is set nothing may be missing.
+# The exit code if there is no browser: 77 skips the test, but if CI is set, the test fails.
 SKIPPED = 1 if os.environ.get("CI") else 77
 
 
 def browser():
-    """The name of the browser's program, or None."""
+    """Returns the name of the browser's program, or None."""
     for name in ("chromium", "chromium-browser", "google-chrome"):
         if shutil.which(name):
             return name
@@ -123,7 +123,7 @@ class Page:
                 self.requests.append(address)
 
     def evaluate(self, script):
-        """The value of a script's last expression; a promise is waited for."""
+        """Returns the value of a script's last expression; a promise is awaited."""
         result = self._call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in result:
             details = result["exceptionDetails"]
@@ -131,20 +131,20 @@ class Page:
         return result["result"].get("value")
 
     def screenshot(self, file):
-        """What the window shows, as a PNG."""
+        """Saves the window's content as a PNG."""
         picture = self._call("Page.captureScreenshot", format="png")["data"]
         pathlib.Path(file).write_bytes(base64.b64decode(picture))
 
     def prefer(self, scheme):
-        """light or dark: what prefers-color-scheme says from now on."""
+        """Sets prefers-color-scheme to light or dark."""
         self._call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
 
     def mouse(self, kind, x, y, **more):
-        """kind: mousePressed, mouseMoved, mouseReleased or mouseWheel, at a place of the window."""
+        """Sends mousePressed, mouseMoved, mouseReleased or mouseWheel at a place of the window."""
         self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
 
     def key(self, text):
-        """A character, or a key's name, as ArrowLeft or Enter."""
+        """Presses the key of a character, or a named key such as ArrowLeft or Enter."""
         typed = {"text": text} if len(text) == 1 else {}
         self._call("Input.dispatchKeyEvent", type="keyDown", key=text, **typed)
         self._call("Input.dispatchKeyEvent", type="keyUp", key=text)

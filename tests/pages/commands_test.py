@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Pages: every command line of the program, in blocks and spans of code, names a subcommand and options of its --help.
+"""Checks that every command line on the pages, in blocks and spans of code, uses subcommands and options listed by --help.
 
 Usage: commands_test.py LUCERNA REPOSITORY
 """
@@ -9,13 +9,13 @@ import shlex
 import subprocess
 import sys
 
-# Before the program's name: nothing, variables, or what starts it under MPI or Slurm.
+# The program's name may follow variables and a command that starts it, as under MPI or Slurm.
 COMMAND = re.compile(r"^(?:\w+=\S+ +)*(?:(?:mpirun|srun|time|apptainer|podman)\b.*? )?"
                      r"(?:\$lucerna|\"\$lucerna\"|lucerna|build/release/lucerna)(?= )(.*)$")
 
 
 def blocks_of(page):
-    """Lines of fenced and indented code, those that a backslash continues joined, and spans; each with its first line's number."""
+    """Yields lines of fenced and indented code, joined where a backslash continues them, and spans; each with its line number."""
     fenced, begun, number = False, "", 0
     for at, line in enumerate(page.split("\n"), 1):
         if re.match(r"\s*```", line):
@@ -36,15 +36,15 @@ def blocks_of(page):
 
 
 def commands_of(page):
-    """(line, words after the program's name) of each command; one line may hold several, by &&, |, ; and $( )."""
+    """Yields (line, words after the program's name) of each command; a line may hold several, joined by &&, |, ; or $( )."""
     for number, line in blocks_of(page):
         try:
-            line = re.sub(r"(^|\s)#.*$", "", line)  # a comment; the # of a colour stays
+            line = re.sub(r"(^|\s)#.*$", "", line)  # a comment; the # of a colour is kept
             lexer = shlex.shlex(line.replace("$lucerna", "lucerna"), posix=True, punctuation_chars="|&;<>()")
             lexer.whitespace_split = True
             lexer.commenters = ""
             words = list(lexer)
-        except ValueError:  # no line of a shell
+        except ValueError:  # not a line of a shell
             continue
         parts = [[]]
         for word in words:
@@ -67,7 +67,7 @@ def commands_of(page):
 
 
 class Helps:
-    """What --help lists, asked once for each command."""
+    """The options and subcommands that --help lists, queried once for each command."""
 
     def __init__(self, program):
         self.program, self.known = program, {}
@@ -85,7 +85,7 @@ class Helps:
 
 
 def faults_of(helps, words):
-    """What a command line names that the program does not know."""
+    """Returns the subcommands and options of a command line that the program does not have."""
     command = []
     options, subcommands = helps.of()
     while words and subcommands and not words[0].startswith("-"):
@@ -99,7 +99,7 @@ def faults_of(helps, words):
 
 
 def pages_of(root):
-    """README.md and those of docs/ and scenes/, relative to the repository."""
+    """Returns README.md and the pages of docs/ and scenes/, relative to the repository."""
     pages = ["README.md"]
     for top in ("docs", "scenes"):
         pages += [os.path.relpath(os.path.join(folder, name), root) for folder, _, names in os.walk(os.path.join(root, top))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The page of `lucerna compare --html` in a browser: the slider moves, images flip and zoom, the exposure works, and
-nothing is asked of the network.  Usage: compare_page_test.py LUCERNA"""
+"""Tests the page of `lucerna compare --html` in a browser: the slider moves, images flip and zoom, the exposure works, and
+the page makes no network requests.  Usage: compare_page_test.py LUCERNA"""
 import base64
 import pathlib
 import subprocess
@@ -26,8 +26,8 @@ LightSource "point" "rgb I" [ 3 3 3 ] "point3 from" [ 0 1.5 0 ]
 
 LUCERNA = None
 
-# The colour of the canvas at a share of its width and height, as [r, g, b]; read from a copy, so that the browser has no
-# advice to give about reading.
+# Returns the colour of the canvas at a share of its width and height, as [r, g, b]; it is read from a copy, so that the
+# browser logs no performance warning about reading.
 COLOUR = """(() => { const v = document.querySelector('.strip-view'), c = document.createElement('canvas');
 c.width = c.height = 1;
 const t = c.getContext('2d', { willReadFrequently: true });
@@ -110,7 +110,7 @@ class ComparePage(unittest.TestCase):
         self.page.evaluate("new Promise((resolve) => setTimeout(resolve, 100))")
         zoom, centre = self.page.evaluate("[strip.zoom, strip.centre]")
         self.assertGreater(zoom, 1)
-        self.assertLess(centre[0], 0.5)  # what is under the pointer stays there
+        self.assertLess(centre[0], 0.5)  # the point under the pointer stays there
         self.page.mouse("mousePressed", x + width / 8, y + height / 2, button="left", clickCount=1)
         self.page.mouse("mouseMoved", x + width / 8 - 40, y + height / 2, button="left")
         self.page.mouse("mouseReleased", x + width / 8 - 40, y + height / 2, button="left", clickCount=1)
@@ -148,10 +148,10 @@ class ComparePage(unittest.TestCase):
         })()""" % (source, 96, 64, stops))
 
     def test_radiance_is_shown_as_render_shows_it(self):
-        for stops in (0, 2, 4):  # with ever more beyond the knee
+        for stops in (0, 2, 4):  # with more and more values beyond the knee of the tone curve
             mean, largest = self.difference_from_picture(stops)
             self.assertLess(mean, 0.5)
-            self.assertLessEqual(largest, 3)  # the page's radiance has 8 bits of the largest channel
+            self.assertLessEqual(largest, 3)  # the page stores radiance with 8 bits relative to the largest channel
         self.assertGreater(self.difference_from_picture(4, "--tone", "linear")[1], 30)
 
     def test_numbers_are_on_the_page(self):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The SVG of `lucerna falsecolour` in a browser: it is well-formed, asks nothing of the network, its picture loads, and
+"""Tests the SVG of `lucerna falsecolour` in a browser: it is well-formed, makes no network requests, its picture loads, and
 its labels stay inside.  Usage: falsecolour_test.py LUCERNA"""
 import pathlib
 import subprocess
@@ -51,8 +51,8 @@ class FalseColour(unittest.TestCase):
         self.assertEqual(self.page.evaluate("document.querySelectorAll('parsererror').length"), 0)
 
     def test_isolux_lines_are_circles_of_the_right_size(self):
-        # E = I h / (h^2 + r^2)^1.5 with I = 300, h = 2. The camera is 3 above the floor and sees 60 degrees over the
-        # shorter side: 2 * 3 * tan 30 degrees over 400 pixels.
+        # E = I h / (h^2 + r^2)^1.5 with I = 300, h = 2. The camera is 3 above the floor; its field of view over the
+        # shorter side is 60 degrees: 2 * 3 * tan 30 degrees over 400 pixels.
         pixels = 400 / (6 * 3 ** -0.5)
         for level in (40, 60):
             radius = ((300 * 2 / level) ** (2 / 3) - 4) ** 0.5 * pixels

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Pages: every relative link leads to a file, every anchor to a heading, and every docs/... named in a source exists.
+"""Checks that every relative link of the pages leads to a file, every anchor to a heading, and that every docs/... named in a
+source exists.
 
 Usage: links_test.py REPOSITORY
 """
@@ -27,7 +28,7 @@ def files_of(root):
 
 
 def without_code(page):
-    """The page without its blocks and spans of code, where a bracket before a parenthesis is no link."""
+    """Returns the page without its blocks and spans of code, where a bracket before a parenthesis is not a link."""
     page = re.sub(r"^```.*?^```", "", page, flags=re.M | re.S)
     page = re.sub(r"^    .*$", "", page, flags=re.M)
     return re.sub(r"(?<!\[)`[^`\n]*`", "", page)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The report of `lucerna lux` in a browser: its numbers are those of the CSV, its plan shows them where they belong, all of
-it is legible in light and dark, and nothing is asked of the network.  Usage: lux_page_test.py LUCERNA"""
+"""Tests the report of `lucerna lux` in a browser: its numbers are those of the CSV, its plan shows them at their places, all
+text is legible in light and dark, and the page makes no network requests.  Usage: lux_page_test.py LUCERNA"""
 import csv
 import pathlib
 import subprocess
@@ -11,7 +11,7 @@ import unittest
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import chromium
 
-# Under an isotropic point: E = I h / d³. The name of the surface is one that a page must not take for markup.
+# Under an isotropic point light, E = I h / d³. The surface's name contains characters that a page must escape.
 SCENE = """
 Option "string unit" "photometric"
 LookAt 0 -4 3  0 0 0  0 0 1
@@ -61,7 +61,7 @@ class LuxPage(unittest.TestCase):
             self.assertAlmostEqual(float(text.split()[0]), value, delta=0.01 * value)
 
     def test_the_plan_has_a_cell_for_each_point_and_its_number_in_it(self):
-        # The brightest number stands in the upper right of the plan, where the lamp is.
+        # The greatest number is in the upper right of the plan, where the lamp is.
         numbers = self.page.evaluate(
             "(() => { const svg = document.querySelector('figure svg').getBoundingClientRect();"
             "return [...document.querySelectorAll('figure svg text')].map(t => { const b = t.getBoundingClientRect();"
@@ -86,7 +86,7 @@ class LuxPage(unittest.TestCase):
         self.assertEqual(self.page.evaluate("[...document.images].map(i => [i.complete, i.naturalWidth])"), [[True, 120]])
 
     def test_all_text_has_contrast_in_light_and_in_dark(self):
-        # WCAG's ratio of luminances, against the nearest ancestor's background that is not transparent.
+        # Computes WCAG's contrast ratio against the background of the nearest ancestor that is not transparent.
         script = """(() => {
             const linear = v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
             const numbers = c => (c.match(/[\\d.]+/g) || []).map(Number);

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Pages: every command line of the program runs, page by page, each page's commands in its order in one folder.
+"""Runs every command line on the pages, page by page, each page's commands in their order in one folder.
 
-What a page does not make itself is there under the name it gives: a small room, its lamp, rays, images. Long work is made
-short (times, samples, photons, resolution, the rig that is measured); nothing else of a command line is changed. Not run are
-mentions without a file, and usage lines (STUDY.toml, DIR, $scene); they are counted.
+Files that a page does not make itself are provided under the names that it uses: a small room, its lamp, rays, images. Long
+work is shortened (times, samples, photons, resolution, the rig that is measured); nothing else of a command line is changed.
+Mentions without a file, and usage lines (STUDY.toml, DIR, $scene), are counted but not run.
 
-docs/tutorial/lamp-to-lux.md is left to tutorial_test.py, which runs it as it stands.
+The test leaves docs/tutorial/lamp-to-lux.md to tutorial_test.py, which runs it unchanged.
 
 Usage: run_commands_test.py LUCERNA REPOSITORY [PAGE...]
 """
@@ -22,14 +22,14 @@ import time
 
 from commands_test import commands_of, pages_of
 
-# Work is limited to these values; a number is at most that.
+# The values of these options are replaced by those in SHORT; those in SETTINGS are upper limits.
 SHORT = {"--time": "1s", "--error": "60%", "--spp": "2", "--passes": "2", "--resolution": "32x24", "--rays": "2000",
          "--samples": "4", "--precision": "50%", "--replicates": "5"}
 REFERENCE = "docs/reference/commands.md"
 SETTINGS = {"photons": 2000, "indirectphotons": 2000, "causticphotons": 2000, "guidepaths": 2000, "prepass": 256, "nsets": 4,
             "nlights": 16}
 ENDS = ("--time", "--error", "--spp", "--passes", "--samples", "--precision")
-# These options end a command that states no end itself.
+# Options that limit a command which states no limit itself.
 ENDED_BY = {"render": ["--spp", "2"], "lux": ["--samples", "4"], "glare": ["--precision", "50%"]}
 OUTPUTS = ("-o", "--output", "--html", "--json", "--plan", "--signed", "--save-maps", "--checkpoint", "--resume",
            "--photographs", "--csv")
@@ -52,8 +52,7 @@ LAMP = """AttributeBegin
     LightSource "lightfield" "string filename" "FILE" "float power" 2000 GROUP
 AttributeEnd
 """
-# An EULUMDAT file of a rotationally symmetric luminaire: 100 cd per 1000 lm at nadir, falling to nothing at
-# the side.
+# An EULUMDAT file of a rotationally symmetric luminaire: 100 cd per 1000 lm at nadir, falling to zero at the side.
 LDT = "\n".join(["maker", "1", "1", "1", "0", "3", "45", "report", "street", "1", "street.ldt", "today", "500", "0", "100", "400", "0",
                  "0", "0", "0", "0", "100", "100", "1", "0", "1", "1", "LED", "1000", "3000", "80", "20", *10 * ["0.5"], "0",
                  "0", "45", "90", "100", "70", "0"]) + "\n"
@@ -99,7 +98,7 @@ TRIANGLE = {
 
 
 class Stage:
-    """What pages take for given: made once, by the program itself."""
+    """The files that pages assume to exist: made once, by the program itself."""
 
     def __init__(self, lucerna, folder):
         self.folder = folder
@@ -111,10 +110,10 @@ class Stage:
             subprocess.run([lucerna, *map(str, words), "--quiet"], check=True, cwd=folder, stdout=subprocess.DEVNULL)
 
         run("light", "acquire", "rig.toml", "-o", "lamp.exr", "--photographs", "shots")
-        # Each set of rays has one colour and the lamp's flux, as ray files have.
+        # Each ray set has one colour and the lamp's flux, like the ray files of vendors.
         for name in ("rays.tm25ray", "rays.dat"):
             run("light", "emit", "lamp.exr", "--rays", 20000, "-o", name)
-        # The lamp as a ray file gives it, with what lux --replicates reads.
+        # Makes the lamp from a ray file, with the replicates that lux --replicates reads.
         run("light", "import", "rays.tm25ray", "-o", "lamp.exr", "--views", "5x5", "--pixels", "12x12", "--replicates", 5)
         run("light", "farfield", "lamp.exr", "-o", "lamp.ies")
         run("light", "assemble", "shots/manifest.toml", "--side=-x=shots/manifest.toml", "-o", "bulb.exr")
@@ -130,7 +129,7 @@ class Stage:
                                            len(data).to_bytes(4, "little") + b"JSON" + data)
 
     def with_groups(self, groups):
-        """The room with a lamp in each of these light groups, or with one in none; and its image."""
+        """Writes the room with a lamp in each of these light groups, or with one lamp in none, and renders its image."""
         lamp = LAMP.replace("FILE", str(self.folder / "lamp.exr"))
         lamps = [lamp.replace("GROUP", f'"string lightgroup" "{group}"') for group in groups] or [lamp.replace("GROUP", "")]
         (self.folder / "room.pbrt").write_text(ROOM + "".join(lamps))
@@ -138,10 +137,10 @@ class Stage:
                         "--quiet"], check=True, cwd=self.folder, stdout=subprocess.DEVNULL)
 
     def source_of(self, command, name):
-        """What stands in for a file of that name, as an input of that command."""
+        """Returns the file that replaces one of that name as an input of that command."""
         kind = pathlib.Path(name).suffix
         if kind == ".exr":
-            if pathlib.Path(name).name == "bulb.exr":  # shines to more than one side
+            if pathlib.Path(name).name == "bulb.exr":  # emits to more than one side
                 return self.folder / "bulb.exr"
             return self.folder / ("lamp.exr" if command[0] == "light" else "image.exr")
         if kind == ".toml":
@@ -152,7 +151,7 @@ class Stage:
 
 
 def command_of(words):
-    """render; light info: the words before the first file or option, two at most."""
+    """Returns the command's name: two words for `light`, as in `light info`, else one."""
     return words[:2] if words[0] == "light" else words[:1]
 
 
@@ -164,7 +163,7 @@ def shortened(words):
         del words[at:at + 2]
     for i, word in enumerate(words):
         before = words[i - 1] if i else ""
-        if before in SHORT and word[0].isdigit():  # --replicates of lux has no value
+        if before in SHORT and word[0].isdigit():  # the option may have no value, as --replicates of lux
             words[i] = SHORT[before]
         setting = re.fullmatch(r"(\w+)=(\d+)", word)
         if setting and setting[1] in SETTINGS:
@@ -185,7 +184,7 @@ def shortened(words):
 
 
 def is_to_be_run(words):
-    """Not a mention, and not a usage line: with a file, or an option that ends the program by itself."""
+    """Tells whether a command is neither a mention nor a usage line: it has a file, or an option such as --help."""
     text = " ".join(words)
     if re.search(r"\$|…|\.\.\.|\b[A-Z]{3,}\b|\b[NK]\b|\bWxH\b", text):
         return False
@@ -194,7 +193,7 @@ def is_to_be_run(words):
 
 
 def provide(stage, root, work, words):
-    """Puts what the command reads where it looks for it. What a page names of the repository has to be there."""
+    """Provides the files that the command reads. The files of the repository that a page names must exist."""
     command = command_of(words)
     for i, word in enumerate(words):
         if words[i - 1] in OUTPUTS or word.split("=")[0] in OUTPUTS:
@@ -216,13 +215,13 @@ def provide(stage, root, work, words):
             shutil.copytree(source.parent, target.parent, dirs_exist_ok=True)
         else:
             shutil.copy(source, target)
-    for i, word in enumerate(words):  # programs make no folders
+    for i, word in enumerate(words):  # the program creates no folders
         if words[i - 1] in OUTPUTS:
             (work / word).parent.mkdir(parents=True, exist_ok=True)
 
 
 def parts_of(words):
-    """The command, or where it makes one part of several: the commands of all, of three."""
+    """Returns the command; for one that makes one part of several, returns those of all, with three parts."""
     if "--part" not in words:
         return [words]
     at = words.index("--part") + 1
@@ -232,8 +231,8 @@ def parts_of(words):
 
 
 class Scenes:
-    """The repository's scenes as links, so that what is written replaces a link; what has to be made is made when it is
-    missed, a lamp by a stand-in."""
+    """The repository's scenes as links, so that a written file replaces a link. Generated files are made when a command
+    misses them; the stage's lamp replaces missing lamps."""
 
     def __init__(self, root, folder, stage):
         self.root, self.folder, self.stage = root, folder, stage
@@ -248,7 +247,7 @@ class Scenes:
         (work / "scenes").symlink_to(self.folder)
 
     def make(self, said):
-        """Whether something was made of what a message misses."""
+        """Makes the file that a message reports missing; tells whether it exists now."""
         missed = re.search(r"(\S*scenes/\S+?): no such file", said)
         if not missed:
             return False
@@ -278,7 +277,7 @@ def run_one(lucerna, scenes, words, work):
 
 
 def run_page(lucerna, root, stage, scenes, page, commands, work):
-    """(number of commands run, of those left out, faults)"""
+    """Returns (number of commands run, number left out, faults)."""
     ran, left, faults = 0, 0, []
     if any("scenes/" in word for _, words in commands for word in words):
         scenes.beside(work)
@@ -289,7 +288,7 @@ def run_page(lucerna, root, stage, scenes, page, commands, work):
             left += 1
             continue
         ran += 1
-        if page == REFERENCE:  # whose examples stand each for itself
+        if page == REFERENCE:  # its examples are independent of each other
             shutil.rmtree(work)
             work.mkdir()
             scenes.beside(work)
@@ -298,7 +297,7 @@ def run_page(lucerna, root, stage, scenes, page, commands, work):
                 rig = next(word for word in words if word.endswith(".toml"))
                 if not (root / rig).exists():
                     raise FileNotFoundError(rig)
-                words = ["rig.toml" if word == rig else word for word in words]  # measured in a moment
+                words = ["rig.toml" if word == rig else word for word in words]  # a rig that is measured quickly
             for each in parts_of(shortened(words)):
                 provide(stage, root, work, each)
                 run_one(lucerna, scenes, each, work)

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""The page of `lucerna study` in a browser: points lie where their numbers say, hovering tells and clicking shows them, the
-slider moves, images zoom, the table sorts, and nothing is asked of the network.  Usage: study_page_test.py LUCERNA"""
+"""Tests the page of `lucerna study` in a browser: points lie at their values, hovering shows their settings and clicking their
+images, the slider moves, images zoom, the table sorts, and the page makes no network requests.
+Usage: study_page_test.py LUCERNA"""
 import json
 import math
 import pathlib
@@ -37,11 +38,11 @@ integrator = "photonmap"
 set = "photons=300|3000 gatherrays=1"
 spp = [1, 4]
 """
-POINTS = 7  # of each scene
+POINTS = 7  # for each scene
 
 LUCERNA = None
 
-# Of the first scene's plot number %d: the labelled ticks as [[value, place], …] of either axis, and the points as
+# Returns, for plot number %d of the page, the labelled ticks of either axis as [[value, place], …], and the points as
 # [seconds, number, x, y, class].
 PLOT = """(() => { const svg = document.querySelectorAll('figure svg')[%d];
 const place = (g, i) => Number(g.getAttribute('transform').match(/[-\\d.]+/g)[i]);
@@ -167,7 +168,7 @@ class StudyPage(unittest.TestCase):
         for corner, place in zip(corners, places):
             for a, b in zip(corner, place):
                 self.assertAlmostEqual(a, b, delta=0.5)
-        self.assertGreaterEqual(drawn["lines"], 3)  # paths, and photons of either number
+        self.assertGreaterEqual(drawn["lines"], 3)  # path tracing, and photon maps with either number of photons
 
     def test_other_measures_can_be_plotted(self):
         self.click("input[name=plotted][value=flip]")
@@ -227,7 +228,7 @@ class StudyPage(unittest.TestCase):
         self.assertEqual(self.chosen(), [left, None])
         self.assertNotEqual(self.page.evaluate(view), before)
         self.assertIn(left, self.text(".large .hint"))
-        self.assertEqual(self.page.evaluate("document.querySelectorAll('.points tr.chosen').length"), 2)  # one of each scene
+        self.assertEqual(self.page.evaluate("document.querySelectorAll('.points tr.chosen').length"), 2)  # one for each scene
         self.assertIn(left, self.text(".film"))
         selected = self.page.evaluate("document.querySelector('select[name=left]').selectedOptions[0].textContent")
         self.assertIn(left, selected)
@@ -317,7 +318,7 @@ class StudyPage(unittest.TestCase):
         self.click("input[name=shown][value=image]")
 
     def test_shrunk_images_lie_where_whole_ones_do(self):
-        # A picture of 5 x 4 pixels, and one of which each pixel stands for 2 x 2 of them, in two colours each.
+        # Compares a picture of 5 x 4 pixels with one whose pixels each cover 2 x 2 of them, both in two colours.
         found = self.page.evaluate("""(() => {
             const picture = (w, h, right) => { const c = document.createElement('canvas'), t = c.getContext('2d');
                 c.width = w; c.height = h; t.fillStyle = '#f00'; t.fillRect(0, 0, w, h);
@@ -402,7 +403,7 @@ class OneSeed(unittest.TestCase):
             file, results = make_study(pathlib.Path(folder), description)
             with chromium.Page(file, seconds=120) as page:
                 page.evaluate("study.ready.then(() => true)")
-                self.assertEqual(page.evaluate("document.querySelectorAll('figure').length"), 2)  # one of each scene
+                self.assertEqual(page.evaluate("document.querySelectorAll('figure').length"), 2)  # one for each scene
                 self.assertNotIn("bias share", page.evaluate("document.querySelector('.points').textContent"))
                 self.assertEqual(page.troubles, [])
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The tutorial docs/tutorial/lamp-to-lux.md: its commands run as they stand, and give the numbers that it shows.
+"""Tests the tutorial docs/tutorial/lamp-to-lux.md: its commands run, with a shorter time limit, and give the numbers shown.
 
 Usage: tutorial_test.py LUCERNA REPOSITORY
 """
@@ -13,7 +13,7 @@ import tempfile
 
 
 def blocks_of(page):
-    """Blocks of indented code; a blank line ends one, but not within a here-document."""
+    """Yields blocks of indented code; a blank line ends one, but not within a here-document."""
     block, here = [], False
     for line in page.split("\n") + [""]:
         if line.startswith("    ") or (here and not line):
@@ -35,7 +35,7 @@ def main():
     commands = [block for block in blocks_of(page) if is_of_commands(block)]
     assert len(commands) == 7, commands
     with tempfile.TemporaryDirectory() as folder:
-        # What the page needs of a repository in which the program is built.
+        # The files that the page needs from a repository in which the program is built.
         os.makedirs(os.path.join(folder, "build/release"))
         os.symlink(lucerna, os.path.join(folder, "build/release/lucerna"))
         os.makedirs(os.path.join(folder, "scenes/lamps"))
@@ -52,7 +52,7 @@ def main():
     shown = re.search(r"work plane +planar +(\d+) x (\d+) +([\d.]+) ± [\d.]+ +([\d.]+) ± [\d.]+ +([\d.]+) ±", page)
     columns, rows, mean, least, greatest = (float(number) for number in shown.groups())
     assert len(points) == columns * rows, len(points)
-    # Each point is known to 2 % (95 %), and so are those of the page; four times that for the extremes of 48 points.
+    # Each point is accurate to 2 % (95 %), here and on the page; the extremes of 48 points may differ by four times that.
     for name, value, expected, tolerance in (("mean", sum(points) / len(points), mean, 0.01), ("least", min(points), least, 0.08),
                                              ("greatest", max(points), greatest, 0.08)):
         assert abs(value / expected - 1) < tolerance, f"{name}: {value}, the page shows {expected}"
