@@ -1,4 +1,4 @@
-"""The shipped studies, tiny: every description and program still runs, and what reads their results does what it says.
+"""Runs the shipped studies in a tiny size: every description and program works, and so do the functions that read results.
 
 usage: studies_test.py BUILD     the folder of the built programs
 """
@@ -19,7 +19,7 @@ sys.path.insert(0, STUDIES)
 import common  # noqa: E402
 import quick  # noqa: E402
 
-BUILD = ""  # from the command line
+BUILD = ""  # set from the command line
 
 
 def studies(out, *names):
