@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The manual page and bash's completion know every command and every option of --help; completion offers files.
+"""Checks that the manual page and bash's completion have every command and option of --help; completion offers files.
 
 usage: tests/install/manual_and_completion_test.py LUCERNA
 """
@@ -18,7 +18,7 @@ def lucerna(*words):
 
 
 def section(text, title):
-    """The lines of a section of --help."""
+    """Returns the lines of a section of --help."""
     lines = text.splitlines()
     if title not in lines:
         return []
@@ -27,7 +27,7 @@ def section(text, title):
 
 
 def commands(path=()):
-    """All commands below `path`, and itself, as tuples of words."""
+    """Yields `path` and all commands below it, as tuples of words."""
     yield path
     for line in section(lucerna(*path, "--help"), "Subcommands:"):
         if re.match(r"  \w", line):
@@ -35,7 +35,7 @@ def commands(path=()):
 
 
 def options(path):
-    """The names of a command's options, short and long."""
+    """Returns the names of a command's options, short and long."""
     names = []
     for line in section(lucerna(*path, "--help"), "Options:"):
         if re.match(r"  -", line):
@@ -87,7 +87,7 @@ class Completion(unittest.TestCase):
         (self.folder / "rooms").mkdir()
 
     def complete(self, *words):
-        """What is offered for the last word."""
+        """Returns the completions offered for the last word."""
         script = ('source ./lucerna.bash; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _lucerna; '
                   'printf "%s\\n" "${COMPREPLY[@]}"')
         result = subprocess.run(["bash", "--norc", "-u", "-c", script, "bash", "lucerna", *words], cwd=self.folder, check=True,

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A project outside finds an installed Lucerna, compiles examples/render.cpp with nothing but its package, and renders the
-# image that the command renders, bit for bit; with flags of its own that must not reach into our libraries, too.
+# Tests that an external project finds an installed Lucerna, compiles examples/render.cpp with nothing but its package, and renders
+# the command's image bit for bit; also with compiler flags of its own, which must not affect the libraries.
 # usage: tests/install/outside_project.sh CMAKE BUILD_FOLDER SOURCE_FOLDER C++_COMPILER PYTHON
 set -euo pipefail
 export LC_ALL=C
@@ -18,19 +18,19 @@ fail() {
 mv "$folder/installed" "$folder/prefix" # the package can be moved
 targets=$(find "$folder/prefix" -path '*/cmake/lucerna/*' -name '*.cmake')
 [ -n "$targets" ] || fail "no CMake package is installed"
-# How our own files are compiled, and where, is nobody else's.
+# The package must not export private compiler flags and paths.
 for private in ' -W' -Werror -march -ffp "$source" "$build"; do
     if grep -F -e "$private" $targets >"$folder/said"; then fail "the package names $private"; fi
 done
 
-# Every installed header compiles in C++20 by itself, with one include directory.
+# All installed headers compile in C++20 with one include directory.
 include=$folder/prefix/include/lucerna
 (cd "$include" && find . -name '*.h' | sort | sed 's|^\./\(.*\)|#include "\1"|') >"$folder/all_headers.cpp"
 [ "$(wc -l <"$folder/all_headers.cpp")" -gt 150 ] || fail "headers are missing"
 "$compiler" -std=c++20 -fsyntax-only -isystem "$include" "$folder/all_headers.cpp" \
     >"$folder/said" 2>&1 || fail "installed headers do not compile"
 
-# A scene that is small, and the same with twice the light.
+# Makes a small scene, and the same scene with twice the light.
 sed -e 's/"integer xresolution" 256 "integer yresolution" 256/"integer xresolution" 32 "integer yresolution" 32/' \
     -e 's/"integer pixelsamples" 64/"integer pixelsamples" 4/' "$source/scenes/cornell/cornell.pbrt" >"$folder/scene.pbrt"
 sed 's/"rgb L" \[ 17 12 4 \]/"rgb L" [ 34 24 8 ]/' "$folder/scene.pbrt" >"$folder/brighter.pbrt"
@@ -45,7 +45,7 @@ print(pixels_of(pathlib.Path(sys.argv[2])).hex())' "$source/bench/figures" "$1"
 }
 pixels "$folder/command.exr" >"$folder/command"
 
-# The flags as a project has them, and those that give inline functions the most of a life of their own.
+# Builds without flags, and with flags under which the project's copies of inline functions differ most from the libraries'.
 n=0
 for flags in "" "-O1 -fno-inline -march=x86-64-v3"; do
     n=$((n + 1))

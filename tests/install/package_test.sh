@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of a folder (scripts/package.sh), renders a scene with the program and with
-# examples/render.cpp, compares the two images, and removes the packages: nothing of them is left. As root, by hand or in a
-# container: it changes the machine.
+# examples/render.cpp, compares the two images, removes the packages, and checks that no file of them is left. Run it as root,
+# by hand or in a container: it changes the machine.
 # usage: tests/install/package_test.sh [FOLDER]     default: build/debian
 set -euo pipefail
 export LC_ALL=C
