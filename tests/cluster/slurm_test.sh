@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The job scripts of docs/howto/cluster under a real Slurm, of three nodes on this machine (scripts/slurm.sh): by hand or nightly.
+# Tests the job scripts of docs/howto/cluster under a real Slurm with three nodes on this machine (scripts/slurm.sh), by hand or nightly.
 # usage: tests/cluster/slurm_test.sh LUCERNA [--mpi] [--logs FOLDER]
-#   LUCERNA         the built command, as build/release/lucerna
+#   LUCERNA         the built command, such as build/release/lucerna
 #   --mpi           also one MPI job on all nodes; LUCERNA must be built with MPI
 #   --logs FOLDER   keeps the logs of daemons and jobs there
-# An array of four parts has the bits of one render that nothing disturbs, when one part is put back into the queue while it renders,
-# one loses its node, and one is told that its time is over, and a job that waits for all of them merges them. A minute on two cores.
+# An array of four parts gives the same bits as one undisturbed render, although one part is requeued while it renders, one loses its
+# node, and one gets the signal that precedes a time limit; a job that waits for all of them merges them. It takes a minute on two cores.
 set -euo pipefail
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 
@@ -20,7 +20,7 @@ while [ $# -gt 0 ]; do
 done
 [ -x "$lucerna" ] || { sed -n '3s/^# //p' "$0" >&2 && exit 2; }
 
-# Under scripts/slurm.sh, which starts this script again.
+# Starts this script again under scripts/slurm.sh.
 if [ -z "${LUCERNA_SLURM_TEST:-}" ]; then
     words=("$lucerna")
     [ "$mpi" -eq 0 ] || words+=(--mpi)
@@ -85,7 +85,7 @@ scontrol update NodeName="$node" State=DOWN Reason="a node that fails"
 scancel --signal=TERM "${array}_3"
 for part in 1 2 3; do until_true 60 "part $part waiting again" waits "${array}_$part"; done
 squeue
-# It may be back by itself.
+# The node may have returned by itself.
 scontrol update NodeName="$node" State=RESUME 2>/dev/null || true
 until_true 300 "the end of the merge" ended "$merge"
 [ "$(state "$merge")" = COMPLETED ] || fail "the merge: $(state "$merge")"
@@ -104,7 +104,7 @@ if [ "$mpi" -eq 1 ]; then
     squeue
     until_true 300 "the end of the MPI job" ended "$job"
     [ "$(state "$job")" = COMPLETED ] || fail "the MPI job: $(state "$job")"
-    # In both turns rank 0 spoke alone.
+    # Only rank 0 prints, both before and after the requeue.
     log=lucerna-mpi-$job.log
     [ "$(grep -c '^image  ' "$log")" -eq 2 ] || fail "not one process in each of two turns wrote the image"
     [ "$(grep -c '^resumed: ' "$log")" -eq 1 ] || fail "the job did not go on from its checkpoint"
