@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What `cmake --install` installs works where it is put, and where it is moved to; without its library of picture
-# formats it does all that needs no picture, and says what is missing for the rest.
+# Tests that an installation by `cmake --install` works in its folder and after it is moved; without its library of
+# picture formats it does everything that needs no picture, and otherwise names the missing library.
 # usage: tests/startup/installed.sh CMAKE BUILD_FOLDER SCENE
 set -euo pipefail
 export LC_ALL=C
@@ -13,7 +13,7 @@ fail() {
     cat "$folder/said" 2>/dev/null || true
     exit 1
 }
-render() { # a tree and what else the command is told
+render() { # TREE OPTION...
     local tree=$1
     shift
     "$folder/$tree/bin/lucerna" render "$scene" --resolution 8x8 --spp 1 -o "$folder/a.exr" "$@" >"$folder/said" 2>&1

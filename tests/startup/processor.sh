@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The program looks at the processor before it runs any code that not every x86-64 has: the check comes first of all
-# that initialises it, and has no instruction of AVX itself. Where Debian's qemu-user is installed, a processor
-# without AVX2 is told so.
+# Tests that the program checks the processor before it runs code that some x86-64 processors lack: the check is the
+# first initialiser and contains no AVX instruction. If Debian's qemu-user is installed, the program must refuse a
+# processor without AVX2.
 # usage: tests/startup/processor.sh PROGRAM PROCESSOR_OBJECT
 set -euo pipefail
 export LC_ALL=C
@@ -12,7 +12,7 @@ fail() {
     exit 1
 }
 
-# What the first entry of .init_array is relocated to, and where the check is.
+# Finds the target of the first entry of .init_array, and the address of the check.
 array=$(readelf -SW "$program" | awk '{ for (i = 1; i < NF; ++i) if ($i == ".init_array") print $(i + 2) }')
 [ -n "$array" ] || fail "no .init_array"
 first=$(readelf -rW "$program" | awk -v at="$array" '$1 == at && $3 == "R_X86_64_RELATIVE" { print $4 }')
@@ -25,7 +25,7 @@ has_avx() { [ "$(objdump -d --no-show-raw-insn "$1" | grep -cP ':\s+v[a-z0-9]+\s
 has_avx "$program" || fail "the program has no instruction of AVX: this test sees nothing"
 ! has_avx "$object" || fail "the check itself uses AVX"
 
-# Where the emulator is not installed, this part is left out.
+# Without the emulator, this part is skipped.
 command -v qemu-x86_64 >/dev/null || exit 0
 qemu-x86_64 -cpu max "$program" --version >/dev/null || fail "the emulated processor that has all is refused"
 code=0

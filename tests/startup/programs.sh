@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# No program loads OpenImageIO, and its 260 libraries, before it touches a picture: neither itself nor by another.
+# Tests that no program loads OpenImageIO and its 260 libraries before it opens a picture, neither directly nor indirectly.
 # usage: tests/startup/programs.sh liblucerna_pictures.so PROGRAM...
 set -euo pipefail
 export LC_ALL=C
 
-# Not grep -q: it ends at the first line that it finds, and ldd, still writing, would fail by a signal.
+# grep -q would end at the first match, and ldd, which is still writing, would fail by a signal.
 loads() { ldd "$1" | grep libOpenImageIO >/dev/null; }
 
-# The check must find what it looks for where it is.
+# The check must find the dependency in a library that has it.
 if ! loads "$1"; then
     echo "$1 is not linked with OpenImageIO: this test sees nothing"
     exit 1
