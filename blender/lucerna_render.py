@@ -1,11 +1,11 @@
-"""Lucerna as a render engine of Blender: docs/howto/from-blender.md.
+"""Provides Lucerna as a render engine of Blender: docs/howto/from-blender.md.
 
-The open scene is written as pbrt scene text with its meshes as binary PLY files, `lucerna render` renders it, and the
-OpenEXR image comes back as the render result with its passes. Blender's lengths are taken as metres.
+The add-on writes the open scene as pbrt scene text with its meshes as binary PLY files, runs `lucerna render`, and loads the
+OpenEXR image as the render result with its passes. Blender's lengths are taken as metres.
 
 Units. Blender's lights are radiant: a point light of P watts has the intensity P / (4 pi) W/sr, an area light of the
-area A the radiance P / (4 A), a sun gives its strength in W/m2 on a plane that faces it, emission strength and world
-are radiances in W/(m2 sr). In a photometric picture each is multiplied by the scene's lumens per watt; in a radiometric
+area A the radiance P / (4 A), a sun's strength is the irradiance in W/m2 on a plane that faces it, emission strength and
+world are radiances in W/(m2 sr). In a photometric picture each is multiplied by the scene's lumens per watt; in a radiometric
 one a measured lamp's lumens are divided by it. Both pictures are the same up to this factor.
 """
 
@@ -26,7 +26,7 @@ import bpy
 import numpy as np
 
 try:
-    import OpenImageIO as oiio  # in Blender from 3.5 on; Debian's Blender finds python3-openimageio
+    import OpenImageIO as oiio  # part of Blender since 3.5; Debian's Blender uses python3-openimageio
 except ImportError:
     oiio = None
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
@@ -46,10 +46,10 @@ bl_info = {
 ENGINE = "LUCERNA"
 NO_OIIO = "This Blender has no OpenImageIO for Python, which reads the image; on Debian, install python3-openimageio"
 LAMP_KINDS = {".ies": "ies", ".ldt": "ldt", ".exr": "lightfield", ".tm25ray": "rayfile", ".dat": "rayfile", ".ray": "rayfile"}
-# Image files that the command reads as they are.
+# Image files that the command reads without conversion.
 IMAGE_SUFFIXES = {".png", ".jpg", ".jpeg", ".exr", ".hdr", ".tga", ".tif", ".tiff"}
 PARTS = ("emission", "direct", "indirect", "caustic", "media")
-FAR = 1e10  # Blender's depth where nothing is seen
+FAR = 1e10  # Blender's depth where a ray hits nothing
 
 
 class RenderError(Exception):
@@ -72,23 +72,23 @@ def quoted(text):
 
 
 def matrix_text(directive, matrix):
-    """pbrt lists a matrix column by column."""
+    """Returns the directive with the matrix column by column, as in pbrt."""
     return directive + " [" + " ".join(number(matrix[r][c]) for c in range(4) for r in range(4)) + "]"
 
 
 def group_name(name):
-    """A light group's name by the rules of layers: letters, digits, _ and -, at most 64."""
+    """Returns a valid name of a light group: letters, digits, _ and -, at most 64."""
     return re.sub(r"[^A-Za-z0-9_-]", "_", name)[:64]
 
 
 def rigid(matrix):
-    """Place and rotation without scale."""
+    """Returns the matrix with its translation and rotation, without scale."""
     location, rotation, _ = matrix.decompose()
     return Matrix.Translation(location) @ rotation.to_matrix().to_4x4()
 
 
 def unseen(obj):
-    """Blender's lights light the scene without being seen, unless their visibility to the camera says so."""
+    """Returns parameters that hide the shape of a light that is not visible to the camera."""
     return "" if obj.visible_camera else ' "float alpha" 0'
 
 
@@ -97,7 +97,7 @@ def light_groups_of(view_layer):
 
 
 def write_ply(path, points, triangles, normals=None, uv=None):
-    """points (n, 3), triangles (m, 3) indices, normals (n, 3), uv (n, 2)."""
+    """Writes a mesh: points (n, 3), triangles (m, 3) of indices, normals (n, 3), uv (n, 2)."""
     columns = [("x", points[:, 0]), ("y", points[:, 1]), ("z", points[:, 2])]
     if normals is not None:
         columns += [("nx", normals[:, 0]), ("ny", normals[:, 1]), ("nz", normals[:, 2])]
@@ -128,7 +128,7 @@ def corner_normals(mesh):
 
 
 class Exporter:
-    """Writes one view of a scene into a folder. `warnings` tells what is not exported as Blender shows it."""
+    """Writes one view of a scene into a folder. `warnings` lists what is exported differently from Blender, or not at all."""
 
     def __init__(self, depsgraph, folder):
         self.depsgraph = depsgraph
@@ -139,10 +139,10 @@ class Exporter:
         self.photometric = self.settings.unit == "PHOTOMETRIC"
         self.lines = []
         self.warnings = []
-        self.materials = {}  # name in Blender -> what material() returns
+        self.materials = {}  # name in Blender -> the result of material()
         self.images = {}
-        self.meshes = {}  # name of an object or its data -> its parts, see mesh_parts
-        self.shared = {}  # name of a mesh -> name of the object in the text, once it is one
+        self.meshes = {}  # names of an object and its data -> its parts, see mesh_parts
+        self.shared = {}  # id of a mesh's parts -> name of their object in the text
 
     def warn(self, text):
         if text not in self.warnings:
@@ -152,7 +152,7 @@ class Exporter:
         self.lines.append(line)
 
     def radiant(self, value):
-        """A radiant measure of Blender's in the unit of the scene text."""
+        """Converts a radiometric value of Blender into the unit of the scene text."""
         return value * self.settings.efficacy if self.photometric else value
 
     def write(self, name):
@@ -186,7 +186,7 @@ class Exporter:
         # pbrt's camera looks along +z with y up and x to the right.
         to_camera = Matrix.Diagonal((1, 1, -1, 1)) @ rigid(camera.matrix_world).inverted()
         self.add(matrix_text("Transform", to_camera))
-        # The frame has sensor fit, pixel aspect and shift in it.
+        # The frame includes sensor fit, pixel aspect and shift.
         corners = data.view_frame(scene=self.scene)
         depth = -corners[0].z if data.type == "PERSP" else 1
         xs, ys = [c.x / depth for c in corners], [c.y / depth for c in corners]
@@ -204,7 +204,7 @@ class Exporter:
             lens = f' "float lensradius" {number(radius)} "float focaldistance" {number(max(focus, 1e-5))}'
             if data.dof.aperture_blades or data.dof.aperture_ratio != 1:
                 self.warn(f"camera {camera.name}: the aperture is exported as a circle")
-        # At 90 degrees the window is in tangents of the angles from the axis.
+        # With a field of view of 90 degrees, the window is given by the tangents of the angles from the axis.
         kind = '"perspective" "float fov" 90' if data.type == "PERSP" else '"orthographic"'
         self.add(f"Camera {kind} {window}{lens}")
 
@@ -242,7 +242,7 @@ class Exporter:
             return
         scale = f' "float scale" {number(self.radiant(strength))}'
         if image:
-            # Blender's longitude falls from left to right where pbrt's rises.
+            # Blender's longitude decreases from left to right, pbrt's increases.
             self.add("AttributeBegin\n    Scale -1 1 1")
             self.add(f'    LightSource "infinite" "string mapname" {quoted(image)}{scale}{self.group(world)}')
             self.add("AttributeEnd")
@@ -270,7 +270,7 @@ class Exporter:
         self.add("AttributeEnd")
 
     def settings_of_nodes(self, light):
-        """Whether the nodes say other than an Emission of strength 1."""
+        """Tells whether the light's first Emission node is linked, not white, or of a strength other than 1."""
         for node in light.node_tree.nodes:
             if node.type == "EMISSION":
                 strength, colour = node.inputs["Strength"], node.inputs["Color"]
@@ -289,7 +289,7 @@ class Exporter:
         elif light.type == "POINT":
             self.add(f'    LightSource "point" "rgb I" {rgb(light.color)} "float scale" {number(intensity)}{group}')
         else:
-            # Both fall smoothly between two cosines.
+            # In both programs the intensity falls smoothly between two cosines.
             edge = math.cos(light.spot_size / 2)
             start = math.acos(min(1, edge + (1 - edge) * light.spot_blend))
             cone = math.degrees(light.spot_size / 2)
@@ -310,21 +310,21 @@ class Exporter:
             return
         if light.spread < math.pi - 1e-3:
             self.warn(f"light {obj.name}: an area light is exported without its spread")
-        # Not P / (pi A): of an area light's watts Blender emits pi / 4.
+        # The radiance is not P / (pi A): Blender emits only pi / 4 of an area light's watts.
         radiance = self.radiant(light.energy) / (4 * area)
         self.add("    " + matrix_text("ConcatTransform", rigid(matrix)))
         self.add('    Material "diffuse" "rgb reflectance" [0 0 0]')
         self.add(f'    AreaLightSource "diffuse" "rgb L" {rgb(light.color)} "float scale" {number(radiance)}{group}')
         x, y = number(width / 2), number(height / 2)
         if light.shape in ("DISK", "ELLIPSE"):
-            # A disk shines along +z.
+            # A disk emits along +z.
             self.add(f'    Rotate 180 1 0 0\n    Scale {x} {y} {x}\n    Shape "disk" "float radius" 1{unseen(obj)}')
         else:
             self.add(f'    Shape "trianglemesh" "point3 P" [-{x} -{y} 0  -{x} {y} 0  {x} {y} 0  {x} -{y} 0]'
                      f' "integer indices" [0 1 2 0 2 3]{unseen(obj)}')
 
     def lamp(self, obj, matrix):
-        """A measured or photometric lamp: light leaves along -z of the object, +z of the lamp's frame."""
+        """Writes a measured or photometric lamp: it emits along -z of the object, +z of the lamp's frame."""
         lamp = obj.lucerna_lamp
         path = bpy.path.abspath(lamp.file)
         kind = LAMP_KINDS.get(os.path.splitext(path)[1].lower())
@@ -360,7 +360,7 @@ class Exporter:
         parts = self.mesh_parts(obj)
         if not parts:
             return
-        # Area lights inside an object emit nothing, so that meshes that emit are written out for each instance.
+        # Area lights inside an object emit nothing; therefore emissive meshes are written out for each instance.
         shared = is_instance and not any(self.material(part["material"])[1] for part in parts)
         if shared and id(parts) not in self.shared:
             self.shared[id(parts)] = f"object {len(self.shared)}"
@@ -387,7 +387,7 @@ class Exporter:
         self.add("    AttributeEnd")
 
     def mesh_parts(self, obj):
-        """The evaluated mesh, one PLY file in the object's own axes for each of its materials."""
+        """Writes the evaluated mesh as one PLY file per material, in the object's own axes, and returns these parts."""
         key = obj.original.name_full, obj.data.name_full if obj.data else ""
         if key in self.meshes:
             return self.meshes[key]
@@ -422,7 +422,7 @@ class Exporter:
                 corners = loops[slots == slot]
                 material = obj.material_slots[slot].material if slot < len(obj.material_slots) else None
                 file = f"{self.stem}-{len(self.meshes)}-{slot}.ply"
-                # A vertex for each corner: normals and coordinates are the corners'.
+                # Each corner gets its own vertex, because normals and texture coordinates belong to corners.
                 used, triangles = np.unique(corners, return_inverse=True)
                 write_ply(os.path.join(self.folder, file), points[vertex_of_loop[used]], triangles.reshape(-1, 3),
                           None if normals is None else normals[used], None if uv is None else uv[used])
@@ -434,7 +434,7 @@ class Exporter:
     # ------------------------------------------------------------ materials
 
     def material(self, material):
-        """The directive that chooses it, its AreaLightSource or "", and the shape's alpha parameter."""
+        """Returns the directive that selects the material, its AreaLightSource or "", and the shape's alpha parameter."""
         name = material.name_full if material else None
         if name not in self.materials:
             text, emission, alpha = 'Material "diffuse" "rgb reflectance" [0.8 0.8 0.8]', "", ""
@@ -444,7 +444,7 @@ class Exporter:
         return self.materials[name]
 
     def value(self, socket, fallback, owner):
-        """A socket's number; what is linked to it is not exported."""
+        """Returns a socket's number. Of linked nodes only Value is exported; for others there is a warning."""
         if socket is None:
             return fallback
         if socket.is_linked:
@@ -455,7 +455,7 @@ class Exporter:
         return socket.default_value
 
     def image_file(self, image):
-        """A file that the command reads; None, with a warning, if there is none."""
+        """Returns a file that the command can read; None, with a warning, if there is none."""
         if image.name_full in self.images:
             return self.images[image.name_full]
         path = os.path.abspath(bpy.path.abspath(image.filepath, library=image.library)) if image.filepath else ""
@@ -474,12 +474,12 @@ class Exporter:
 
 
 def plain(name):
-    """For a comment."""
+    """Returns the name on one line, for a comment."""
     return name.replace("\n", " ").replace("\r", " ")
 
 
 def source_node(socket):
-    """The node that is linked to a socket, through reroutes; None if there is none."""
+    """Returns the node that is linked to a socket, through reroutes; None if there is none."""
     while socket is not None and socket.is_linked:
         node = socket.links[0].from_node
         if node.type != "REROUTE":
@@ -489,7 +489,7 @@ def source_node(socket):
 
 
 class MaterialText:
-    """One material of Blender's, by the nearest of the command's."""
+    """Exports a material of Blender as the most similar material of the command."""
 
     def __init__(self, exporter, material):
         self.out = exporter
@@ -523,7 +523,7 @@ class MaterialText:
         return self.out.value(node.inputs.get(name), fallback, self.owner)
 
     def colour(self, socket, parameter):
-        """A colour parameter: the socket's colour, or the image that is linked to it."""
+        """Returns a colour parameter: the socket's colour, or the image that is linked to it."""
         source = source_node(socket)
         if source is not None and source.type == "TEX_IMAGE" and source.image:
             file = self.out.image_file(source.image)
@@ -559,7 +559,7 @@ class MaterialText:
         return [factor * c for c in socket.default_value[:3]]
 
     def shader(self, node):
-        """Name of the material, emitted radiance in Blender's unit or None, alpha."""
+        """Returns the material's name, its emitted radiance in Blender's unit or None, and alpha."""
         kind = node.type if node else ""
         if kind == "BSDF_PRINCIPLED":
             return self.principled(node)
@@ -599,7 +599,7 @@ class MaterialText:
         return name, light, (1 - amount) * alpha_a + amount * alpha_b
 
     def sum(self, node):
-        """Emission beside another shader."""
+        """Exports the sum of emission and another shader."""
         sources = [source_node(node.inputs[0]), source_node(node.inputs[1])]
         emitting = [each for each in sources if each is not None and each.type == "EMISSION"]
         others = [each for each in sources if each is not None and each.type != "EMISSION"]
@@ -620,7 +620,7 @@ class MaterialText:
         transmission = min(1, max(0, self.number(node, "Transmission" if "Transmission" in node.inputs else "Transmission Weight")))
         base = node.inputs["Base Color"]
         rough = self.roughness(node)
-        # Parts with their shares: metal, glass, and gloss over a diffuse base.
+        # Lists the parts with their shares: gloss over a diffuse base, glass, and metal.
         parts = []
         if metallic < 1 and transmission < 1:
             specular = self.number(node, "Specular" if "Specular" in node.inputs else "Specular IOR Level", 0.5)
@@ -661,7 +661,7 @@ def command_path():
 
 
 class Image:
-    """An image that the command wrote, read by OpenImageIO layer by layer."""
+    """Reads an image that the command wrote, layer by layer with OpenImageIO."""
 
     def __init__(self, path):
         self.file = oiio.ImageInput.open(path)
@@ -672,7 +672,7 @@ class Image:
         self.indices = {name: i for i, name in enumerate(spec.channelnames)}
 
     def layer(self, *names):
-        """(height, width, channels) float32, top row first; None where there is no such layer."""
+        """Returns (height, width, channels) float32, top row first; None if there is no such layer."""
         if not set(names) <= set(self.indices):
             return None
         indices = [self.indices[name] for name in names]
@@ -709,10 +709,10 @@ def render_arguments(settings, scene_file, image_file):
 
 
 class Run:
-    """The command while it renders. `poll` hands on its lines; `interrupt` ends it with what is there."""
+    """The running command. `poll` returns its lines; `interrupt` makes it end early with the image rendered so far."""
 
     PROGRESS = re.compile(r"^(.*): (\d+) %")
-    PHASE = re.compile(r"^[a-z ]+(: <?[\d.]+ (s|min|h|%).*| …)$")  # begins, goes on, ends
+    PHASE = re.compile(r"^[a-z ]+(: <?[\d.]+ (s|min|h|%).*| …)$")  # begins, continues, ends
 
     def __init__(self, arguments):
         self.process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
@@ -727,7 +727,7 @@ class Run:
             self.lines.put(line.rstrip("\n"))
 
     def poll(self):
-        """Lines since the last call; waits up to a tenth of a second for the first."""
+        """Returns the lines since the last call; waits up to a tenth of a second for the first."""
         lines = []
         try:
             lines.append(self.lines.get(timeout=0.1))
@@ -758,21 +758,21 @@ class Run:
 
 
 def pass_list(settings, view_layer):
-    """Passes beside Combined: name, channels' letters, type of socket."""
+    """Returns the passes besides Combined: name, letters of the channels, type of socket."""
     passes = []
     if settings.denoise or settings.layers:
         passes += [("Measured", "RGBA", "COLOR"), ("Denoised", "RGBA", "COLOR")]
     if settings.layers:
         passes += [("Depth", "Z", "VALUE"), ("Normal", "XYZ", "VECTOR"), ("Albedo", "RGB", "COLOR")]
         passes += [(part.capitalize(), "RGB", "COLOR") for part in PARTS]
-        # Named as Cycles' are.
+        # The names are those of Cycles.
         groups = light_groups_of(view_layer)
         passes += [(f"Combined_{name}", "RGB", "COLOR") for name in groups + (["default"] if groups else [])]
     return passes
 
 
 def pass_values(image, settings, name):
-    """The values of a pass, (height, width, channels), top row first; None where the image has none."""
+    """Returns the values of a pass, (height, width, channels), top row first; None if the image has none."""
     if name == "Combined":
         denoised = image.colours("denoised") if settings.denoise else None
         return image.colours() if denoised is None else denoised
@@ -789,7 +789,7 @@ def pass_values(image, settings, name):
 
 
 def put(render_pass, values):
-    """Blender's rows start at the bottom; a colour without alpha is opaque."""
+    """Sets the values of a pass. Blender's rows start at the bottom; a colour without alpha is opaque."""
     values = np.flipud(values)
     channels = render_pass.channels
     whole = np.ones(values.shape[:2] + (channels,), dtype=np.float32)
@@ -838,7 +838,7 @@ class LucernaRenderEngine(bpy.types.RenderEngine):
             self.report({"WARNING"}, warning)
         image_file = os.path.join(folder, stem + ".exr")
         if os.path.exists(image_file):
-            os.remove(image_file)  # of a render before: none of this one
+            os.remove(image_file)  # the image of an earlier render must not be loaded
         arguments = [command_path()] + render_arguments(settings, scene_file, image_file)
         run = Run(arguments + self.border(depsgraph.scene.render))
         try:
@@ -1008,7 +1008,7 @@ def export_entry(self, _context):
     self.layout.operator(LUCERNA_OT_export.bl_idname, text="Lucerna (.pbrt)")
 
 
-# Panels of Blender's own that make sense here; those for EEVEE's materials, lights and world have the nodes.
+# Blender's own panels that apply here; those for EEVEE's materials, lights and world show the nodes.
 MORE_PANELS = ("EEVEE_MATERIAL_PT_surface", "EEVEE_MATERIAL_PT_context_material", "EEVEE_WORLD_PT_surface", "DATA_PT_EEVEE_light")
 
 
