@@ -43,8 +43,7 @@ TEST(Camera, Fov_IsThatOfTheShorterSide) {
 
 TEST(Camera, ScreenWindow_ReplacesTheAspectRatio) {
     Camera::Settings s = wide();
-    s.screen[0] = -0.5F, s.screen[1] = 1, s.screen[2] = 0,
-    s.screen[3] = 0.25F;  // for a fov of 90 degrees the tangent is 1
+    s.screen[0] = -0.5F, s.screen[1] = 1, s.screen[2] = 0, s.screen[3] = 0.25F;  // the tangent is 1 at 90°
     const Camera camera(s);
     expect_near(camera.ray({0, 0}, {}).d, V3f(-0.5F, 0.25F, 1).normalized());
     expect_near(camera.ray({400, 200}, {}).d, V3f(1, 0, 1).normalized());

@@ -163,8 +163,7 @@ TEST(Shapes, QuadricArea_ByRandomChords_EqualsTheFormula) {
         const double mean = crossings / n;  // chords between uniform points of the unit sphere
         const double expected = cases[k].area / (2 * M_PI);  // are uniform lines: 2 area / (4π)
         EXPECT_NEAR(mean, expected, 5 * std::sqrt(expected / n) * 1.5) << k;
-        EXPECT_GT(std::fabs(mean - 1.05 * expected), 5 * std::sqrt(expected / n))
-            << k;  // an error of 5 % is seen
+        EXPECT_GT(std::fabs(mean - 1.05 * expected), 5 * std::sqrt(expected / n)) << k;  // 5 % is detected
     }
 }
 
