@@ -1,11 +1,5 @@
 #include "lights/field_pyramid.h"
 
-#define HWY_COMPILE_ONLY_STATIC 1  // for the build's own instruction set
-#if !defined(__AES__)              // x86-64-v3 lacks AES, which Highway counts as part of AVX2
-#define HWY_DISABLE_PCLMUL_AES 1
-#endif
-#include <hwy/highway.h>
-
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -13,20 +7,13 @@
 #include <tuple>
 
 #include "lights/bell.h"
+#include "lights/eight_lanes.h"
 
 namespace lucerna {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
-// D4 has four lanes, the lower and upper half (or edge) along u, then along v. D8 holds a row of the grid's
+// d4 has four lanes, the lower and upper half (or edge) along u, then along v. d8 holds a row of the grid's
 // squares.
-using D4 = hn::FixedTag<float, 4>;
-using D8 = hn::FixedTag<float, 8>;
-using I4 = hn::RebindToSigned<D4>;
-using I8 = hn::RebindToSigned<D8>;
-using F4 = hn::Vec<D4>;
-using F8 = hn::Vec<D8>;
 constexpr D4 d4;
 constexpr D8 d8;
 constexpr I4 i4;
@@ -34,13 +21,13 @@ constexpr I8 i8;
 
 F4 four(float a, float b, float c, float d) {
     alignas(16) const float lanes[4] = {a, b, c, d};
-    return hn::Load(d4, lanes);
+    return Load(d4, lanes);
 }
 F4 all4(float x) {
-    return hn::Set(d4, x);
+    return Set(d4, x);
 }
 F8 all8(float x) {
-    return hn::Set(d8, x);
+    return Set(d8, x);
 }
 
 constexpr float kBelowOne = 0x1.fffffep-1F;
@@ -73,15 +60,15 @@ float unpacked(std::uint16_t x) {
 std::size_t choose_of(F8 weights, float total, float& u) {
     // Computes prefix sums: of the four lanes of each half, then over both.
     F8 upto = weights;
-    upto = upto + hn::ShiftLeftLanes<1>(d8, upto);
-    upto = upto + hn::ShiftLeftLanes<2>(d8, upto);
-    upto = upto + hn::Combine(d8, hn::Broadcast<3>(hn::LowerHalf(upto)), hn::Zero(d4));
+    upto = upto + ShiftLeftLanes<1>(d8, upto);
+    upto = upto + ShiftLeftLanes<2>(d8, upto);
+    upto = upto + Combine(d8, Broadcast<3>(LowerHalf(upto)), Zero(d4));
     alignas(32) float weight[kGrid];
     alignas(32) float sums[kGrid + 8] = {};
-    hn::Store(weights, d8, weight);
-    hn::Store(upto, d8, sums + 8);
+    Store(weights, d8, weight);
+    Store(upto, d8, sums + 8);
     const float at = u * total;
-    const std::size_t i = hn::CountTrue(d8, hn::And(upto <= all8(at), hn::FirstN(d8, kGrid - 1)));
+    const std::size_t i = CountTrue(d8, And(upto <= all8(at), FirstN(d8, kGrid - 1)));
     u = std::clamp((at - sums[7 + i]) / weight[i], 0.0F, kBelowOne);
     return i;
 }
@@ -123,13 +110,13 @@ struct FieldPyramid::Seeing {
     // Returns the column of M that an edge of S sees, by PlaneCoordinate::of, which is s itself for 1/c = 0.
     F4 column_at(F4 edge) const {
         const F4 s = x_seen + edge * rest, t = s * per_c, one = all4(1);
-        return ((s + s) / (one + hn::Sqrt(one + t * t)) - first) * per_metre;
+        return ((s + s) / (one + Sqrt(one + t * t)) - first) * per_metre;
     }
     // Returns PlaneCoordinate::slope there: the density of M's coordinate relative to the middle.
     F4 slope_at(F4 column) const {
         const F4 one = all4(1);
         const F4 half = all4(0.5F) * per_c * (first + column / per_metre);
-        const F4 tau2 = hn::Min(half * half, one), rest_of_one = one - tau2;
+        const F4 tau2 = Min(half * half, one), rest_of_one = one - tau2;
         return rest_of_one * rest_of_one / (one + tau2);
     }
 };
@@ -148,7 +135,7 @@ struct FieldPyramid::Grid {
     F8 along_u(std::size_t c) const {
         alignas(32) const float lanes[kGrid] = {value[0][c], value[1][c], value[2][c], value[3][c],
                                                 value[4][c], value[5][c], value[6][c], value[7][c]};
-        return hn::Load(d8, lanes);
+        return Load(d8, lanes);
     }
 };
 
@@ -359,22 +346,22 @@ FieldPyramid::Halves FieldPyramid::halves_of_block(const Seeing& seeing, int lev
     const F4 one = seeing.column_at(lower), other = seeing.column_at(upper);
     const F4 reach = all4(kReach);
     const F4 length = of(axes_[0].edge_x, axes_[1].edge_x, size) - of(axes_[0].edge_x, axes_[1].edge_x, 0);
-    return {hn::Min(one, other) - reach, hn::Max(one, other) + reach,
+    return {Min(one, other) - reach, Max(one, other) + reach,
             length * seeing.slope_at(all4(0.5F) * (one + other))};
 }
 
 // Returns the mean density over each quarter and the rectangle it sees, times the quarter's area.
 FieldPyramid::Quarters FieldPyramid::light_of(const std::array<const std::uint16_t*, 4>& images,
                                               const Halves& halves) const {
-    const F4 none = hn::Zero(d4);
+    const F4 none = Zero(d4);
     const F4 last = four(columns_[0], columns_[0], columns_[1], columns_[1]);
-    const F4 from = hn::Min(hn::Max(halves.low, none), last);
-    const F4 to = hn::Min(hn::Max(halves.high, none), last);
+    const F4 from = Min(Max(halves.low, none), last);
+    const F4 to = Min(Max(halves.high, none), last);
     // The factor includes the length, so that missing halves weigh nothing.
     const F4 per_width = halves.length / (halves.high - halves.low);
 
     // Chooses the level of M.
-    const float widest = std::max(hn::GetLane(hn::MaxOfLanes(d4, to - from)), 1.0F);
+    const float widest = std::max(GetLane(hn::MaxOfLanes(d4, to - from)), 1.0F);
     const int wanted = static_cast<int>(std::bit_cast<std::uint32_t>(widest * (1 / kTexels)) >> 23) - 126;
     const auto l = static_cast<std::size_t>(std::clamp(wanted, 0, static_cast<int>(of_m_.size()) - 1));
     const Level& level = of_m_[l];
@@ -383,13 +370,13 @@ FieldPyramid::Quarters FieldPyramid::light_of(const std::array<const std::uint16
     // Finds the first of four texels that each half sees, and the share of each texel.
     alignas(16) const std::int32_t ends[4] = {level.size[0] - 1, level.size[0] - 1, level.size[1] - 1,
                                               level.size[1] - 1};
-    const hn::Vec<I4> first = hn::Min(hn::ConvertTo(i4, from * scale), hn::Load(i4, ends));
-    const F4 base = hn::ConvertTo(d4, first);
+    const hn::Vec<I4> first = Min(ConvertTo(i4, from * scale), Load(i4, ends));
+    const F4 base = ConvertTo(d4, first);
     const F4 begin = from * scale - base, end = to * scale - base;
     const F4 factor = per_width / scale;
     // The share of one texel for each half, times length over width.
     const auto share = [&](float texel) {
-        return hn::Max(none, hn::Min(end, all4(texel + 1)) - hn::Max(begin, all4(texel))) * factor;
+        return Max(none, Min(end, all4(texel + 1)) - Max(begin, all4(texel))) * factor;
     };
     const F4 shares[kTaps] = {share(0), share(1), share(2), share(3)};
     // Transposes to the shares of all texels for each half.
@@ -398,35 +385,35 @@ FieldPyramid::Quarters FieldPyramid::light_of(const std::array<const std::uint16
     const F4 upper01 = hn::InterleaveUpper(d4, shares[0], shares[1]);
     const F4 upper23 = hn::InterleaveUpper(d4, shares[2], shares[3]);
     alignas(16) float of_row[2][kTaps];
-    hn::Store(hn::ConcatLowerLower(d4, lower23, lower01), d4, of_row[0]);
-    hn::Store(hn::ConcatUpperUpper(d4, lower23, lower01), d4, of_row[1]);
-    const F8 of_column = hn::Combine(d8, hn::ConcatUpperUpper(d4, upper23, upper01),
-                                     hn::ConcatLowerLower(d4, upper23, upper01));
+    Store(hn::ConcatLowerLower(d4, lower23, lower01), d4, of_row[0]);
+    Store(hn::ConcatUpperUpper(d4, lower23, lower01), d4, of_row[1]);
+    const F8 of_column =
+        Combine(d8, hn::ConcatUpperUpper(d4, upper23, upper01), hn::ConcatLowerLower(d4, upper23, upper01));
     alignas(16) std::int32_t start[4];
-    hn::Store(first, i4, start);
+    Store(first, i4, start);
 
     // Sums four rows of four texels, two quarters side by side.
     const hn::FixedTag<std::uint16_t, 4> texel_lanes;
-    const hn::FixedTag<std::uint16_t, 8> pair_lanes;
-    const hn::FixedTag<std::uint32_t, 8> wide_lanes;
+    const hn::FixedTag<std::uint32_t, 4> wide_lanes;
+    const auto unpacked_four = [&](const std::uint16_t* texels) {
+        return BitCast(d4, hn::ShiftLeft<16>(PromoteTo(wide_lanes, LoadU(texel_lanes, texels))));
+    };
     Quarters light;
     for (std::size_t a = 0; a < 2; ++a) {
         const std::uint16_t* const lower = images[2 * a] + level.begin + start[2];
         const std::uint16_t* const upper = images[2 * a + 1] + level.begin + start[3];
-        F8 sum = hn::Zero(d8);
+        F8 sum = Zero(d8);
         for (int r = 0; r < kTaps; ++r) {
             const int row = std::min(start[a] + r, level.size[0] - 1);
             const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(row) * level.size[1];
-            const auto texels = hn::Combine(pair_lanes, hn::LoadU(texel_lanes, upper + offset),
-                                            hn::LoadU(texel_lanes, lower + offset));
-            const F8 values = hn::BitCast(d8, hn::ShiftLeft<16>(hn::PromoteTo(wide_lanes, texels)));
+            const F8 values = Combine(d8, unpacked_four(upper + offset), unpacked_four(lower + offset));
             sum = sum + values * all8(of_row[a][r]);
         }
         sum = sum * of_column;
-        sum = sum + hn::Shuffle2301(sum);
-        sum = sum + hn::Shuffle1032(sum);
-        light[2 * a] = hn::GetLane(sum);
-        light[2 * a + 1] = hn::GetLane(hn::UpperHalf(d4, sum));
+        sum = sum + Shuffle2301(sum);
+        sum = sum + Shuffle1032(sum);
+        light[2 * a] = GetLane(sum);
+        light[2 * a + 1] = GetLane(UpperHalf(d4, sum));
     }
     return light;
 }
@@ -526,24 +513,23 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     F4 edges = four(u_edge[n[0]], u_edge[n[0] + 1], v_edge[n[1]], v_edge[n[1] + 1]);
     const std::uint16_t* const image = texels_.data() + node(0, i, o) * image_;
     for (int k = levels_within(stretch); k > 0; --k) {
-        const F4 middles = all4(0.5F) * (edges + hn::Shuffle2301(edges));
+        const F4 middles = all4(0.5F) * (edges + Shuffle2301(edges));
         const F4 at_edges = seeing.column_at(edges);
         const F4 at_middles = seeing.column_at(middles);
-        Quarters light =
-            light_of({image, image, image, image},
-                     {hn::Min(at_edges, at_middles) - reach, hn::Max(at_edges, at_middles) + reach,
-                      seeing.slope_at(all4(0.5F) * (at_edges + at_middles))});
+        Quarters light = light_of({image, image, image, image},
+                                  {Min(at_edges, at_middles) - reach, Max(at_edges, at_middles) + reach,
+                                   seeing.slope_at(all4(0.5F) * (at_edges + at_middles))});
         if (!(total_of(light) > 0)) light = {1, 1, 1, 1};
         alignas(16) float middle[4];
-        hn::Store(middles, d4, middle);
+        Store(middles, d4, middle);
         const int chosen = choose(light, -1, middle);
         follow(light, chosen, -1);
         // The middle becomes the lower edge of an upper half, or the upper edge of a lower one.
         alignas(16) const std::int32_t upper[4] = {-(chosen >> 1), (chosen >> 1) - 1, -(chosen & 1),
                                                    (chosen & 1) - 1};
-        edges = hn::IfThenElse(hn::MaskFromVec(hn::BitCast(d4, hn::Load(i4, upper))), middles, edges);
+        edges = IfThenElse(hn::MaskFromVec(hn::BitCast(d4, Load(i4, upper))), middles, edges);
     }
-    hn::Store(edges, d4, path.edge);
+    Store(edges, d4, path.edge);
     return path;
 }
 
@@ -558,24 +544,23 @@ namespace {
 
 // The lower edges, or the middles, of kGrid equal parts of [from, to].
 F8 lower_edges(float from, float to) {
-    return all8(from) + hn::Iota(d8, 0.0F) * all8((to - from) * (1.0F / kGrid));
+    return all8(from) + Iota(d8, 0.0F) * all8((to - from) * (1.0F / kGrid));
 }
 F8 middles(float from, float to) {
     const float step = (to - from) * (1.0F / kGrid);
-    return all8(from + 0.5F * step) + hn::Iota(d8, 0.0F) * all8(step);
+    return all8(from + 0.5F * step) + Iota(d8, 0.0F) * all8(step);
 }
 
 // PlaneCoordinate::slope, the density of a plane's coordinate, where tau = coordinate / (2 c).
 F8 slope_of(F8 tau) {
-    const F8 one = all8(1), tau2 = hn::Min(tau * tau, one), rest_of_one = one - tau2;
+    const F8 one = all8(1), tau2 = Min(tau * tau, one), rest_of_one = one - tau2;
     return rest_of_one * rest_of_one / (one + tau2);
 }
 
 // The filter of the lower view, which falls from 1 to 0 within the interval.
 F8 lower_filter(FilterBasis basis, F8 f) {
     const F8 one = all8(1), half = all8(0.5F), rest = one - f;
-    return basis == FilterBasis::hat ? rest
-                                     : hn::IfThenElse(f <= half, one - (f + f) * f, (rest + rest) * rest);
+    return basis == FilterBasis::hat ? rest : IfThenElse(f <= half, one - (f + f) * f, (rest + rest) * rest);
 }
 
 // The pixel columns that kGrid squares see along one axis.
@@ -590,16 +575,16 @@ SeenColumns columns_between(float begin, float end, PixelBasis basis) {
     const F8 column = lower_edges(begin, end) - all8(end < begin ? width : 0.0F);
     const F8 centre = column + all8(0.5F * width), half = all8(0.5F), one = all8(1);
     const bool hat = basis == PixelBasis::hat;
-    const F8 first = hn::Floor(hat ? centre - half : column);
+    const F8 first = Floor(hat ? centre - half : column);
     const F8 beyond =
         hat ? centre - half - first : (column - first + all8(width) - one) * all8(1 / std::max(width, 1e-6F));
-    return {first, hn::Min(hn::Max(beyond, hn::Zero(d8)), one), centre};
+    return {first, Min(Max(beyond, Zero(d8)), one), centre};
 }
 
 float total_of(F8 v) {
-    F4 sum = hn::LowerHalf(v) + hn::UpperHalf(d4, v);
-    sum = sum + hn::Shuffle1032(sum);
-    return hn::GetLane(sum + hn::Shuffle2301(sum));
+    F4 sum = LowerHalf(v) + UpperHalf(d4, v);
+    sum = sum + Shuffle1032(sum);
+    return GetLane(sum + Shuffle2301(sum));
 }
 
 }  // namespace
@@ -608,7 +593,7 @@ float total_of(F8 v) {
 // square sees one or two pixels of each.
 struct FieldPyramid::AxisWeights {
     F8 weight[2][2];  // by view and pixel; 0 for pixels and views that do not exist
-    hn::Vec<I8> pixel[2][2];
+    N8 pixel[2][2];
     int view[2];
     F8 way2;  // squared distance from the middles of the squares to x along the axis
 };
@@ -631,7 +616,7 @@ FieldPyramid::AxisWeights FieldPyramid::axis_weights(int axis, const Path& path,
     // which lose nothing by cancellation.
     const float c_s = static_cast<float>(rig.s_coordinate.c), per_c_s = c_s > 0 ? 1 / c_s : 0.0F;
     const F8 u_middle = middles(low, high), u_per_c = u_middle * all8(per_c_s);
-    const F8 to_x = all8(2) / (one + hn::Sqrt(one + u_per_c * u_per_c));
+    const F8 to_x = all8(2) / (one + Sqrt(one + u_per_c * u_per_c));
     const float edge_x = axes_[a].edge_x[static_cast<std::size_t>(n)];
     const float per_spacing = static_cast<float>(1 / rig.spacing[axis]);
     const F8 f = c_s > 0 ? (u_middle * to_x - all8(edge_x)) * all8(per_spacing)
@@ -651,16 +636,16 @@ FieldPyramid::AxisWeights FieldPyramid::axis_weights(int axis, const Path& path,
     const F8 slope = slope_of(half * u_per_c * to_x) * slope_of(half * on_m * all8(per_c_));
     const F8 shares[2] = {slope * (one - seen.next), slope * seen.next};
     const F8 last = all8(static_cast<float>(rig.columns(axis)));
-    const hn::Vec<I8> p = hn::ConvertTo(i8, hn::Min(hn::Max(seen.first, all8(-2)), last));
-    const hn::Vec<I8> pixels = hn::Set(i8, rig.pixels[axis]), unit = hn::Set(i8, 1), zero = hn::Zero(i8);
+    const N8 p = ConvertTo(i8, Min(Max(seen.first, all8(-2)), last));
+    const N8 pixels = Set(i8, rig.pixels[axis]), unit = Set(i8, 1), zero = Zero(i8);
     for (int v = 0; v < 2; ++v) {
         const bool there = v == 0 ? n > 0 : n < rig.views[axis];
         result.view[v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
-        hn::Vec<I8> k = v == 0 ? p : p - hn::Set(i8, rig.shift[axis]);
+        N8 k = v == 0 ? p : p - Set(i8, rig.shift[axis]);
         for (int t = 0; t < 2; ++t, k = k + unit) {
-            const auto inside = hn::RebindMask(d8, hn::AndNot(k < zero, k < pixels));
-            result.weight[v][t] = there ? hn::IfThenElseZero(inside, filters[v] * shares[t]) : hn::Zero(d8);
-            result.pixel[v][t] = hn::Max(hn::Min(k, pixels - unit), zero);
+            const auto inside = RebindMask(d8, AndNot(k < zero, k < pixels));
+            result.weight[v][t] = there ? IfThenElseZero(inside, filters[v] * shares[t]) : Zero(d8);
+            result.pixel[v][t] = Max(Min(k, pixels - unit), zero);
         }
     }
     return result;
@@ -682,31 +667,31 @@ struct FieldPyramid::RowReader {
     const FieldPyramid& of;
     const AxisWeights &along_u, &along_v;
     std::int32_t window[2];  // first pixel that is read, by view
-    hn::Vec<I8> lane[2][2];  // that a square picks from what was read
-    hn::Mask<D8> there[2];   // pixels that exist
+    N8 lane[2][2];           // that a square picks from what was read
+    M8 there[2];             // pixels that exist
 
     RowReader(const FieldPyramid& pyramid, const AxisWeights& u, const AxisWeights& v)
         : of(pyramid), along_u(u), along_v(v) {
         for (std::size_t j = 0; j < 2; ++j) {
             alignas(32) std::int32_t pixel[kGrid];
-            hn::Store(v.pixel[j][0], i8, pixel);
+            Store(v.pixel[j][0], i8, pixel);
             window[j] = std::min(pixel[0], pixel[kGrid - 1]);
-            for (std::size_t t = 0; t < 2; ++t) lane[j][t] = v.pixel[j][t] - hn::Set(i8, window[j]);
-            there[j] = hn::FirstN(d8, static_cast<std::size_t>(of.field_->rig().pixels.y - window[j]));
+            for (std::size_t t = 0; t < 2; ++t) lane[j][t] = v.pixel[j][t] - Set(i8, window[j]);
+            there[j] = FirstN(d8, static_cast<std::size_t>(of.field_->rig().pixels.y - window[j]));
         }
     }
     RowOfField read(std::size_t view, std::int32_t pixel) const {
-        const F8 none = hn::Zero(d8);
+        const F8 none = Zero(d8);
         RowOfField row{pixel, none, none};
         for (std::size_t j = 0; j < 2; ++j) {
             const std::size_t first =
                 of.field_->rig().index(along_u.view[view], along_v.view[j], pixel, window[j]);
-            const F8 e = hn::MaskedLoad(there[j], d8, of.field_->coefficients().data() + first);
-            const F8 positive = hn::Max(e, none);
+            const F8 e = MaskedLoad(there[j], d8, of.field_->coefficients().data() + first);
+            const F8 positive = Max(e, none);
             for (std::size_t s = 0; s < 2; ++s) {
-                const auto picked = hn::IndicesFromVec(d8, lane[j][s]);
-                row.h = row.h + along_v.weight[j][s] * hn::TableLookupLanes(e, picked);
-                row.positive = row.positive + along_v.weight[j][s] * hn::TableLookupLanes(positive, picked);
+                const auto picked = IndicesFromVec(d8, lane[j][s]);
+                row.h = row.h + along_v.weight[j][s] * TableLookupLanes(e, picked);
+                row.positive = row.positive + along_v.weight[j][s] * TableLookupLanes(positive, picked);
             }
         }
         return row;
@@ -721,13 +706,13 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     alignas(32) float way2[kGrid];
     for (std::size_t i = 0; i < 2; ++i) {
         for (std::size_t t = 0; t < 2; ++t) {
-            hn::Store(along_u.pixel[i][t], i8, pixel[i][t]);
-            hn::Store(along_u.weight[i][t], d8, weight[i][t]);
+            Store(along_u.pixel[i][t], i8, pixel[i][t]);
+            Store(along_u.weight[i][t], d8, weight[i][t]);
         }
     }
-    hn::Store(along_u.way2, d8, way2);
+    Store(along_u.way2, d8, way2);
     const F8 way2_column = along_v.way2 + all8(static_cast<float>(sqr(x.z)));
-    const F8 none = hn::Zero(d8);
+    const F8 none = Zero(d8);
     F8 value[kGrid];
     F8 sums = none;
     RowOfField rows[2][2];  // the last two rows of each view
@@ -743,17 +728,17 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
                 bound = bound + share * row.positive;
             }
         }
-        h = hn::Max(h, none);
-        const F8 way = hn::Sqrt(way2_column + all8(way2[r]));
-        value[r] = (h + all8(kPositive) * hn::Max(bound, none)) * way;
+        h = Max(h, none);
+        const F8 way = Sqrt(way2_column + all8(way2[r]));
+        value[r] = (h + all8(kPositive) * Max(bound, none)) * way;
         sums = sums + value[r];
     }
     Grid grid;
     const float sum = total_of(sums);
     const float least = sum > 0 ? sum * (kUneven / (kGrid * kGrid)) : 1.0F;
     sums = sums + all8(kGrid * least);
-    for (std::size_t r = 0; r < kGrid; ++r) hn::Store(value[r] + all8(least), d8, grid.value[r]);
-    hn::Store(sums, d8, grid.column);
+    for (std::size_t r = 0; r < kGrid; ++r) Store(value[r] + all8(least), d8, grid.value[r]);
+    Store(sums, d8, grid.column);
     grid.total = total_of(sums);
     return grid;
 }
@@ -814,7 +799,7 @@ std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
     if (by_flux) {
         std::tie(row, column) = square_of(path, draw.on_s);
     } else {
-        column = choose_of(hn::Load(d8, grid.column), grid.total, rest.y);
+        column = choose_of(Load(d8, grid.column), grid.total, rest.y);
         row = choose_of(grid.along_u(column), grid.column[column], rest.x);
         const V2d low = path.low(), step = path.size() / double{kGrid};
         draw.on_s = {low.x + (static_cast<double>(row) + double{rest.x}) * step.x,

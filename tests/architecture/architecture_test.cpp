@@ -69,7 +69,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
       "tests/process/preload/kill_at_file.cpp"}},
     {"<opensubdiv/", {"engine/scene/loop.cpp"}},
     {"<zlib.h>", {"engine/system/files.cpp", "engine/image/png_guard.cpp"}},
-    {"<hwy/", {"lights/field_pyramid.cpp"}},
+    {"<hwy/", {"lights/eight_lanes.h"}},
     {"<Random123/", {"engine/base/sampler.cpp"}},
     {"<tiny_gltf", {"engine/gltf/reader.h"}},
     {"<toml++/", {"engine/system/toml.cpp"}},
