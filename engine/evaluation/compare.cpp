@@ -161,16 +161,15 @@ bool is_compared(const Image& image, const std::string& channel) {
     return !channel.starts_with(kVariance) && channel != "A";
 }
 
-const SharedChannel& named(const std::vector<SharedChannel>& channels, const std::string& name) {
+const SharedChannel& named(const std::vector<SharedChannel>& channels, std::string_view name) {
     const auto found = std::find_if(channels.begin(), channels.end(),
                                     [&](const SharedChannel& channel) { return channel.name == name; });
     return found == channels.end() ? channels.front() : *found;
 }
 
 bool all_named(const std::vector<SharedChannel>& channels) {
-    return std::all_of(kColours.begin(), kColours.end(), [&](std::string_view name) {
-        return named(channels, std::string(name)).name == name;
-    });
+    return std::all_of(kColours.begin(), kColours.end(),
+                       [&](std::string_view name) { return named(channels, name).name == name; });
 }
 
 }  // namespace

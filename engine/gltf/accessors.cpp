@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "engine/gltf/reader.h"
 #include "engine/system/memory.h"
@@ -131,7 +132,9 @@ void GltfReader::read_elements(std::vector<double>& out, const tinygltf::Accesso
 void GltfReader::apply_sparse(std::vector<double>& out, const tinygltf::Accessor& accessor,
                               int components) const {
     const auto& sparse = accessor.sparse;
-    if (sparse.count < 0 || sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0) {
+    // Some of these are unsigned in newer versions of tinygltf.
+    if (std::cmp_less(sparse.count, 0) || std::cmp_less(sparse.indices.byteOffset, 0) ||
+        std::cmp_less(sparse.values.byteOffset, 0)) {
         fail("a sparse accessor has a negative count or offset");
     }
     tinygltf::Accessor part;

@@ -140,10 +140,10 @@ void write_values(const std::filesystem::path& file, PictureFormat format, const
             for (std::size_t i = 0; i < pixels; ++i) mixed[3 * i + c] = values[c * pixels + i];
         values = std::move(mixed);
     }
-    const Pictures& formats = pictures(file);
+    const Pictures* const formats = &pictures(file);
     replace_file(file, [&](const std::filesystem::path& temporary) {
-        formats.write(temporary, {format, PictureUse::measurement, size.x, size.y, photograph.channels,
-                                  std::span<const Stored>(values)});
+        formats->write(temporary, {format, PictureUse::measurement, size.x, size.y, photograph.channels,
+                                   std::span<const Stored>(values)});
     });
 }
 

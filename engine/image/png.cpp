@@ -21,9 +21,9 @@ struct Bytes {
 };
 
 void write_bytes(const std::filesystem::path& file, const Bytes& bytes) {
-    const Pictures& formats = pictures(file);
+    const Pictures* const formats = &pictures(file);
     replace_file(file,
-                 [&](const std::filesystem::path& temporary) { formats.write(temporary, bytes.png()); });
+                 [&](const std::filesystem::path& temporary) { formats->write(temporary, bytes.png()); });
 }
 
 template <typename Map>

@@ -58,7 +58,7 @@ inline IlluminanceReport measure(Job job, int samples) {
     return illuminance_on(surfaces, std::move(job), options, silent);
 }
 
-inline const SurfaceIlluminance& surface(const IlluminanceReport& report, const std::string& name) {
+inline const SurfaceIlluminance& surface(const IlluminanceReport& report, std::string_view name) {
     for (const SurfaceIlluminance& found : report.surfaces)
         if (found.surface.name == name) return found;
     throw std::out_of_range(name);

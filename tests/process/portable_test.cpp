@@ -144,7 +144,7 @@ TEST(PortableBuild, TunablesThemselves_ChangeAProgramThatTakesLibmAsItIs) {
 // of floats, and erfc serves statistics, not images.
 TEST(PortableBuild, CallsNoElementaryFunctionOfTheCLibrary) {
     const std::string called = output_of("nm -D --undefined-only '" LUCERNA_COMMAND "'");
-    EXPECT_THAT(called, HasSubstr("fmod"));
+    EXPECT_NE(called.find("U erfc"), called.npos);  // nm has read the symbols
     std::istringstream lines(called);
     const std::regex elementary(
         "U (((sin|cos|sincos)f)|(a(sin|cos|tan)|tan|atan2|exp|exp2|exp10|expm1|log|log2|log10|log1p|pow|cbrt|"
