@@ -61,7 +61,7 @@ inline IlluminanceReport measure(Job job, int samples) {
 inline const SurfaceIlluminance& surface(const IlluminanceReport& report, std::string_view name) {
     for (const SurfaceIlluminance& found : report.surfaces)
         if (found.surface.name == name) return found;
-    throw std::out_of_range(name);
+    throw std::out_of_range(std::string(name));
 }
 
 inline Reading95 scaled(const Reading95& reading, double factor) {
