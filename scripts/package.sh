@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds packages of what git has of this tree (committed or not), in a folder of its own.
+# Builds packages of Lucerna.
 # usage: scripts/package.sh [--archive] [FOLDER]     FOLDER: where the packages go; default: build/debian, build/archive
-#   (nothing)  the Debian packages lucerna and liblucerna-dev, which lintian checks
-#   --archive  lucerna-VERSION-ARCHITECTURE.tar.zst: the command with the libraries that it needs, to be unpacked anywhere on a Linux
+#   (nothing)  the Debian packages lucerna and liblucerna-dev, which lintian checks, of what git has of this tree (committed or not)
+#   --archive  lucerna-VERSION-ARCHITECTURE.tar.zst of build/release: the command with the libraries that it needs, to be unpacked on any Linux
 #              system with the C library of this one or a newer one. Nothing else needs to be installed there, except Open MPI for
 #              renders by several processes.
 set -euo pipefail
@@ -18,11 +18,11 @@ folder=$(cd "$folder" && pwd)
 
 bash scripts/deps.sh product
 bash scripts/deps.sh package
-rm -rf "$folder/source"
-mkdir "$folder/source"
-git ls-files -z | tar --null -T - -cf - | tar -C "$folder/source" -xf -
 
 if [ $kind = debian ]; then
+    rm -rf "$folder/source"
+    mkdir "$folder/source"
+    git ls-files -z | tar --null -T - -cf - | tar -C "$folder/source" -xf -
     (cd "$folder/source" && dpkg-buildpackage -us -uc -b)
     rm -rf "$folder/source"
     lintian --fail-on error,warning "$folder"/lucerna_*.changes
@@ -30,13 +30,12 @@ if [ $kind = debian ]; then
     exit
 fi
 
-cmake -S "$folder/source" --preset release -DLUCERNA_TESTS=OFF -DCMAKE_INSTALL_LIBDIR=lib --log-level=NOTICE >/dev/null
-cmake --build "$folder/source/build/release" --target lucerna
+[ -f build/release/CMakeCache.txt ] || cmake --preset release -DLUCERNA_TESTS=OFF --log-level=NOTICE >/dev/null
+cmake --build --preset release --target lucerna
 name=lucerna-$(sed -n 's/^project(lucerna VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)-$(uname -m)
 tree=$folder/$name
 rm -rf "$tree"
-cmake --install "$folder/source/build/release" --prefix "$tree" --strip --component program >/dev/null
-rm -rf "$folder/source"
+cmake --install build/release --prefix "$tree" --strip --component program >/dev/null
 
 # The libraries beside the program: all but those of the C library, which belong to the running system, and Open MPI,
 # which has to be that of the launcher.
@@ -50,9 +49,7 @@ mkdir -p "$tree/lib/lucerna/fonts" "$tree/share/doc/lucerna"
 cp /usr/share/fonts/truetype/dejavu/DejaVuSans{,-Bold}.ttf "$tree/lib/lucerna/fonts/"
 cp LICENSE README.md "$tree/share/doc/lucerna/"
 # Their licences, by package.
-for library in "$tree"/lib/lucerna/*.so*; do
-    dpkg-query -S "*/$(basename "$library")" 2>/dev/null | cut -d: -f1
-done | sort -u | while read -r package; do
+(cd "$tree/lib/lucerna" && dpkg-query -S $(printf '*/%s\n' *.so* | grep -v liblucerna_) 2>/dev/null || true) | cut -d: -f1 | sort -u | while read -r package; do
     copyright=/usr/share/doc/$package/copyright
     [ ! -f "$copyright" ] || cp -L "$copyright" "$tree/share/doc/lucerna/$package.copyright"
 done
