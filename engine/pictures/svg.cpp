@@ -27,19 +27,23 @@ using Owned = std::unique_ptr<T, Release>;
     throw std::runtime_error(owned ? owned->message : "no cause given");
 }
 
-// Adds the fonts that a relocatable archive has beside this library (scripts/package.sh).
-void add_own_fonts() {
+// A relocatable archive has its fonts beside this library (scripts/package.sh). They are then used alone, so
+// that the system needs neither fonts nor fontconfig's files.
+void use_own_fonts() {
     Dl_info here{};
-    if (dladdr(reinterpret_cast<void*>(&add_own_fonts), &here) == 0) return;
+    if (dladdr(reinterpret_cast<void*>(&use_own_fonts), &here) == 0) return;
     const std::filesystem::path fonts = std::filesystem::path(here.dli_fname).parent_path() / "fonts";
     std::error_code unknown;
-    if (std::filesystem::is_directory(fonts, unknown))
-        FcConfigAppFontAddDir(nullptr, reinterpret_cast<const FcChar8*>(fonts.c_str()));
+    if (!std::filesystem::is_directory(fonts, unknown)) return;
+    FcConfig* const own = FcConfigCreate();
+    FcConfigAppFontAddDir(own, reinterpret_cast<const FcChar8*>(fonts.c_str()));
+    FcConfigSetCurrent(own);
+    FcConfigDestroy(own);  // the current configuration has its own reference
 }
 
 // Throws if the font is missing. librsvg would silently use another font, or omit the text if there is none.
 void require_font(const std::string& family) {
-    add_own_fonts();
+    use_own_fonts();
     const Owned<FcPattern> wanted(FcPatternCreate());
     FcPatternAddString(wanted.get(), FC_FAMILY, reinterpret_cast<const FcChar8*>(family.c_str()));
     FcConfigSubstitute(nullptr, wanted.get(), FcMatchPattern);
