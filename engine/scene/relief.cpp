@@ -10,7 +10,8 @@ namespace {
 
 // This is the step of the differences in u and v, as in pbrt where the pixel's footprint is unknown.
 constexpr float kStep = 0.0005F;
-// The cosine of wo to the bent normal is at least this share of its cosine to the geometric normal.
+// A normal that faces away from wo is bent until its product with wo, before it is normalised, is this share
+// of the geometric normal's.
 constexpr float kLeastCosine = 0.1F;
 
 V3f across(const V3f& v, const V3f& n) {

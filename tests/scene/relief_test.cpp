@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "engine/base/sampler.h"
 #include "engine/scene/material.h"
 #include "engine/scene/scene.h"
@@ -28,15 +31,23 @@ TEST(Relief, NormalMap_OnAFlatSurface_IsTheNormalInItsFrame) {
         << "a map of nothing";
 }
 
+// A normal that faces away from the viewer is bent towards the geometric normal ng: to n + t ng, whose
+// product with wo is a tenth of ng's. Here n and ng are at 140 and 80 degrees to wo.
 TEST(Relief, Normal_SeenFromBehindIt_TurnsTowardsTheViewer) {
     Hit hit = flat_hit();
     hit.wo = direction(80, kPi);
     const V3f n = direction(60, 0);
     ASSERT_LT(n.dot(hit.wo), 0);
-    EXPECT_GT(bent_normal(map_of(n), hit, hit.uv).dot(hit.wo), 0);
-    hit.wo = below(hit.wo);  // the same from inside
-    EXPECT_LT(bent_normal(map_of(n), hit, hit.uv).dot(below(hit.wo)), 1);
-    EXPECT_LT(bent_normal(map_of(n), hit, hit.uv).dot(hit.wo), 0);
+    const double degree = std::numbers::pi / 180;
+    const double t = 0.1 - std::cos(140 * degree) / std::cos(80 * degree);
+    const double bent = std::atan2(std::sin(60 * degree), std::cos(60 * degree) + t) / degree;
+    const V3f expected = direction(static_cast<float>(bent), 0);
+    EXPECT_LT((bent_normal(map_of(n), hit, hit.uv) - expected).length(), 1e-5F);
+    EXPECT_GT(expected.dot(hit.wo), 0);
+    hit.wo = -hit.wo;  // from inside, the normal must be on the other side of the viewer's plane
+    EXPECT_LT((bent_normal(map_of(n), hit, hit.uv) - expected).length(), 1e-5F);
+    hit.wo = below(direction(80, kPi));  // from inside, where the normal is on that side already
+    EXPECT_LT((bent_normal(map_of(n), hit, hit.uv) - n).length(), 1e-6F);
 }
 
 TEST(Relief, Constant_Displacement_BendsNothing) {
