@@ -233,7 +233,7 @@ class Exporter:
             if source is not None and source.type == "TEX_ENVIRONMENT" and source.image:
                 if source.projection != "EQUIRECTANGULAR":
                     self.warn("world: a mirror ball is taken for latitude and longitude")
-                if source.inputs["Vector"].is_linked:
+                if source_node(source.inputs["Vector"]) is not None:
                     self.warn("world: the texture's coordinates are not exported")
                 image = self.image_file(source.image)
             elif source is not None:
@@ -254,7 +254,7 @@ class Exporter:
         group = self.group(obj)
         if light.energy <= 0 or max(light.color) <= 0:
             return
-        if light.energy and light.use_nodes and self.settings_of_nodes(light):
+        if light.use_nodes and self.settings_of_nodes(light):
             self.warn(f"light {obj.name}: its nodes are not exported; its colour and power are")
         self.add(f"AttributeBegin  # {plain(obj.name)}")
         if light.type == "SUN":
@@ -447,9 +447,9 @@ class Exporter:
         """Returns a socket's number. Of linked nodes only Value is exported; for others there is a warning."""
         if socket is None:
             return fallback
-        if socket.is_linked:
-            source = source_node(socket)
-            if source is not None and source.type == "VALUE":
+        source = source_node(socket)
+        if source is not None:
+            if source.type == "VALUE":
                 return source.outputs[0].default_value
             self.warn(f"{owner}: what is linked to {socket.name} is not exported")
         return socket.default_value
@@ -479,7 +479,7 @@ def plain(name):
 
 
 def source_node(socket):
-    """Returns the node that is linked to a socket, through reroutes; None if there is none."""
+    """Returns the node that is linked to a socket, through reroutes; None if there is none, as behind a reroute without input."""
     while socket is not None and socket.is_linked:
         node = socket.links[0].from_node
         if node.type != "REROUTE":
@@ -502,12 +502,13 @@ class MaterialText:
         if not material.use_nodes or material.node_tree is None:
             return f'Material "diffuse" "rgb reflectance" {rgb(material.diffuse_color)}', "", ""
         output = material.node_tree.get_output_node("ALL")
-        if output is None or not output.inputs["Surface"].is_linked:
+        surface = source_node(output.inputs["Surface"]) if output else None
+        if surface is None:
             return 'Material "diffuse" "rgb reflectance" [0 0 0]', "", ""
         for name in ("Volume", "Displacement"):
             if output.inputs[name].is_linked:
                 self.out.warn(f"{self.owner}: {name.lower()} is not exported")
-        name, emission, alpha = self.shader(source_node(output.inputs["Surface"]))
+        name, emission, alpha = self.shader(surface)
         light = ""
         if emission and max(emission) > 0:
             light = f'AreaLightSource "diffuse" "rgb L" {rgb([self.out.radiant(c) for c in emission])} "bool twosided" true'
@@ -527,7 +528,8 @@ class MaterialText:
         source = source_node(socket)
         if source is not None and source.type == "TEX_IMAGE" and source.image:
             file = self.out.image_file(source.image)
-            if source.inputs["Vector"].is_linked and source_node(source.inputs["Vector"]).type not in ("UVMAP", "TEX_COORD"):
+            vector = source_node(source.inputs["Vector"])
+            if vector is not None and vector.type not in ("UVMAP", "TEX_COORD"):
                 self.out.warn(f"{self.owner}: the coordinates of image {source.image.name} are the active UV map's")
             if file:
                 self.count += 1
@@ -552,15 +554,18 @@ class MaterialText:
         if socket is None:
             return None
         factor = self.number(node, strength, 1.0)
-        if socket.is_linked and source_node(socket).type == "RGB":
-            return [factor * c for c in source_node(socket).outputs[0].default_value[:3]]
-        if socket.is_linked and factor > 0:
+        source = source_node(socket)
+        if source is not None and source.type == "RGB":
+            return [factor * c for c in source.outputs[0].default_value[:3]]
+        if source is not None and factor > 0:
             self.out.warn(f"{self.owner}: what is linked to {socket.name} is not exported")
         return [factor * c for c in socket.default_value[:3]]
 
     def shader(self, node):
-        """Returns the material's name, its emitted radiance in Blender's unit or None, and alpha."""
-        kind = node.type if node else ""
+        """Returns the material's name, its emitted radiance in Blender's unit or None, and alpha. Without a node it is black."""
+        if node is None:
+            return self.named("diffuse", '"rgb reflectance" [0 0 0]'), None, 1
+        kind = node.type
         if kind == "BSDF_PRINCIPLED":
             return self.principled(node)
         if kind == "EMISSION":
@@ -582,7 +587,7 @@ class MaterialText:
             return self.mix(node)
         if kind == "ADD_SHADER":
             return self.sum(node)
-        self.out.warn(f"{self.owner}: shader {node.name if node else 'none'} is not exported; its viewport colour is taken")
+        self.out.warn(f"{self.owner}: shader {node.name} is not exported; its viewport colour is taken")
         return self.named("diffuse", f'"rgb reflectance" {rgb(self.material.diffuse_color)}'), None, 1
 
     def glass(self, node, ior):
@@ -605,7 +610,7 @@ class MaterialText:
         others = [each for each in sources if each is not None and each.type != "EMISSION"]
         if len(others) > 1:
             self.out.warn(f"{self.owner}: of the sum of two surface shaders the first is exported")
-        name, light, alpha = self.shader(others[0] if others else emitting[0])
+        name, light, alpha = self.shader([*others, *emitting, None][0])
         for each in emitting if others else emitting[1:]:
             light = [x + y for x, y in zip(light or [0] * 3, self.emitted(each, "Color", "Strength"))]
         return name, light, alpha

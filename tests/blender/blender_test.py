@@ -378,6 +378,77 @@ class WholeScene(unittest.TestCase):
         self.assertTrue(0.4 < of("Albedo")[-1, 0, 0] < 0.6)
 
 
+class LooseEnds(unittest.TestCase):
+    """Nodes to which nothing is linked, or only a reroute without input, behave as in Blender."""
+
+    # The sky of radiance 1 is seen around the plane, so that a missing picture differs from a black plane.
+    def expect(self, name, colour):
+        world(bpy.context.scene, 1)
+        camera((0, -0.001, 3))
+        image = combined(render(name))
+        np.testing.assert_allclose(image[0, 0], 1, rtol=1e-3)
+        np.testing.assert_allclose([middle(image[..., c]) for c in range(3)], colour, rtol=1e-3)
+
+    # Makes a plane whose material's nodes link(nodes, links, surface) changes; surface is the output's socket.
+    def plane_of(self, link):
+        new_scene()
+        material = diffuse(0.5)
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        link(nodes, links, nodes["Material Output"].inputs["Surface"])
+        plane(0.5, material=material)
+
+    def emission(self, nodes, strength):
+        shader = nodes.new("ShaderNodeEmission")
+        shader.inputs["Color"].default_value, shader.inputs["Strength"].default_value = (0.5, 1, 0.25, 1), strength
+        return shader
+
+    def test_add_shader(self):
+        for emitting_inputs in (0, 1, 2):
+            def link(nodes, links, surface):
+                adding = nodes.new("ShaderNodeAddShader")
+                for i in range(emitting_inputs):
+                    links.new(self.emission(nodes, 2).outputs[0], adding.inputs[i])
+                links.new(adding.outputs[0], surface)
+
+            with self.subTest(emitting_inputs=emitting_inputs):
+                self.plane_of(link)
+                self.expect(f"add-{emitting_inputs}", [emitting_inputs * c for c in (1, 2, 0.5)])
+
+    def test_mix_shader(self):
+        def link(nodes, links, surface):
+            mixing = nodes.new("ShaderNodeMixShader")
+            mixing.inputs[0].default_value = 0.25
+            links.new(self.emission(nodes, 4).outputs[0], mixing.inputs[2])
+            links.new(mixing.outputs[0], surface)
+
+        self.plane_of(link)
+        self.expect("mix", (0.5, 1, 0.25))
+
+    def test_reroutes(self):
+        def link(nodes, links, surface):
+            shader = self.emission(nodes, 2)
+            for name in ("Color", "Strength"):
+                links.new(nodes.new("NodeReroute").outputs[0], shader.inputs[name])
+            links.new(shader.outputs[0], surface)
+
+        self.plane_of(link)
+        self.expect("reroute-emission", (1, 2, 0.5))
+        self.plane_of(lambda nodes, links, surface: links.new(nodes.new("NodeReroute").outputs[0], surface))
+        self.expect("reroute-surface", (0, 0, 0))
+
+    def test_reroute_to_coordinates(self):
+        def link(nodes, links, surface):
+            texture = nodes.new("ShaderNodeTexImage")
+            pixels = np.ones((2, 2, 4), dtype=np.float32)
+            pixels[..., :3] = 188 / 255
+            texture.image = image_of("even.png", pixels, "PNG")
+            links.new(nodes.new("NodeReroute").outputs[0], texture.inputs["Vector"])
+            links.new(texture.outputs[0], nodes["Diffuse BSDF"].inputs["Color"])
+
+        self.plane_of(link)
+        self.expect("reroute-vector", [((188 / 255 + 0.055) / 1.055) ** 2.4] * 3)  # by the definition of sRGB
+
+
 class Errors(unittest.TestCase):
     def test_own_words(self):
         new_scene()
