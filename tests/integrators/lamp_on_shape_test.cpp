@@ -232,7 +232,7 @@ TEST(LampOnShape, APointBehindSButBeforeItsPane_IsLit) {
     EXPECT_GT(lit.mean(), 0);
 }
 
-TEST(LampOnShape, LightThatMissesTheShape_IsTold) {
+TEST(LampOnShape, LightThatMissesTheShape_GivesAWarning) {
     SceneMaker make;
     testing::ListeningMonitor bead;
     add_lamp(make, Glass::bead, bead);

@@ -32,7 +32,7 @@ std::vector<OverFloor> over_floor() {
              make.region(in_box(m, {-10, -10, 0.25}, {10, 10, 0.5}));
          },
          down / 4, up / 0.6 / 4},
-        {"box by borders",
+        {"box of medium interfaces",
          [](SceneMaker& make, const Medium& m) {
              const auto air = make.material(InterfaceMaterial{});
              const auto inside = make.medium(m);

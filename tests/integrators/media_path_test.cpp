@@ -148,7 +148,7 @@ void expect_radiance(const Scene& scene, double expected, int samples, const cha
 
 TEST(MediaFurnace, LosslessMediumUnderAnEvenSky_CannotBeSeen) {
     const Rgb sigma_s(0.5F, 2, 4);
-    for (const char* const what : {"region", "grid", "border", "glass", "overlap"}) {
+    for (const char* const what : {"region", "grid", "interface", "glass", "overlap"}) {
         SceneMaker make;
         const std::string name = what;
         const Medium cloud = homogeneous(Rgb(0), sigma_s, 0.6F);
@@ -156,7 +156,7 @@ TEST(MediaFurnace, LosslessMediumUnderAnEvenSky_CannotBeSeen) {
         if (name == "overlap")
             make.region(in_box(homogeneous(Rgb(0), Rgb(1, 0.5F, 0), -0.3F), {-0.5, -2, -1}, {2, 1, 0.5}));
         if (name == "grid") make.region(testing::rising_along_x(cloud, kLow, kHigh, 8));
-        if (name == "border") make.ball_of(make.medium(cloud), V3f(0.0F), 1);
+        if (name == "interface") make.ball_of(make.medium(cloud), V3f(0.0F), 1);
         if (name == "glass") {
             Quadric& ball = make.sphere(V3f(0.0F), 1, make.material(DielectricMaterial{}));
             ball.traits.media = {true, make.medium(cloud), kNoMedium};
@@ -203,7 +203,7 @@ Scene lit_cube(const std::function<void(SceneMaker&)>& place) {
 }
 
 // Encloses a medium in the cube [-1, 1]³ by twelve triangles as medium interfaces.
-void border_cube(SceneMaker& make, std::int32_t medium) {
+void cube_of_interfaces(SceneMaker& make, std::int32_t medium) {
     const auto air = make.material(InterfaceMaterial{});
     const V3f x(2, 0, 0), y(0, 2, 0), z(0, 0, 2), low(-1.0F), high(1.0F);
     const std::pair<V3f, std::pair<V3f, V3f>> sides[] = {
@@ -234,7 +234,8 @@ TEST(MediaPath, OneMediumInFourSpellings_LooksTheSame) {
              make.region(in_box(half, kLow, kHigh));
              make.region(testing::even_grid(half, kLow, kHigh, 1));
          }))},
-        {"borders", cube_seen(lit_cube([&](SceneMaker& make) { border_cube(make, make.medium(cloud)); }))},
+        {"interfaces",
+         cube_seen(lit_cube([&](SceneMaker& make) { cube_of_interfaces(make, make.medium(cloud)); }))},
     };
     for (const auto& [name, stats] : others) {
         for (std::size_t k = 0; k < 3; ++k) {
@@ -263,7 +264,7 @@ TEST(MediaPath, AMediumFarAway_ChangesNothing) {
         EXPECT_NEAR(with[k].mean() / plain[k].mean(), 1, 1e-6);  // the same paths, with different rounding
 }
 
-TEST(MediaPath, EnergyOfALightInALosslessCloud_LeavesAtTheSkysDistance) {
+TEST(MediaPath, LightInALosslessBall_LightsTheSphereAroundItAsWithoutTheBall) {
     // A point light of 4π W in the middle of a lossless ball emits 1 W/sr on average, however the ball
     // scatters: a large diffuse sphere around it receives E = Φ/(4πR²).
     SceneMaker make;

@@ -124,9 +124,9 @@ std::vector<ProbedShape> probed_shapes() {
 TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
     for (const ProbedShape& probed : probed_shapes()) {
         Photons deposited;
-        constexpr std::uint32_t kBytesOfHit = 200'000;
-        const auto power = static_cast<float>(probed.shape.area / kBytesOfHit);
-        for (std::uint32_t i = 0; i < kBytesOfHit; ++i) {
+        constexpr std::uint32_t kPhotons = 200'000;
+        const auto power = static_cast<float>(probed.shape.area / kPhotons);
+        for (std::uint32_t i = 0; i < kPhotons; ++i) {
             Sampler sampler = Sampler::stratified(3, Purpose::test, 0, i);
             const DepositedPhoton photon = probed.shape.photon(sampler);
             deposited.add(photon.p, PackedDirection(photon.n),
