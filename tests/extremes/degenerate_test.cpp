@@ -18,10 +18,6 @@ const LightCase& light_named(std::string_view name) {
     return *std::find_if(all.begin(), all.end(), [&](const LightCase& light) { return light.name == name; });
 }
 
-double mean_of(const Image& image) {
-    return difference(image, image).light;
-}
-
 class Degenerate : public ::testing::TestWithParam<Method> {
   protected:
     Image look(const std::string& text, int spp = kSpp) const {
@@ -29,7 +25,6 @@ class Degenerate : public ::testing::TestWithParam<Method> {
         EXPECT_TRUE(is_finite(image));
         return image;
     }
-    static double mean(const Image& image) { return mean_of(image); }
 };
 
 TEST_P(Degenerate, NothingButALight_OnlyWhatTheCameraSeesOfIt) {
@@ -37,24 +32,24 @@ TEST_P(Degenerate, NothingButALight_OnlyWhatTheCameraSeesOfIt) {
         const Image image = look(lights().scene(light, {}, 1, ""));
         const bool is_sky = light.name.starts_with("sky");
         if (is_sky) {
-            EXPECT_GT(mean(image), 0.1) << light.name;
+            EXPECT_GT(mean_luminance(image), 0.1) << light.name;
         }
         const bool is_point =
             light.name == "point" || light.name == "spot" || light.name == "distant" || light.name == "ies";
         if (is_point) {
-            EXPECT_EQ(mean(image), 0) << light.name;
+            EXPECT_EQ(mean_luminance(image), 0) << light.name;
         }
     }
 }
 
 TEST_P(Degenerate, NoLight_Black) {
-    EXPECT_EQ(mean(look(lights().scene({"none", "# {}", true, false}))), 0);
-    EXPECT_EQ(mean(look(lights().scene({"none", "# {}", true, false}, {}, 1, ""))), 0);
+    EXPECT_EQ(mean_luminance(look(lights().scene({"none", "# {}", true, false}))), 0);
+    EXPECT_EQ(mean_luminance(look(lights().scene({"none", "# {}", true, false}, {}, 1, ""))), 0);
 }
 
 TEST_P(Degenerate, LightOfNoPower_Black) {
     for (const LightCase& light : lights().cases()) {
-        EXPECT_EQ(mean(look(lights().scene(light, {}, 0))), 0) << light.name;
+        EXPECT_EQ(mean_luminance(look(lights().scene(light, {}, 0))), 0) << light.name;
     }
 }
 
@@ -62,20 +57,20 @@ TEST_P(Degenerate, LightInsideAWall_Black) {
     const std::string closed = std::string(kRoom) +
                                "AttributeBegin Translate 0.5 0.8 -0.4 Shape \"sphere\" \"float radius\" 0.05 "
                                "AttributeEnd";
-    EXPECT_EQ(mean(look(lights().scene(light_named("point"), {}, 1, closed))), 0);
+    EXPECT_EQ(mean_luminance(look(lights().scene(light_named("point"), {}, 1, closed))), 0);
 }
 
 TEST_P(Degenerate, CameraInsideASolid_Black) {
     const std::string around = std::string(kRoom) +
                                "AttributeBegin Translate 0.1 0.1 -2.6 Shape \"sphere\" \"float radius\" 0.2 "
                                "AttributeEnd";
-    EXPECT_EQ(mean(look(lights().scene(light_named("point"), {}, 1, around))), 0);
+    EXPECT_EQ(mean_luminance(look(lights().scene(light_named("point"), {}, 1, around))), 0);
 }
 
 TEST_P(Degenerate, BlackSurfaces_NothingComesBack) {
     const std::string black = R"(Material "diffuse" "rgb reflectance" [0 0 0]
         Shape "sphere" "float radius" 4)";
-    EXPECT_EQ(mean(look(lights().scene(light_named("point"), {}, 1, black))), 0);
+    EXPECT_EQ(mean_luminance(look(lights().scene(light_named("point"), {}, 1, black))), 0);
 }
 
 // The room is open, white and lossless: paths end because they escape.
@@ -84,7 +79,7 @@ TEST_P(Degenerate, AlbedoOfOneInAnOpenRoom_EndsAndIsFinite) {
     white.replace(white.find("0.6 0.5 0.4"), 11, "1 1 1");
     for (const LightCase& light : lights().cases()) {
         if (!light.suits(GetParam())) continue;
-        EXPECT_GT(mean(look(lights().scene(light, {}, 1, white))), 0) << light.name;
+        EXPECT_GT(mean_luminance(look(lights().scene(light, {}, 1, white))), 0) << light.name;
     }
 }
 
@@ -127,12 +122,12 @@ TEST_P(Degenerate, LightAlongTheFloor_GivesAFiniteImage) {
             false, false};
     };
     // The floor's share of the image, under perpendicular irradiance of 1.
-    const double upright = mean(look(lights().scene(from(0, 1, 0), {}, 1, floor), 64));
+    const double upright = mean_luminance(look(lights().scene(from(0, 1, 0), {}, 1, floor), 64));
     EXPECT_NEAR(upright, 0.226 * 0.5 / kPiD, 0.01 * 0.5 / kPiD);
     for (const double slope : {1e-2, 1e-5, 1e-8, 0.0, -1e-8}) {
         const LightCase grazing = from(-1, slope, -3);
-        EXPECT_GT(mean(look(lights().scene(grazing))), 0) << "the room's other walls, " << slope;
-        const double lit = mean(look(lights().scene(grazing, {}, 1, floor), 16));
+        EXPECT_GT(mean_luminance(look(lights().scene(grazing))), 0) << "the room's other walls, " << slope;
+        const double lit = mean_luminance(look(lights().scene(grazing, {}, 1, floor), 16));
         const double expected = upright * std::max(0.0, slope) / std::hypot(1, 3, slope);
         if (GetParam().name != "map") {
             EXPECT_NEAR(lit, expected, 0.02 * expected) << slope;
@@ -152,12 +147,12 @@ TEST_P(Degenerate, OnePixel_IsAnImage) {
     const Image image = look(text, 64);
     EXPECT_EQ(image.width, 1);
     EXPECT_EQ(image.height, 1);
-    EXPECT_GT(mean(image), 0);
+    EXPECT_GT(mean_luminance(image), 0);
 }
 
 // The reader (engine/pbrt/tokens.h) gives a warning, or an error under `strict`; it never substitutes a
 // number silently.
-TEST_P(Degenerate, NotANumberInTheFile_IsToldByNameAndPlace) {
+TEST_P(Degenerate, NotANumberInTheFile_IsReportedByNameAndPlace) {
     for (const std::string_view bad : {"nan", "inf", "1e400"}) {
         std::string text = lights().scene(light_named("point"));
         const std::size_t at = text.find("\"rgb I\" [1 ");
@@ -208,10 +203,10 @@ TEST(PhotonExtremes, OneOfThem_OneNeighbour_OrAll_GiveFiniteImages) {
                 EXPECT_TRUE(is_finite(image)) << few.name << " " << indirect << " " << name;
                 // Direct light is always present. Photons add to it where the lookup disc has a significant
                 // size; this is tested with the point light, whose direct part has no noise.
-                const double direct =
-                    mean_of(lights().image(lights().scene(light_named(name)), {"direct", "direct", {}}, 64));
+                const double direct = mean_luminance(
+                    lights().image(lights().scene(light_named(name)), {"direct", "direct", {}}, 64));
                 const bool all_of_it = has_bounces && std::string_view(name) == "point";
-                EXPECT_GT(mean_of(image), (all_of_it ? 1.5 : 0.8) * direct)
+                EXPECT_GT(mean_luminance(image), (all_of_it ? 1.5 : 0.8) * direct)
                     << few.name << " " << indirect << " " << name;
             }
         }
@@ -234,7 +229,7 @@ TEST(PhotonExtremes, AllInOnePlace_GiveAFiniteImage) {
         // Paths from the eye do not find so small a place; light paths do, and the place illuminates the
         // room.
         if (method.integrator != "path" && method.integrator != "direct") {
-            EXPECT_GT(mean_of(image), 3e-13) << method.name << ", of 1e-9 W";
+            EXPECT_GT(mean_luminance(image), 3e-13) << method.name << ", of 1e-9 W";
         }
     }
 }
@@ -252,12 +247,12 @@ TEST(VplExtremes, AtNoDistance_GiveAFiniteImage) {
             {{"nlights", "64"}, {"nsets", "4"}, {"causticpaths", "20000"}, {"mindist", mindist}}};
         const Image image = lights().image(text, method, 16);
         EXPECT_TRUE(is_finite(image)) << mindist;
-        EXPECT_GT(mean_of(image), 0.01) << mindist;
+        EXPECT_GT(mean_luminance(image), 0.01) << mindist;
         Method compensated = method;
         compensated.set.emplace_back("gathersamples", "1");
         const Image whole = lights().image(text, compensated, 16);
         EXPECT_TRUE(is_finite(whole)) << mindist;
-        EXPECT_GT(mean_of(whole), 0.01) << mindist;
+        EXPECT_GT(mean_luminance(whole), 0.01) << mindist;
     }
 }
 

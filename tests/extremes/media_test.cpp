@@ -151,7 +151,7 @@ TEST_P(MediaExtremes, CameraAndLightInFog_GiveALitFiniteImage) {
         const std::string text = lights().scene(light);
         const Image image = lights().image(inside + text, GetParam(), kSpp);
         EXPECT_TRUE(is_finite(image)) << light.name;
-        EXPECT_GT(difference(image, image).light, 0) << light.name;
+        EXPECT_GT(mean_luminance(image), 0) << light.name;
     }
 }
 
