@@ -85,17 +85,20 @@ TEST(LightBounds, EveryParticle_StartsInsideAndFliesWithinTheCone) {
         Box3f box = bounds->box;
         box.min -= V3f(1e-5F);
         box.max += V3f(1e-5F);
+        int emitted = 0;
         for (std::uint64_t i = 0; i < 300; ++i) {
             Sampler sampler(2, Purpose::test, 0, i);
             const LeSampleU u{sampler.next2(), sampler.next2(), sampler.bits()};
             const auto e = light->sample_Le(u);
             if (!e) continue;
+            ++emitted;
             EXPECT_TRUE(box.intersects(e->from.p)) << light->kind() << " " << e->from.p;
             const float along = bounds->axis.dot(e->d);
             const float angle =
                 std::acos(std::clamp(bounds->two_sided ? std::fabs(along) : along, -1.0F, 1.0F));
             EXPECT_LE(angle, bounds->theta_o + bounds->theta_e + 1e-3F) << light->kind();
         }
+        EXPECT_GT(emitted, 0) << light->kind();
     }
 }
 

@@ -179,6 +179,7 @@ TEST(MeasuredLight, Particles_MadeManyAtOnce_AreTheSingleOnesBitForBit) {
         settings.mode = mode;
         settings.world_from_light.rotate(V3d(0.3, -1.0, 0.5));
         const auto light = make(random_field(rig_a(), -1, 1.2F, 41), settings);
+        int emitted = 0;
         for (const int size : {0, 1, 7, 63, 64, 65, 1000}) {
             std::vector<LeSampleU> u;
             for (int i = 0; i < size; ++i) u.push_back(emit_numbers(42, i));
@@ -188,6 +189,7 @@ TEST(MeasuredLight, Particles_MadeManyAtOnce_AreTheSingleOnesBitForBit) {
                 const auto one = light->sample_Le(u[i]);
                 ASSERT_EQ(one.has_value(), many[i].has_value());
                 if (!one) continue;
+                ++emitted;
                 EXPECT_EQ(one->from.p, many[i]->from.p);
                 EXPECT_EQ(one->from.n, many[i]->from.n);
                 EXPECT_EQ(one->from.error, many[i]->from.error);
@@ -196,6 +198,7 @@ TEST(MeasuredLight, Particles_MadeManyAtOnce_AreTheSingleOnesBitForBit) {
                 EXPECT_EQ(one->cell, many[i]->cell);
             }
         }
+        EXPECT_GT(emitted, 0);
     }
     const auto dark = make({rig_b(), std::vector<float>(rig_b().coefficients())});
     std::vector<std::optional<LeSample>> none(3, LeSample{});

@@ -38,12 +38,13 @@ TEST(ScaledLight, EveryAnswer_IsThatOfTheLightTimesTheFactor) {
         EXPECT_EQ(bright->is_delta(), light.is_delta());
         EXPECT_EQ(bright->has_impostor(), light.has_impostor());
         EXPECT_EQ(bright->part_bounds().size(), light.part_bounds().size());
-        int seen = 0;
+        int particles = 0, seen = 0;
         for (int n = 0; n < 64; ++n) {
             const std::array<LeSampleU, 1> u{LeSampleU{sampler.next2(), sampler.next2(), sampler.bits()}};
             const auto particle = light.sample_Le(u[0]), brighter = bright->sample_Le(u[0]);
             ASSERT_EQ(particle.has_value(), brighter.has_value());
             if (particle) {
+                ++particles;
                 EXPECT_EQ(brighter->weight, particle->weight * kFactor);
             }
             std::array<std::optional<LeSample>, 1> many;
@@ -70,6 +71,7 @@ TEST(ScaledLight, EveryAnswer_IsThatOfTheLightTimesTheFactor) {
             EXPECT_EQ(bright->Le_on_surface(ray, arriving->distance, V3f(0, -1, 0), 0).radiance,
                       light.Le_on_surface(ray, arriving->distance, V3f(0, -1, 0), 0).radiance * kFactor);
         }
+        EXPECT_GT(particles, 0);
         EXPECT_GT(seen, 32);
     }
 }

@@ -313,6 +313,7 @@ TEST(Scene, AnyNumberOfThreads_BuildsTheSameScene) {
         parts.meshes = {soup, tessellated_sphere({0, 0, 0}, 1.5F, 100)};
         scenes.emplace_back(std::move(parts), Workers{threads});
     }
+    int hits = 0;
     for (int i = 0; i < 20000; ++i) {
         // Every second ray aims at a vertex of the closed mesh, where up to 200 triangles meet: ties must not
         // depend on how the tree was built.
@@ -321,6 +322,7 @@ TEST(Scene, AnyNumberOfThreads_BuildsTheSameScene) {
             i % 2 == 0 ? soup.p[s.bits() % soup.p.size()] : V3f(0, 0, i % 4 == 1 ? 1.5F : -1.5F);
         const Ray ray{o, (target - o).normalized()};
         const auto first = scenes[0].intersect(ray);
+        hits += first.has_value();
         for (std::size_t k = 1; k < scenes.size(); ++k) {
             const auto other = scenes[k].intersect(ray);
             ASSERT_EQ(first.has_value(), other.has_value());
@@ -330,6 +332,7 @@ TEST(Scene, AnyNumberOfThreads_BuildsTheSameScene) {
             EXPECT_EQ(first->at.n, other->at.n);
         }
     }
+    EXPECT_GT(hits, 15000);
 }
 
 TEST(Scene, SphereOfTheScene_HoldsItsBox) {
