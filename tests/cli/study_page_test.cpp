@@ -175,7 +175,7 @@ TEST_F(StudyPage, Names_EndNoScriptAndNoTag) {
     EXPECT_EQ(data_of(text)["scenes"][0]["name"], description_.scenes[0].name);
 }
 
-TEST_F(StudyPage, Origin_IsTold) {
+TEST_F(StudyPage, Origin_IsShown) {
     const std::string text = page();
     for (const char* part : {"2026-01-01 to 2026-01-03", "Machine One",
                              "lucerna study a.toml -o &#39;x y&#39;", "plan &lt;text&gt;", "path, spp=64"})

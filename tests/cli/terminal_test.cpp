@@ -96,7 +96,7 @@ TEST(PlainStreams, CharactersInPieces_ComeOutWhole) {
     EXPECT_EQ(to.str(), "ü…\\x1b[2J日\\xc2\\x9b\\xe2\\x80");
 }
 
-TEST(PlainStreams, FailureOfWhatIsBehind_IsTold) {
+TEST(PlainStreams, FailureOfTheStreamBehind_IsReported) {
     std::ostringstream to;
     to.setstate(std::ios::badbit);
     PlainStream plain(to);

@@ -131,7 +131,7 @@ TEST(Energy, LampOfSeveralColours_ClosesInEveryChannel) {
         // The emitted flux is the lamp's in its mean colour, with the noise of the colours drawn.
         EXPECT_NEAR(ledger.emitted[c] / (flux * double{colour[c]}), 1, 5 / std::sqrt(kPaths)) << c;
         EXPECT_GT(std::fabs(ledger.emitted[c] / (flux * double{colour[(c + 1) % 3]}) - 1), 0.1)
-            << "another channel's is told apart";
+            << "another channel's value is rejected";
     }
 }
 

@@ -79,12 +79,12 @@ IntegratorSettings bounded(IntegratorSettings settings) {
 }
 
 TEST(MediaFurnaces, LosslessMediumUnderAnEvenSky_CannotBeSeenByAnyMethod) {
-    for (const char* const what : {"region", "border", "glass"}) {
+    for (const char* const what : {"region", "interface", "glass"}) {
         SceneMaker make;
         const std::string name = what;
         const Medium cloud = homogeneous(Rgb(0), {0.5F, 2, 4}, 0.6F);
         if (name == "region") make.region(in_box(cloud, V3d(-1.0), V3d(1.0)));
-        if (name == "border") make.ball_of(make.medium(cloud), V3f(0.0F), 1);
+        if (name == "interface") make.ball_of(make.medium(cloud), V3f(0.0F), 1);
         if (name == "glass") {
             Quadric& ball = make.sphere(V3f(0.0F), 1, make.material(DielectricMaterial{}));
             ball.traits.media = {true, make.medium(cloud), kNoMedium};
@@ -143,7 +143,7 @@ TEST(FoggyCornell, EveryMethod_ShowsWhatThePathTracerShows) {
     }
 }
 
-TEST(FoggyCornell, ADenserFogOrAnotherPhase_IsTold) {
+TEST(FoggyCornell, ADenserFogOrAnotherPhase_IsDetected) {
     const Rgb truth = testing::mean_rgb(image_of(foggy_cornell(2, 0), PathSettings{}, 256));
     const auto settings = photons(DirectMethod::mc, IndirectMethod::map);
     EXPECT_NEAR(testing::mean_rgb(image_of(foggy_cornell(2, 0), settings, 16)).y / truth.y, 1, 0.03);

@@ -123,7 +123,7 @@ TEST(StudyMeasure, Noise_IsWhatAFilmSaysOfItself) {
     EXPECT_NEAR(measured(images, truth).error(), stated, 0.05 * stated);
 }
 
-TEST(StudyMeasure, ReferencesNoise_IsToldAndNotInTheBias) {
+TEST(StudyMeasure, ReferencesNoise_IsStatedAndNotInTheBias) {
     NamedImage reference{"reference",
                          Image(32, 32, {"R", "G", "B", "variance.R", "variance.G", "variance.B"})};
     std::mt19937 random(5);

@@ -134,7 +134,7 @@ TEST(LuminousOpening, ProjectedArea_IsWhatIsSeenOfItsSurface) {
     expect_same({Shape::cylinder_along_c0, V3d(0, 0.3, 0.7)}, turned(upright_cylinder(0.3, 0.7, 0), along_x));
 }
 
-TEST(LuminousOpening, WrongShape_IsTold) {
+TEST(LuminousOpening, WrongShape_IsDetected) {
     const V3d s(0.3, 0.7, 0.2);
     const LuminousOpening box(Shape::box, s);
     double worst = 0;

@@ -193,7 +193,7 @@ TEST(PhotometricWeb, Draw_FollowsTheIntensity) {
     }
 }
 
-TEST(PhotometricWeb, Draw_OfAnotherLamp_IsToldApart) {
+TEST(PhotometricWeb, Draw_OfAnotherLamp_IsRejected) {
     PhotometricGrid brighter = rough_grid(PhotometricPlanes::c);
     for (std::size_t i = 0; i < brighter.candela.size(); i += 2) brighter.candela[i] *= 1.3F;
     const PhotometricWeb web(rough_grid(PhotometricPlanes::c));

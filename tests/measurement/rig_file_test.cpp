@@ -69,7 +69,7 @@ TEST(RigFile, SetupB_LamplikeThings_AreRead) {
     EXPECT_EQ(double{d.camera->place.x}, -1);
 }
 
-TEST(RigFile, FilterThatMovesTheSensorByNoWholePixels_IsToldTheNearest) {
+TEST(RigFile, FilterThatMovesTheSensorByNoWholePixels_IsRefusedWithTheNearest) {
     EXPECT_THAT(fault(without(kPlanesA, "5.068mm", "5.1mm") + kDisc),
                 AllOf(StartsWith("rig.toml:4:"), HasSubstr("7.0442 pixels"), HasSubstr("5.068 mm"),
                       HasSubstr("5.792 mm")));

@@ -159,7 +159,7 @@ TEST(Lights, PowerAndScale_BothCount) {
     EXPECT_NEAR(power_of("LightSource \"point\" \"float power\" 500 \"float scale\" 0"), 0, 0);
 }
 
-TEST(Lights, UnknownParameter_IsToldAllThatAreKnown) {
+TEST(Lights, UnknownParameter_IsRefusedWithAllThatAreKnown) {
     const std::string refused = refusal_of_world(
         "LightSource \"lightfield\" \"string filename\" \"lamp.exr\" \"float efficacity\" 3");
     EXPECT_THAT(refused, HasSubstr("did you mean \"efficacy\"?"));

@@ -115,7 +115,7 @@ TEST(NamedMedium, WhatIsNone_IsRefusedInOneLine) {
 
 // --- MediumInterface
 
-TEST(MediumInterface, OnAShape_IsABorderOnlyWhereTheSidesDiffer) {
+TEST(MediumInterface, OnAShape_IsAnInterfaceOnlyWhereTheSidesDiffer) {
     const Read read = read_world(
         "MediumInterface \"in\" \"\" MakeNamedMedium \"in\" \"string type\" \"homogeneous\"\n"
         "Shape \"sphere\" MediumInterface \"in\" Shape \"sphere\" AttributeBegin MediumInterface \"\" \"in\" "
@@ -155,11 +155,11 @@ TEST(MediumInterface, InTheScene_ChangesTheMediumAtAnInterface) {
     const Ray ray{V3f(V3d(0, 0, 0) - job.scene.origin()), {0, 0, 1}};
     EXPECT_FALSE(job.scene.intersect(ray));
     ASSERT_TRUE(job.scene.intersect_medium_interface(ray));
-    const auto border = job.scene.intersect_with_medium_interfaces(ray);
-    ASSERT_TRUE(border);
-    EXPECT_NEAR(border->t, 4, 1e-5);
-    EXPECT_TRUE(job.scene.is_medium_interface(*border));
-    EXPECT_EQ(medium_towards(border->media, border->at.n, ray.d, kNoMedium), 0);
+    const auto found = job.scene.intersect_with_medium_interfaces(ray);
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->t, 4, 1e-5);
+    EXPECT_TRUE(job.scene.is_medium_interface(*found));
+    EXPECT_EQ(medium_towards(found->media, found->at.n, ray.d, kNoMedium), 0);
     EXPECT_TRUE(job.scene.unoccluded({ray.o}, ray.d, 100));
 }
 

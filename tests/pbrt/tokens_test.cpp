@@ -45,7 +45,7 @@ double number(const std::string& text) {
     return number_value(text, {&source, 0});
 }
 
-TEST(Tokens, EveryKind_IsTold) {
+TEST(Tokens, EveryKind_IsRecognised) {
     const std::vector<std::pair<Kind, std::string>> expected = {
         {Kind::word, "Shape"},  {Kind::string, "sphere"}, {Kind::string, "float radius"}, {Kind::open, "["},
         {Kind::number, "-1.5"}, {Kind::close, "]"},       {Kind::word, "true"},

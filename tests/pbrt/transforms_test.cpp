@@ -123,7 +123,7 @@ RC_GTEST_PROP(Transforms, Normal_StaysPerpendicularUnderAnyMap, (const std::arra
     RC_ASSERT((a.cross(b).dot(moved) < 0) == swaps_handedness(m));
 }
 
-TEST(Transforms, UniformScale_IsToldFromStretching) {
+TEST(Transforms, UniformScale_IsDistinguishedFromStretching) {
     EXPECT_NEAR(uniform_scale(then(rotation(33, {1, 2, 3}), scaling({2, 2, 2}))).value(), 2, 1e-12);
     EXPECT_NEAR(uniform_scale(scaling({-3, 3, 3})).value(), 3, 1e-12);
     EXPECT_FALSE(uniform_scale(scaling({2, 2, 2.01})).has_value());

@@ -59,7 +59,8 @@ TEST(SeeThrough, UnderASheetOfOpacityZero_IgiShowsTheLampsLight) {
         const RegionMeans means = region_means(job, 6, everywhere, everywhere);
         EXPECT_LT(means.whole.standard_error(), 0.0025 * expected);
         EXPECT_NEAR(means.whole.mean() / expected, 1, 0.01) << "compensate " << compensate;
-        EXPECT_GT(std::fabs(means.whole.mean() / below_the_sheet(1.95) - 1), 0.01) << "another lamp is told";
+        EXPECT_GT(std::fabs(means.whole.mean() / below_the_sheet(1.95) - 1), 0.01)
+            << "another lamp is detected";
         std::printf("compensate %d: %.4f ± %.4f\n", compensate, means.whole.mean() / expected,
                     means.whole.standard_error() / expected);
     }

@@ -126,41 +126,41 @@ TEST(Material, OpacityZero_IsADelta_AndNothingElse) {
 }
 
 TEST(Material, HasPeak_DeltasAndGloss_NotWhatIsDiffuseAlone) {
-    const auto told = [](MaterialModel model) { return has_peak({"", std::move(model)}); };
-    EXPECT_FALSE(told(DiffuseMaterial{}));
-    EXPECT_FALSE(told(DiffuseTransmissionMaterial{}));
-    EXPECT_FALSE(told(testing::uber(testing::grey(0.5F), testing::grey(0), 0.1F, 0.1F)));
-    EXPECT_FALSE(told(testing::mix(DiffuseMaterial{}, DiffuseMaterial{}, 0.5F)));
-    EXPECT_TRUE(told(MirrorMaterial{}));
-    EXPECT_TRUE(told(testing::rough_copper(0.5F)));
-    EXPECT_TRUE(told(TranslucentMaterial{}));
-    EXPECT_TRUE(told(testing::uber(testing::grey(0.5F), testing::grey(0.1F), 0.1F, 0.1F)));
-    EXPECT_TRUE(told(testing::mix(DiffuseMaterial{}, InterfaceMaterial{}, 0.5F)));
-    EXPECT_TRUE(told(testing::mix(DiffuseMaterial{}, MirrorMaterial{}, 0.5F)));
+    const auto may_peak = [](MaterialModel model) { return has_peak({"", std::move(model)}); };
+    EXPECT_FALSE(may_peak(DiffuseMaterial{}));
+    EXPECT_FALSE(may_peak(DiffuseTransmissionMaterial{}));
+    EXPECT_FALSE(may_peak(testing::uber(testing::grey(0.5F), testing::grey(0), 0.1F, 0.1F)));
+    EXPECT_FALSE(may_peak(testing::mix(DiffuseMaterial{}, DiffuseMaterial{}, 0.5F)));
+    EXPECT_TRUE(may_peak(MirrorMaterial{}));
+    EXPECT_TRUE(may_peak(testing::rough_copper(0.5F)));
+    EXPECT_TRUE(may_peak(TranslucentMaterial{}));
+    EXPECT_TRUE(may_peak(testing::uber(testing::grey(0.5F), testing::grey(0.1F), 0.1F, 0.1F)));
+    EXPECT_TRUE(may_peak(testing::mix(DiffuseMaterial{}, InterfaceMaterial{}, 0.5F)));
+    EXPECT_TRUE(may_peak(testing::mix(DiffuseMaterial{}, MirrorMaterial{}, 0.5F)));
 }
 
 // If a material reports the answer for all its points, then each of its Bsdfs agrees, black ones included.
-TEST(Material, HasDiffuse_WhereItIsTold_IsWhatEveryBsdfHas) {
+TEST(Material, HasDiffuse_WhereItIsKnown_IsWhatEveryBsdfHas) {
     const auto black = RgbTexture::constant(Rgb(0.0F));
     SubstrateMaterial no_base;
     no_base.diffuse = black;
-    const MaterialModel told[] = {DiffuseMaterial{},
-                                  DiffuseMaterial{black},
-                                  DiffuseMaterial{black, FloatTexture::constant(20)},
-                                  DiffuseTransmissionMaterial{},
-                                  DiffuseTransmissionMaterial{black, black},
-                                  coated(grey(0.5F), 0.1F),
-                                  coated(grey(0), 0),
-                                  SubstrateMaterial{},
-                                  no_base,
-                                  MirrorMaterial{},
-                                  ConductorMaterial{},
-                                  rough_copper(0.3F),
-                                  DielectricMaterial{},
-                                  ThinDielectricMaterial{},
-                                  CoatedConductorMaterial{coated(grey(0.5F), 0.1F).coat, {}},
-                                  ShinyMetalMaterial{}};
-    for (const MaterialModel& model : told) {
+    const MaterialModel known[] = {DiffuseMaterial{},
+                                   DiffuseMaterial{black},
+                                   DiffuseMaterial{black, FloatTexture::constant(20)},
+                                   DiffuseTransmissionMaterial{},
+                                   DiffuseTransmissionMaterial{black, black},
+                                   coated(grey(0.5F), 0.1F),
+                                   coated(grey(0), 0),
+                                   SubstrateMaterial{},
+                                   no_base,
+                                   MirrorMaterial{},
+                                   ConductorMaterial{},
+                                   rough_copper(0.3F),
+                                   DielectricMaterial{},
+                                   ThinDielectricMaterial{},
+                                   CoatedConductorMaterial{coated(grey(0.5F), 0.1F).coat, {}},
+                                   ShinyMetalMaterial{}};
+    for (const MaterialModel& model : known) {
         const Material material{"", model};
         const auto always = has_diffuse(material);
         ASSERT_TRUE(always) << model.index();

@@ -63,7 +63,7 @@ TEST(MediumOfALight, IsWhatItStandsInHoweverItShines) {
     EXPECT_EQ(scene.medium_of_light(3), kNoMedium);
 }
 
-TEST(MediumOfALight, WithoutAnyBorder_IsThatOfTheCamera) {
+TEST(MediumOfALight, WithoutAnyInterface_IsThatOfTheCamera) {
     SceneMaker make;
     make.camera_in(make.medium(homogeneous(Rgb(1), Rgb(0))));
     make.light(make_point_light({0, 0, 0}, Rgb(1)));
@@ -84,7 +84,7 @@ TEST(MediumOfALight, OnTheInsideOfALampsGlass_IsWhatTheGlassHolds) {
     EXPECT_EQ(scene.medium_of_light(1), fog);
 }
 
-TEST(MediumAround, APointFarFromTheOnlyBorder_IsWhatLiesOnItsSide) {
+TEST(MediumAround, APointFarFromTheOnlyInterface_IsWhatLiesOnItsSide) {
     // A camera in a ball of fog so small that random rays from the other points would miss it.
     SceneMaker make;
     const auto fog = make.medium(homogeneous(Rgb(1), Rgb(0)));

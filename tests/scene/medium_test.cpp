@@ -185,10 +185,10 @@ TEST(MediaTraversal, OfABoxInItsOwnSpace_IsMeasuredInSceneUnits) {
     EXPECT_EQ(crossing(medium, {{6, 1, 1}, {1, 0, 0}}, 0.25)->exit, 0.25);
 }
 
-TEST(MediumTowards, OnlyABorderChangesTheMedium) {
-    const MediumInterface border{true, 1, 2}, none{false, 1, 2};
-    EXPECT_EQ(medium_towards(border, {0, 0, 1}, {0, 0.6F, 0.8F}, 7), 2);
-    EXPECT_EQ(medium_towards(border, {0, 0, 1}, {0, 0.6F, -0.8F}, 7), 1);
+TEST(MediumTowards, OnlyAnInterfaceChangesTheMedium) {
+    const MediumInterface bounding{true, 1, 2}, none{false, 1, 2};
+    EXPECT_EQ(medium_towards(bounding, {0, 0, 1}, {0, 0.6F, 0.8F}, 7), 2);
+    EXPECT_EQ(medium_towards(bounding, {0, 0, 1}, {0, 0.6F, -0.8F}, 7), 1);
     EXPECT_EQ(medium_towards(none, {0, 0, 1}, {0, 0.6F, -0.8F}, 7), 7);
 }
 

@@ -296,7 +296,7 @@ TEST(Files, Replace_APipe_ReachesWhoReadsItAndNeverWaits) {
     EXPECT_EQ(entries(folder.path()), 1U);
 }
 
-TEST(Files, SameFile_ByAnyWayThere_IsTold) {
+TEST(Files, SameFile_ByAnyPath_IsRecognised) {
     const testing::TemporaryFolder folder;
     std::filesystem::create_directory(folder / "sub");
     write(folder / "a", "a");

@@ -96,7 +96,7 @@ TEST(Vpls, Together_ScatterTheSeriesOfAllBounces) {
         scattered.add(sum / 64);
     }
     EXPECT_TRUE(testing::agrees(scattered, 4 * M_PI * 0.8 / 0.2)) << scattered.mean();
-    EXPECT_FALSE(testing::agrees(scattered, 4 * M_PI * 0.84 / 0.16)) << "another albedo is told";
+    EXPECT_FALSE(testing::agrees(scattered, 4 * M_PI * 0.84 / 0.16)) << "another albedo is rejected";
 }
 
 TEST(Vpls, WhereNothingIsAbsorbed_End) {
@@ -164,7 +164,7 @@ Sent sampled(const Bsdf& bsdf, const V3f& d, std::array<double, 2>& error, bool 
 // within 0.012 of the mean of samples (engine/scene/bsdf.h); 4 sigmas are added.
 TEST(Vpls, OfAnyMaterial_SendWhatItsSamplesWithoutDeltasSend) {
     const V3f d = V3f(0.6F, 0.1F, -0.8F).normalized();
-    int told = 0;
+    int rejected = 0;
     for (const testing::Sample& sample : testing::all_materials()) {
         Hit hit{};
         hit.at.n = hit.ns = V3f(0, 0, 1);
@@ -188,10 +188,10 @@ TEST(Vpls, OfAnyMaterial_SendWhatItsSamplesWithoutDeltasSend) {
             const Sent wrong = sampled(bsdf, way, error, true);
             const bool differs = off(sent.reflected, wrong.reflected) > 0.012 + 4 * error[0] ||
                                  off(sent.transmitted, wrong.transmitted) > 0.012 + 4 * error[1];
-            if (differs && !bsdf.is_delta()) ++told;
+            if (differs && !bsdf.is_delta()) ++rejected;
         }
     }
-    EXPECT_GT(told, 4) << "materials with deltas beside other lobes";
+    EXPECT_GT(rejected, 4) << "materials with deltas beside other lobes";
 }
 
 // With VplGloss::of_indirect VPLs include gloss only where the light had been scattered before; otherwise
