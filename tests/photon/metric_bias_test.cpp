@@ -124,9 +124,9 @@ std::vector<ProbedShape> probed_shapes() {
 TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
     for (const ProbedShape& probed : probed_shapes()) {
         Photons deposited;
-        constexpr std::uint32_t kPhotons = 200'000;
-        const auto power = static_cast<float>(probed.shape.area / kPhotons);
-        for (std::uint32_t i = 0; i < kPhotons; ++i) {
+        constexpr std::uint32_t kDeposited = 200'000;
+        const auto power = static_cast<float>(probed.shape.area / kDeposited);
+        for (std::uint32_t i = 0; i < kDeposited; ++i) {
             Sampler sampler = Sampler::stratified(3, Purpose::test, 0, i);
             const DepositedPhoton photon = probed.shape.photon(sampler);
             deposited.add(photon.p, PackedDirection(photon.n),
