@@ -146,7 +146,7 @@ inline N8 IndicesFromVec(D8 /*tag*/, const N8& indices) {
 inline F8 TableLookupLanes(const F8& a, const N8& indices) {
     return each<float>([&](std::size_t i) { return a.at[indices.at[i]]; });
 }
-// As Highway's, these act on each half by itself.
+// Like Highway's, these functions act on each half by itself.
 template <int kLanes>
 F8 ShiftLeftLanes(D8 /*tag*/, const F8& a) {
     return each<float>([&](std::size_t i) { return i % 4 < kLanes ? 0.0F : a.at[i - kLanes]; });

@@ -11,9 +11,9 @@ esac
 folder=$(realpath -m "${1:-build/arm64}")
 root=$folder/root
 
-packages=(libc6-dev libgomp1 libembree-dev libflann-dev libhwy-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev
-    libosd-dev zlib1g-dev librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev libtomlplusplus-dev librsvg2-dev
-    node-d3 libgtest-dev libgmock-dev libmpfr-dev libbenchmark-dev librapidcheck-dev libboost-dev)
+# Headers and libraries of the product and its tests, but not those of other compilers and of Python.
+mapfile -t packages < <(scripts/deps.sh all --list | grep -E -- '-dev$' | grep -vE '^(libclang-rt|libomp|python3)-dev$')
+packages+=(libc6-dev libgomp1 node-d3)
 
 if [ ! -e "$root/complete" ]; then
     apt-get install -y -qq --no-install-recommends g++-aarch64-linux-gnu qemu-user >/dev/null

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The one list of what Lucerna needs from Debian 12, 13 or Ubuntu 24.04. Installs what is missing; says nothing when all is there.
-# usage: scripts/deps.sh [product|package|slurm|blender]     product: what building and using the `lucerna` command needs; package: what scripts/package.sh runs; slurm: what scripts/slurm.sh starts; blender: what the add-on for Blender is tested with, a gigabyte; default: product and tests
+# usage: scripts/deps.sh [product|package|slurm|blender|all [--list]]     --list: print the packages and install none; product: what building and using the `lucerna` command needs; package: what scripts/package.sh runs; slurm: what scripts/slurm.sh starts; blender: what the add-on for Blender is tested with, a gigabyte; default: product and tests
 set -euo pipefail
 
 packages=(
@@ -55,6 +55,10 @@ deps.sh: this system has no apt-get; install these with its package manager, hea
 then build: cmake --preset release -DLUCERNA_TESTS=OFF && cmake --build --preset release --target lucerna
 END
     exit 1
+fi
+if [ "${2:-}" = --list ]; then
+    printf '%s\n' "${packages[@]}"
+    exit
 fi
 missing=()
 for package in "${packages[@]}"; do

@@ -160,7 +160,7 @@ inline double brute_h_of_coordinates(const LightField& field, const V2d& x_s, co
     return sum;
 }
 
-// The same density at places on the planes, per m⁴.
+// Returns the same density at places on the planes, per m⁴.
 inline double brute_h(const LightField& field, const V2d& on_s, const V2d& on_m, bool clamped = false) {
     const Rig& rig = field.rig();
     double density = 1;

@@ -253,7 +253,7 @@ TEST_F(RayFiles, OtherFiles_AreNamedForWhatTheyAre) {
     }
 }
 
-// The same two rays as text; lengths are in mm, the fluxes are 1 and 3 W.
+// Holds the same two rays as text; lengths are in mm, the fluxes are 1 and 3 W.
 constexpr const char* kTwoRays = "1 2 3 0 0 1 1\n-1 0 0 0 3 4 3\n";
 
 TEST_F(RayFiles, ZemaxText_IsReadByItsContent) {

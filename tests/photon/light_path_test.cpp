@@ -63,7 +63,7 @@ TEST(Maps, WithTargets_EmitUntilTheyAreMet) {
     EXPECT_LT(maps.find(MapKind::caustic)->size(), 60'000U);
     EXPECT_GT(maps.ledger.paths, 65'536U) << "the first look is not enough";
     EXPECT_TRUE(monitor.warnings.empty());
-    // As many paths without a target make the same maps.
+    // The same number of paths without a target makes the same maps.
     const PhotonMaps again = build(scene, static_cast<std::int64_t>(maps.ledger.paths));
     EXPECT_EQ(total_power(*maps.find(MapKind::caustic)), total_power(*again.find(MapKind::caustic)));
     EXPECT_EQ(total_power(*maps.find(MapKind::global)), total_power(*again.find(MapKind::global)));
