@@ -36,6 +36,10 @@ void use_own_fonts() {
     std::error_code unknown;
     if (!std::filesystem::is_directory(fonts, unknown)) return;
     FcConfig* const own = FcConfigCreate();
+    // Without a folder for caches fontconfig complains on standard error.
+    constexpr const char* kCaches =
+        R"(<fontconfig><cachedir prefix="xdg">fontconfig</cachedir></fontconfig>)";
+    FcConfigParseAndLoadFromMemory(own, reinterpret_cast<const FcChar8*>(kCaches), FcTrue);
     FcConfigAppFontAddDir(own, reinterpret_cast<const FcChar8*>(fonts.c_str()));
     FcConfigSetCurrent(own);
     FcConfigDestroy(own);  // the current configuration has its own reference
