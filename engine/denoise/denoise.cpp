@@ -10,7 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/stats.h"
 #include "engine/colour/colour_space.h"
-#include "engine/denoise/nonlocal_means.h"
+#include "engine/denoise/regression.h"
 
 namespace lucerna {
 namespace {
@@ -110,6 +110,14 @@ float inverse_footprint(const Image& features, int x, int y) {
     return std::isfinite(nearest2) ? 1 / std::sqrt(nearest2) : 0;
 }
 
+// Returns a number that falls from 2 to 0.1 as the albedo's luminance grows from 0 to 1.
+float inverse_albedo(const Image& features, int x, int y) {
+    constexpr float kSlope = 0.1F, kLeast = 0.05F;
+    const Rgb albedo(features.value(x, y, kAlbedo), features.value(x, y, kAlbedo + 1),
+                     features.value(x, y, kAlbedo + 2));
+    return kSlope / (luminance(albedo) + kLeast);
+}
+
 FeaturePlanes feature_planes(const Image& features, const Workers& workers) {
     const int width = features.width, height = features.height;
     const auto plane = [&](auto&& value) {
@@ -123,6 +131,7 @@ FeaturePlanes feature_planes(const Image& features, const Workers& workers) {
                          planes_of(features, kPosition, workers),
                          plane([&](int x, int y) { return features.value(x, y, kEmitter); }),
                          plane([&](int x, int y) { return inverse_footprint(features, x, y); }),
+                         plane([&](int x, int y) { return inverse_albedo(features, x, y); }),
                          Plane(width, height)};
     for (int y = 0; y < height; ++y) std::fill_n(planes.inside.row(y), width, 1.0F);
     return planes;
@@ -228,14 +237,46 @@ Plane trust(const V2i& size, const ColourPlanes& variance, const Workers& worker
     return trust;
 }
 
-// Returns a half's light divided by the albedo, and its variance: that of the pixel's own samples, blended
-// with that of its neighbours where the samples are few.
+// Sets the guide, the mean luminance of 3 x 3 pixels weighted by their trust, and its variance.
+void set_guide(HalfPlanes& planes, const V2i& size, const ColourPlanes& variance, const Workers& workers) {
+    const auto luminance_at = [](const ColourPlanes& colours, int x, int y) {
+        return 0.25F * (colours[0].row(y)[x] + colours[2].row(y)[x]) + 0.5F * colours[1].row(y)[x];
+    };
+    Plane light(size.x, size.y), noise(size.x, size.y);
+    light.fill(workers, [&](int x, int y) { return luminance_at(planes.value, x, y); });
+    noise.fill(workers, [&](int x, int y) {
+        const auto deviation = [&](std::size_t c) { return std::sqrt(variance[c].row(y)[x]); };
+        return sqr(0.25F * (deviation(0) + deviation(2)) + 0.5F * deviation(1));
+    });
+    planes.guide = Plane(size.x, size.y), planes.noise = Plane(size.x, size.y);
+    // Sums a function of the pixels of the window that lie in the image, and divides it by `by`.
+    const auto around = [&size](int x, int y, auto&& value) {
+        float sum = 0;
+        for (int v = std::max(0, y - 1); v <= std::min(size.y - 1, y + 1); ++v) {
+            for (int u = std::max(0, x - 1); u <= std::min(size.x - 1, x + 1); ++u) sum += value(u, v);
+        }
+        return sum;
+    };
+    const auto trust_at = [&planes](int u, int v) { return planes.trust.row(v)[u]; };
+    planes.guide.fill(workers, [&](int x, int y) {
+        return around(x, y, [&](int u, int v) { return trust_at(u, v) * light.row(v)[u]; }) /
+               around(x, y, trust_at);
+    });
+    planes.noise.fill(workers, [&](int x, int y) {
+        return around(x, y, [&](int u, int v) { return sqr(trust_at(u, v)) * noise.row(v)[u]; }) /
+               sqr(around(x, y, trust_at));
+    });
+}
+
+// Returns a half's light divided by the albedo, and what its variance determines: that of the pixel's own
+// samples, blended with that of its neighbours where the samples are few.
 HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& dependence, float scale,
                        const Workers& workers) {
     constexpr int kReach = 1;
     constexpr double kWorth = 4;  // number of samples that the neighbours count for
     const V2i size = size_of(half);
     HalfPlanes planes;
+    ColourPlanes variance;
     for (std::size_t c = 0; c < 3; ++c) {
         const auto channel = static_cast<int>(c);
         const auto divided = [&](int x, int y) {
@@ -252,14 +293,15 @@ HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& 
                 own[at(x, y)] = double{half.value(x, y, kVariance + channel)} * sqr(double{divided(x, y)});
         });
         const Numbers around = smoothed(own, size, kReach, workers);
-        planes.variance[c] = Plane(size.x, size.y);
-        planes.variance[c].fill(workers, [&](int x, int y) {
+        variance[c] = Plane(size.x, size.y);
+        variance[c].fill(workers, [&](int x, int y) {
             const double known = std::max(0.0, double{half.value(x, y, kSamples)} - 1);  // degrees of freedom
-            const double variance = (known * own[at(x, y)] + kWorth * around[at(x, y)]) / (known + kWorth);
-            return static_cast<float>(std::min(dependence[at(x, y)] * variance, sqr(double{kBrightest})));
+            const double mixed = (known * own[at(x, y)] + kWorth * around[at(x, y)]) / (known + kWorth);
+            return static_cast<float>(std::min(dependence[at(x, y)] * mixed, sqr(double{kBrightest})));
         });
     }
-    planes.trust = trust(size, planes.variance, workers);
+    planes.trust = trust(size, variance, workers);
+    set_guide(planes, size, variance, workers);
     return planes;
 }
 
@@ -536,14 +578,14 @@ Denoised denoise(const DenoiserInput& input, const Workers& workers) {
     for (std::size_t half = 0; half < 2; ++half)
         planes[half] = half_planes(halves[half], input.features, dependence, scale, workers);
     const std::array<Filtered, 2> filtered =
-        nonlocal_means(size.x, size.y, feature_planes(input.features, workers), planes, workers);
-    Estimate result = estimate_of(input, shares, filtered, Candidate::wary, scale, workers);
+        regress(size.x, size.y, feature_planes(input.features, workers), planes, workers);
+    Estimate result = estimate_of(input, shares, filtered, Candidate::linear, scale, workers);
     Numbers level(area(size));
     for (std::size_t i = 0; i < level.size(); ++i) level[i] = luminance_of(result.mean(i));
     const Mixer mixer(size, std::move(raw), level, workers);
     result.error = mixer.error(result);
     result.held_out = result.of;
-    for (const Candidate candidate : {Candidate::trusting, Candidate::loose}) {
+    for (const Candidate candidate : {Candidate::constant, Candidate::trusting}) {
         Estimate other = estimate_of(input, shares, filtered, candidate, scale, workers);
         other.error = mixer.error(other);
         mixer.mix(result, other);

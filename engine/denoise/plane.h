@@ -1,5 +1,4 @@
-// Computes non-local means over both halves of an image [Buades et al. 2005; Rousselle et al. 2012, section
-// 4], with features in addition to light [Rousselle et al. 2013].
+// Planes: one number per pixel, with a rim.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +14,8 @@ namespace lucerna {
 // Holds one number per pixel, row by row, with a rim of kRim pixels around the image.
 class Plane {
   public:
-    // These are half sides of the square of pixels that contribute to a pixel, and of the compared patches.
-    static constexpr int kWindow = 8, kPatch = 3;
-    static constexpr int kRim = kWindow + kPatch;
+    // Width of the rim: as far as windows and patches reach.
+    static constexpr int kRim = 8;
 
     // Returns how many rows (or columns) of `pixels` pixels a thread gets at a time: for fewer than about ten
     // thousand pixels, waking a thread takes longer than the work.
@@ -62,33 +60,5 @@ class Plane {
     std::vector<float> data_;
 };
 using ColourPlanes = std::array<Plane, 3>;
-
-// Holds the planes that both halves share.
-struct FeaturePlanes {
-    ColourPlanes albedo, normal, geometric_normal, position;
-    Plane emitter;
-    // Holds the inverse distance between the surface points of a pixel and its nearest neighbour; 0 without
-    // one.
-    Plane inverse_footprint;
-    // `inside` is 1 in the image and 0 in the rim.
-    Plane inside;
-};
-struct HalfPlanes {
-    ColourPlanes value, variance;
-    Plane trust;  // weight of a pixel for others, in [0, 1]
-};
-
-// Determines how a pixel weights those around it.
-enum class Candidate : std::uint8_t {
-    trusting,  // by the likeness of their patches
-    wary,      // by that likeness times their trust
-    loose      // as `wary`, but patches may be less alike
-};
-inline constexpr std::size_t kCandidates = 3;
-// Holds the filtered planes of one half, one for each candidate.
-using Filtered = std::array<ColourPlanes, kCandidates>;
-
-std::array<Filtered, 2> nonlocal_means(int width, int height, const FeaturePlanes& features,
-                                       const std::array<HalfPlanes, 2>& halves, const Workers& workers);
 
 }  // namespace lucerna

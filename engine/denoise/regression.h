@@ -1,0 +1,55 @@
+// Fits the light of both halves of an image by weighted linear regression on features [Moon et al. 2014;
+// Bitterli et al. 2016].
+//
+// About a centre, the light of the pixels of a window is fitted by a constant plus a linear function of the
+// features. A pixel's weight is the likeness of its features and of its patch of light to the centre's
+// [Rousselle et al. 2012; 2013]. The fit is evaluated at all pixels of the window, so that one fit serves
+// many pixels; a pixel's result is the mean of all fits that reach it, by those weights. Centres lie four
+// pixels apart; where no centre resembles a pixel, at edges and small objects, the pixel becomes a centre
+// itself.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/base/parallel.h"
+#include "engine/denoise/plane.h"
+
+namespace lucerna {
+
+// Holds the planes that both halves share.
+struct FeaturePlanes {
+    ColourPlanes albedo, normal, geometric_normal, position;
+    Plane emitter;
+    // Holds the inverse distance between the surface points of a pixel and its nearest neighbour; 0 without
+    // one.
+    Plane inverse_footprint;
+    // Grows with the inverse albedo, to which gloss divided by albedo is proportional.
+    Plane inverse_albedo;
+    // `inside` is 1 in the image and 0 in the rim.
+    Plane inside;
+};
+// A half's light divided by the albedo.
+struct HalfPlanes {
+    ColourPlanes value;
+    Plane guide;  // luminance, mean over 3 x 3 pixels
+    Plane noise;  // variance of the guide
+    Plane trust;  // weight of a pixel in fits, in (0, 1]
+};
+
+// Determines the fit and how pixels count in it.
+enum class Candidate : std::uint8_t {
+    linear,    // linear; pixels count by their likeness times their trust
+    constant,  // the weighted mean, with the same weights
+    trusting   // linear; pixels count by their likeness alone
+};
+inline constexpr std::size_t kCandidates = 3;
+// Holds the filtered planes of one half, one for each candidate.
+using Filtered = std::array<ColourPlanes, kCandidates>;
+
+// Each half's result depends on that half and the features alone.
+std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& features,
+                                const std::array<HalfPlanes, 2>& halves, const Workers& workers);
+
+}  // namespace lucerna
