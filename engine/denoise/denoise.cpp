@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -34,50 +35,40 @@ V2i size_of(const Image& image) {
     return {image.width, image.height};
 }
 
+// Keeps squares within what float32 holds.
+float bounded(double square) {
+    return static_cast<float>(std::min(square, sqr(double{kBrightest})));
+}
+
 template <typename Body>
 void for_each_row(const Workers& workers, const V2i& size, Body&& body) {
     parallel_each(workers, static_cast<std::size_t>(size.y), Plane::rows_at_a_time(size.x),
                   [&body](std::size_t y) { body(static_cast<int>(y)); });
 }
 
-// Returns means over squares of half side `reach`, clipped at the image's rim.
-Numbers smoothed(const Numbers& numbers, const V2i& size, int reach, const Workers& workers) {
-    // Returns the places [first, second) of the window about place i, where `last` is the last valid place.
-    const auto window = [reach](std::ptrdiff_t i, std::ptrdiff_t last) {
-        return std::pair{std::max<std::ptrdiff_t>(0, i - reach), std::min(last, i + reach) + 1};
+// Returns means over squares of half side `reach`, clipped at the image's rim. The rim of `from` must be 0.
+Plane smoothed(const Plane& from, const V2i& size, int reach, const Workers& workers) {
+    const auto pixels = [reach](int i, int end) {
+        return static_cast<float>(std::min(end - 1, i + reach) - std::max(0, i - reach) + 1);
     };
-    const std::ptrdiff_t width = size.x, height = size.y;
-    Numbers across(numbers.size()), result(numbers.size());
+    Plane across(size.x, size.y), result(size.x, size.y);
     for_each_row(workers, size, [&](int y) {
-        const double* const in = &numbers[place(size, 0, y)];
-        double* const out = &across[place(size, 0, y)];
-        Numbers upto(static_cast<std::size_t>(width) + 1);
-        for (std::ptrdiff_t x = 0; x < width; ++x) upto[x + 1] = upto[x] + in[x];
-        for (std::ptrdiff_t x = 0; x < width; ++x) {
-            const auto [begin, end] = window(x, width - 1);
-            out[x] = (upto[end] - upto[begin]) / static_cast<double>(end - begin);
+        const float* const in = from.row(y);
+        float* const out = across.row(y);
+        for (int offset = -reach; offset <= reach; ++offset) {
+            for (int x = 0; x < size.x; ++x) out[x] += in[x + offset];
         }
+        for (int x = 0; x < size.x; ++x) out[x] /= pixels(x, size.x);
     });
-    // Columns are processed side by side, so that memory is read sequentially.
-    parallel_ranges(workers, width, Plane::rows_at_a_time(size.y),
-                    [&](std::int64_t begin_x, std::int64_t end_x, std::int64_t /*chunk*/) {
-                        const auto columns = static_cast<std::size_t>(end_x - begin_x);
-                        Numbers upto(columns * static_cast<std::size_t>(height + 1));
-                        const auto row = [&upto, columns](std::ptrdiff_t y) {
-                            return &upto[static_cast<std::size_t>(y) * columns];
-                        };
-                        for (int y = 0; y < height; ++y) {
-                            const double* const in = &across[place(size, static_cast<int>(begin_x), y)];
-                            for (std::size_t x = 0; x < columns; ++x) row(y + 1)[x] = row(y)[x] + in[x];
-                        }
-                        for (int y = 0; y < height; ++y) {
-                            const auto [begin, end] = window(y, height - 1);
-                            const double share = 1 / static_cast<double>(end - begin);
-                            double* const out = &result[place(size, static_cast<int>(begin_x), y)];
-                            for (std::size_t x = 0; x < columns; ++x)
-                                out[x] = (row(end)[x] - row(begin)[x]) * share;
-                        }
-                    });
+    for_each_row(workers, size, [&](int y) {
+        float* const out = result.row(y);
+        for (int v = std::max(0, y - reach); v <= std::min(size.y - 1, y + reach); ++v) {
+            const float* const in = across.row(v);
+            for (int x = 0; x < size.x; ++x) out[x] += in[x];
+        }
+        const float share = 1 / pixels(y, size.y);
+        for (int x = 0; x < size.x; ++x) out[x] *= share;
+    });
     return result;
 }
 
@@ -140,19 +131,20 @@ FeaturePlanes feature_planes(const Image& features, const Workers& workers) {
 // Completes variances of pixels with a single sample, which says nothing about its variance: they get that of
 // the surrounding pixels, estimated from their samples and the difference of their halves. The pixel's own
 // difference is excluded: where the halves agree by chance, both would stay as they are.
-std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, const Workers& workers) {
+// Returns nothing if all are known.
+std::optional<std::array<Image, 2>> with_known_variances(const std::array<Image, 2>& halves) {
     constexpr int kReach = 2;
-    std::array<Image, 2> known = halves;
     const V2i size = size_of(halves[0]);
     const auto samples = [&halves](std::size_t h, std::size_t i) {
         return std::max(1.0, double{halves[h].data[kHalfChannels * i + kSamples]});
     };
+    bool all_known = true;
+    for (std::size_t i = 0; i < area(size); ++i) all_known &= samples(0, i) > 1 && samples(1, i) > 1;
+    if (all_known) return std::nullopt;
+    std::array<Image, 2> known = halves;
     const auto at = [&known](std::size_t h, std::size_t i, int channel) -> float& {
         return known[h].data[kHalfChannels * i + static_cast<std::size_t>(channel)];
     };
-    bool all_known = true;
-    for (std::size_t i = 0; i < area(size); ++i) all_known &= samples(0, i) > 1 && samples(1, i) > 1;
-    if (all_known) return known;
     for (int c = 0; c < 3; ++c) {
         // The variance of one sample results, per pixel, from the sum of squares and its degrees of freedom.
         Numbers sum(area(size)), freedom(area(size), 1.0);
@@ -166,18 +158,19 @@ std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, co
                 freedom[i] += more;
             }
         }
-        const Numbers sums = smoothed(sum, size, kReach, workers),
-                      freedoms = smoothed(freedom, size, kReach, workers);
-        const auto window = [](int place, int end) {
-            return std::min(place + kReach, end - 1) - std::max(place - kReach, 0) + 1;
-        };
         for (std::size_t i = 0; i < area(size); ++i) {
+            if (samples(0, i) > 1 && samples(1, i) > 1) continue;
             const int x = static_cast<int>(i % static_cast<std::size_t>(size.x));
             const int y = static_cast<int>(i / static_cast<std::size_t>(size.x));
-            const int pixels = window(x, size.x) * window(y, size.y);
-            // The means over the window exclude the pixel itself, unless the window has no other pixel.
-            const double others = pixels > 1 ? freedoms[i] - freedom[i] / pixels : freedom[i];
-            const double variance = (pixels > 1 ? std::max(0.0, sums[i] - sum[i] / pixels) : sum[i]) / others;
+            // The pixel itself counts only if the window has no other.
+            double squares = 0, freedoms = 0;
+            for (int v = std::max(0, y - kReach); v <= std::min(size.y - 1, y + kReach); ++v) {
+                for (int u = std::max(0, x - kReach); u <= std::min(size.x - 1, x + kReach); ++u) {
+                    const std::size_t other = place(size, u, v);
+                    if (other != i) squares += sum[other], freedoms += freedom[other];
+                }
+            }
+            const double variance = freedoms > 0 ? squares / freedoms : sum[i] / freedom[i];
             for (const std::size_t h : {std::size_t{0}, std::size_t{1}}) {
                 if (samples(h, i) == 1)
                     at(h, i, kVariance + c) = static_cast<float>(std::min(variance, kMostVariance));
@@ -190,114 +183,122 @@ std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, co
 // Returns the ratio of the halves' squared difference to what their samples' variances predict: below 1 where
 // samples are stratified, above 1 where they depend on each other, as those of one pass do. It is averaged
 // over a wide window, so that a pixel's weights learn almost nothing about the other half from it.
-Numbers dependence(const std::array<Image, 2>& halves, const Workers& workers) {
+Plane dependence(const std::array<Image, 2>& halves, double scale, const Workers& workers) {
     constexpr int kReach = 7;
-    constexpr double kMost = 16;
+    constexpr float kMost = 16;
     const Image &a = halves[0], &b = halves[1];
     const V2i size = size_of(a);
-    Numbers measured(area(size)), stated(area(size));
+    Plane measured(size.x, size.y), stated(size.x, size.y);
     for_each_row(workers, size, [&](int y) {
+        float *const of_difference = measured.row(y), *const of_samples = stated.row(y);
         for (int x = 0; x < size.x; ++x) {
-            const std::size_t i = place(size, x, y);
-            measured[i] = sqr(double{luminance(a.rgb_at(x, y))} - double{luminance(b.rgb_at(x, y))});
+            const double difference = double{luminance(a.rgb_at(x, y))} - double{luminance(b.rgb_at(x, y))};
+            double variance = 0;
             for (const Image* half : {&a, &b}) {
-                V3d variance;
-                for (int c = 0; c < 3; ++c) variance[c] = double{half->value(x, y, kVariance + c)};
-                stated[i] += luminance_variance(variance);
+                const float* const v = &half->data[half->index(x, y) + kVariance];
+                variance += luminance_variance(V3d(double{v[0]}, double{v[1]}, double{v[2]}));
             }
+            of_difference[x] = bounded(sqr(difference * scale));
+            of_samples[x] = bounded(variance * sqr(scale));
         }
     });
-    measured = smoothed(measured, size, kReach, workers), stated = smoothed(stated, size, kReach, workers);
-    for (std::size_t i = 0; i < measured.size(); ++i)
-        measured[i] = stated[i] > 0 ? std::clamp(measured[i] / stated[i], 1 / kMost, kMost) : 1;
-    return measured;
+    Plane ratio = smoothed(measured, size, kReach, workers);
+    stated = smoothed(stated, size, kReach, workers);
+    for_each_row(workers, size, [&](int y) {
+        float* const to = ratio.row(y);
+        const float* const by = stated.row(y);
+        for (int x = 0; x < size.x; ++x) to[x] = by[x] > 0 ? std::clamp(to[x] / by[x], 1 / kMost, kMost) : 1;
+    });
+    return ratio;
 }
 
-// Reduces the trust in a pixel whose variance is much larger than the median around it: it holds light that
-// the others have missed.
+// Returns the median of five numbers.
+inline float median(float a, float b, float c, float d, float e) {
+    const float low = std::max(std::min(a, b), std::min(c, d)),
+                high = std::min(std::max(a, b), std::max(c, d));
+    return std::max(std::min(low, high), std::min(std::max(low, high), e));
+}
+
+// Reduces the trust in a pixel whose variance is much larger than the median around it, that of the medians
+// of five rows of five pixels: it holds light that the others have missed.
 Plane trust(const V2i& size, const ColourPlanes& variance, const Workers& workers) {
-    constexpr int kReach = 2;
     constexpr float kMuch = 4, kLeast = 1e-4F;
-    const auto of = [&](int x, int y) {
+    Plane sum(size.x, size.y), of_row(size.x, size.y), trust(size.x, size.y);
+    sum.fill(workers, [&](int x, int y) {
         return variance[0].row(y)[x] + variance[1].row(y)[x] + variance[2].row(y)[x];
-    };
-    Plane trust(size.x, size.y);
+    });
+    of_row.fill(workers, [&](int x, int y) {
+        const float* const s = sum.row(y) + x;
+        return median(s[-2], s[-1], s[0], s[1], s[2]);
+    });
     trust.fill(workers, [&](int x, int y) {
-        std::array<float, (2 * kReach + 1) * (2 * kReach + 1)> around;
-        auto end = around.begin();
-        for (int v = std::max(0, y - kReach); v <= std::min(size.y - 1, y + kReach); ++v) {
-            for (int u = std::max(0, x - kReach); u <= std::min(size.x - 1, x + kReach); ++u)
-                *end++ = of(u, v);
-        }
-        const auto middle = around.begin() + (end - around.begin()) / 2;
-        std::nth_element(around.begin(), middle, end);
-        const float ratio = of(x, y) / (kMuch * *middle + std::numeric_limits<float>::min());
-        return std::max(kLeast, 1 / (1 + sqr(ratio)));
+        const auto at = [&of_row, x](int row) { return of_row.row(row)[x]; };
+        const float middle = median(at(y - 2), at(y - 1), at(y), at(y + 1), at(y + 2));
+        const float ratio = sum.row(y)[x] / (kMuch * middle + std::numeric_limits<float>::min());
+        return std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
     });
     return trust;
 }
 
+// Returns sums over 3 x 3 pixels. Beyond the image's edge, the pixels at the edge count once more.
+Plane around(const Plane& plane, const V2i& size, const Workers& workers) {
+    Plane columns(size.x, size.y), sum(size.x, size.y);
+    columns.fill(workers,
+                 [&](int x, int y) { return plane.row(y - 1)[x] + plane.row(y)[x] + plane.row(y + 1)[x]; });
+    sum.fill(workers, [&](int x, int y) {
+        const float* const row = columns.row(y) + x;
+        return row[-1] + row[0] + row[1];
+    });
+    return sum;
+}
+
 // Sets the guide, the mean luminance of 3 x 3 pixels weighted by their trust, and its variance.
 void set_guide(HalfPlanes& planes, const V2i& size, const ColourPlanes& variance, const Workers& workers) {
-    const auto luminance_at = [](const ColourPlanes& colours, int x, int y) {
-        return 0.25F * (colours[0].row(y)[x] + colours[2].row(y)[x]) + 0.5F * colours[1].row(y)[x];
-    };
     Plane light(size.x, size.y), noise(size.x, size.y);
-    light.fill(workers, [&](int x, int y) { return luminance_at(planes.value, x, y); });
+    const ColourPlanes& value = planes.value;
+    light.fill(workers, [&](int x, int y) {
+        return planes.trust.row(y)[x] *
+               (0.25F * (value[0].row(y)[x] + value[2].row(y)[x]) + 0.5F * value[1].row(y)[x]);
+    });
     noise.fill(workers, [&](int x, int y) {
-        const auto deviation = [&](std::size_t c) { return std::sqrt(variance[c].row(y)[x]); };
-        return sqr(0.25F * (deviation(0) + deviation(2)) + 0.5F * deviation(1));
+        const float deviation =
+            0.25F * (std::sqrt(variance[0].row(y)[x]) + std::sqrt(variance[2].row(y)[x])) +
+            0.5F * std::sqrt(variance[1].row(y)[x]);
+        return sqr(planes.trust.row(y)[x] * deviation);
     });
-    planes.guide = Plane(size.x, size.y), planes.noise = Plane(size.x, size.y);
-    // Sums a function of the pixels of the window that lie in the image, and divides it by `by`.
-    const auto around = [&size](int x, int y, auto&& value) {
-        float sum = 0;
-        for (int v = std::max(0, y - 1); v <= std::min(size.y - 1, y + 1); ++v) {
-            for (int u = std::max(0, x - 1); u <= std::min(size.x - 1, x + 1); ++u) sum += value(u, v);
-        }
-        return sum;
-    };
-    const auto trust_at = [&planes](int u, int v) { return planes.trust.row(v)[u]; };
-    planes.guide.fill(workers, [&](int x, int y) {
-        return around(x, y, [&](int u, int v) { return trust_at(u, v) * light.row(v)[u]; }) /
-               around(x, y, trust_at);
-    });
-    planes.noise.fill(workers, [&](int x, int y) {
-        return around(x, y, [&](int u, int v) { return sqr(trust_at(u, v)) * noise.row(v)[u]; }) /
-               sqr(around(x, y, trust_at));
-    });
+    const Plane trust = around(planes.trust, size, workers);
+    planes.guide = around(light, size, workers);
+    planes.noise = around(noise, size, workers);
+    planes.guide.fill(workers, [&](int x, int y) { return planes.guide.row(y)[x] / trust.row(y)[x]; });
+    planes.noise.fill(workers, [&](int x, int y) { return planes.noise.row(y)[x] / sqr(trust.row(y)[x]); });
 }
 
 // Returns a half's light divided by the albedo, and what its variance determines: that of the pixel's own
 // samples, blended with that of its neighbours where the samples are few.
-HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& dependence, float scale,
+HalfPlanes half_planes(const Image& half, const ColourPlanes& albedo, const Plane& dependence, double scale,
                        const Workers& workers) {
-    constexpr int kReach = 1;
-    constexpr double kWorth = 4;  // number of samples that the neighbours count for
+    constexpr float kWorth = 4;  // number of samples that the neighbours count for
     const V2i size = size_of(half);
     HalfPlanes planes;
     ColourPlanes variance;
     for (std::size_t c = 0; c < 3; ++c) {
         const auto channel = static_cast<int>(c);
-        const auto divided = [&](int x, int y) {
-            return scale / (features.value(x, y, kAlbedo + channel) + kLeastAlbedo);
-        };
+        const auto divided = [&](int x, int y) { return scale / double{albedo[c].row(y)[x] + kLeastAlbedo}; };
         planes.value[c] = Plane(size.x, size.y);
         planes.value[c].fill(workers, [&](int x, int y) {
-            return std::clamp(half.value(x, y, kLight + channel) * divided(x, y), -kBrightest, kBrightest);
+            const double value = double{half.value(x, y, kLight + channel)} * divided(x, y);
+            return static_cast<float>(std::clamp(value, double{-kBrightest}, double{kBrightest}));
         });
-        Numbers own(area(size));
-        const auto at = [&size](int x, int y) { return place(size, x, y); };
-        for_each_row(workers, size, [&](int y) {
-            for (int x = 0; x < size.x; ++x)
-                own[at(x, y)] = double{half.value(x, y, kVariance + channel)} * sqr(double{divided(x, y)});
+        Plane own(size.x, size.y);
+        own.fill(workers, [&](int x, int y) {
+            return bounded(double{half.value(x, y, kVariance + channel)} * sqr(divided(x, y)));
         });
-        const Numbers around = smoothed(own, size, kReach, workers);
+        const Plane sum = around(own, size, workers);
         variance[c] = Plane(size.x, size.y);
         variance[c].fill(workers, [&](int x, int y) {
-            const double known = std::max(0.0, double{half.value(x, y, kSamples)} - 1);  // degrees of freedom
-            const double mixed = (known * own[at(x, y)] + kWorth * around[at(x, y)]) / (known + kWorth);
-            return static_cast<float>(std::min(dependence[at(x, y)] * mixed, sqr(double{kBrightest})));
+            const float known = std::max(0.0F, half.value(x, y, kSamples) - 1);  // degrees of freedom
+            const float mixed = (known * own.row(y)[x] + kWorth / 9 * sum.row(y)[x]) / (known + kWorth);
+            return std::min(dependence.row(y)[x] * mixed, sqr(kBrightest));
         });
     }
     planes.trust = trust(size, variance, workers);
@@ -334,34 +335,46 @@ bool have_two_samples(const std::array<Image, 2>& halves) {
 
 // Holds an image made of each half, and the estimated error of their mean by pixel, squared and relative.
 struct Estimate {
-    Shares shares;
-    std::array<std::vector<Rgb>, 2> of = {};
+    std::array<ColourPlanes, 2> of;
+    std::array<Plane, 2> luminance;
     // In these images each pixel is mixed in shares that its own error did not influence. A share that is
     // chosen as the best for noisy errors looks better than it is if the same errors judge it.
-    std::array<std::vector<Rgb>, 2> held_out = {};
-    Numbers error = {};
-
-    Rgb mean(std::size_t i) const {
-        return static_cast<float>(shares[0]) * of[0][i] + static_cast<float>(shares[1]) * of[1][i];
-    }
+    std::array<Plane, 2> held_out;
+    Plane error;
 };
 
-double luminance_of(const Rgb& c) {
-    return double{luminance(c)};
+Plane luminance_of(const ColourPlanes& colours, const V2i& size, const Workers& workers) {
+    Plane result(size.x, size.y);
+    for_each_row(workers, size, [&](int y) {
+        float* const to = result.row(y);
+        const float *const r = colours[0].row(y), *const g = colours[1].row(y), *const b = colours[2].row(y);
+        for (int x = 0; x < size.x; ++x) to[x] = luminance(Rgb(r[x], g[x], b[x]));
+    });
+    return result;
 }
 
 class Mixer {
   public:
-    // `measured` has the halves as they are; errors are relative to `level`.
-    Mixer(const V2i& size, Estimate measured, const Numbers& level, const Workers& workers)
-        : size_(size), workers_(workers), measured_(std::move(measured)), inverse_scale_(level.size()) {
-        double mean = 0;
-        for (const double l : level) mean += l / static_cast<double>(level.size());
-        for (std::size_t i = 0; i < level.size(); ++i) {
-            const double scale = error_scale2(level[i], mean);
-            inverse_scale_[i] = scale > 0 ? 1 / scale : 0;  // 0 where everything is black
+    // `measured` has the halves as they are; errors are relative to the luminance of `level`.
+    Mixer(const V2i& size, const Shares& shares, Estimate measured, const Estimate& level,
+          const Workers& workers)
+        : size_(size),
+          a_(static_cast<float>(shares[0])),
+          b_(static_cast<float>(shares[1])),
+          workers_(workers),
+          measured_(std::move(measured)),
+          inverse_scale_(size.x, size.y) {
+        double sum = 0;
+        for (int y = 0; y < size.y; ++y) {
+            for (int x = 0; x < size.x; ++x) sum += double{mean(level.luminance, x, y)};
         }
-        measured_.error = error(measured_);
+        const double average = sum / static_cast<double>(area(size));
+        for_each([&](int x, int y) {
+            const double scale = error_scale2(double{mean(level.luminance, x, y)}, average);
+            // 0 where everything is black
+            inverse_scale_.row(y)[x] = scale > 0 ? static_cast<float>(1 / scale) : 0;
+        });
+        measured_.error = error(measured_.luminance);
     }
 
     const Estimate& measured() const { return measured_; }
@@ -369,16 +382,19 @@ class Mixer {
     // Estimates the squared error of images made of the halves. D_A, made of A, has the error mean[(D_A - B)²
     // - a (A - B)²], where a is A's share of the samples, because that part of the difference is B's own
     // error. The mean of D_A and D_B has their errors' mean, weighted by their shares, less a b (D_A - D_B)².
-    Numbers error(const Estimate& made) const { return error(made.of, made.shares); }
-    Numbers error(const std::array<std::vector<Rgb>, 2>& of, const Shares& shares) const {
-        Numbers error(inverse_scale_.size());
-        for_each([&](std::size_t i) {
-            const double a = luminance_of(measured_.of[0][i]), b = luminance_of(measured_.of[1][i]);
-            const double d_a = luminance_of(of[0][i]), d_b = luminance_of(of[1][i]);
-            const auto [of_a, of_b] = shares;
-            const double error_a = sqr(d_a - b) - of_a * sqr(a - b);
-            const double error_b = sqr(d_b - a) - of_b * sqr(a - b);
-            error[i] = inverse_scale_[i] * (of_a * error_a + of_b * error_b - of_a * of_b * sqr(d_a - d_b));
+    Plane error(const std::array<Plane, 2>& of) const {
+        Plane error(size_.x, size_.y);
+        for_each_row(workers_, size_, [&](int y) {
+            const float *const as = measured_.luminance[0].row(y), *const bs = measured_.luminance[1].row(y);
+            const float *const of_a = of[0].row(y), *const of_b = of[1].row(y);
+            const float* const inverse = inverse_scale_.row(y);
+            float* const to = error.row(y);
+            for (int x = 0; x < size_.x; ++x) {
+                const float noise = sqr(as[x] - bs[x]);
+                const float error_a = sqr(of_a[x] - bs[x]) - a_ * noise;
+                const float error_b = sqr(of_b[x] - as[x]) - b_ * noise;
+                to[x] = inverse[x] * (a_ * error_a + b_ * error_b - a_ * b_ * sqr(of_a[x] - of_b[x]));
+            }
         });
         return error;
     }
@@ -386,71 +402,103 @@ class Mixer {
     // Mixes the second into the first with the share that minimises the error: with the errors E and the
     // difference d of both, it is (E₁ - E₂ + d²)/(2 d²), with both terms summed over the neighbourhood.
     void mix(Estimate& first, const Estimate& second) const {
-        constexpr int kReach = 8, kSmooth = 2;
-        Numbers gain(inverse_scale_.size()), difference(gain.size()), share(gain.size());
-        for_each([&](std::size_t i) {
-            difference[i] =
-                inverse_scale_[i] * sqr(luminance_of(first.mean(i)) - luminance_of(second.mean(i)));
-            gain[i] = first.error[i] - second.error[i] + difference[i];
+        Terms terms{Plane(size_.x, size_.y), Plane(size_.x, size_.y), {}, {}};
+        for_each([&](int x, int y) {
+            terms.difference.row(y)[x] =
+                inverse_scale_.row(y)[x] * sqr(mean(first.luminance, x, y) - mean(second.luminance, x, y));
         });
-        const Numbers d2 = smoothed(difference, size_, kReach, workers_);
-        const Numbers gains = smoothed(gain, size_, kReach, workers_);
-        const auto best = [](double gained, double squares) {
-            return squares > 0 ? std::clamp(gained / (2 * squares), 0.0, 1.0) : 0;
-        };
-        for_each([&](std::size_t i) { share[i] = best(gains[i], d2[i]); });
+        for_each([&](int x, int y) {
+            terms.gain.row(y)[x] =
+                first.error.row(y)[x] - second.error.row(y)[x] + terms.difference.row(y)[x];
+        });
+        terms.differences = smoothed(terms.difference, size_, kReach, workers_);
+        terms.gains = smoothed(terms.gain, size_, kReach, workers_);
+        Plane share(size_.x, size_.y);
+        for_each([&](int x, int y) {
+            share.row(y)[x] = best(terms.gains.row(y)[x], terms.differences.row(y)[x]);
+        });
         share = smoothed(share, size_, kSmooth, workers_);
-        const auto mix_by = [](std::array<Rgb, 2>& to, const std::array<Rgb, 2>& other, double s) {
-            for (std::size_t half = 0; half < 2; ++half)
-                to[half] += static_cast<float>(s) * (other[half] - to[half]);
-        };
-        // Returns the share that results from the neighbourhood without the pixel itself.
-        const auto share_without = [&](int x, int y) {
-            const std::size_t own = place(size_, x, y);
-            double sum = 0;
-            int count = 0;
-            for (int v = std::max(0, y - kSmooth); v <= std::min(size_.y - 1, y + kSmooth); ++v) {
-                const int rows = std::min(v + kReach, size_.y - 1) - std::max(v - kReach, 0) + 1;
-                for (int u = std::max(0, x - kSmooth); u <= std::min(size_.x - 1, x + kSmooth);
-                     ++u, ++count) {
-                    const int columns = std::min(u + kReach, size_.x - 1) - std::max(u - kReach, 0) + 1;
-                    const std::size_t at = place(size_, u, v);
-                    const double pixels = rows * columns;
-                    sum += best(pixels * gains[at] - gain[own], pixels * d2[at] - difference[own]);
-                }
-            }
-            return sum / count;
-        };
-        for_each_row(workers_, size_, [&](int y) {
-            for (int x = 0; x < size_.x; ++x) {
-                const std::size_t i = place(size_, x, y);
-                std::array<Rgb, 2> held_out{first.held_out[0][i], first.held_out[1][i]};
-                mix_by(held_out, {second.of[0][i], second.of[1][i]}, share_without(x, y));
-                first.held_out[0][i] = held_out[0], first.held_out[1][i] = held_out[1];
-            }
+        hold_out(first, second, terms);
+        for_each([&](int x, int y) {
+            const float s = share.row(y)[x];
+            float& error = first.error.row(y)[x];
+            error += s * (second.error.row(y)[x] - error) - s * (1 - s) * terms.difference.row(y)[x];
         });
-        for_each([&](std::size_t i) {
-            const double s = share[i];
-            std::array<Rgb, 2> mixed{first.of[0][i], first.of[1][i]};
-            mix_by(mixed, {second.of[0][i], second.of[1][i]}, s);
-            first.of[0][i] = mixed[0], first.of[1][i] = mixed[1];
-            first.error[i] += s * (second.error[i] - first.error[i]) - s * (1 - s) * difference[i];
-        });
+        for (std::size_t half = 0; half < 2; ++half) {
+            for (std::size_t c = 0; c < 3; ++c) blend(first.of[half][c], second.of[half][c], share);
+            blend(first.luminance[half], second.luminance[half], share);
+        }
     }
 
   private:
+    // Half sides of the squares over which errors and shares are averaged.
+    static constexpr int kReach = 8, kSmooth = 2;
+    static_assert(kReach <= Plane::kRim);
+
+    // Holds the terms of shares by pixel, and their means over the neighbourhood.
+    struct Terms {
+        Plane gain, difference, gains, differences;
+    };
+    static float best(float gained, float squares) {
+        return squares > 0 ? std::clamp(gained / (2 * squares), 0.0F, 1.0F) : 0.0F;
+    }
+
+    // Mixes the images that are held out, in shares from the neighbourhood without the pixel itself.
+    void hold_out(Estimate& first, const Estimate& second, const Terms& terms) const {
+        const auto pixels = [](int i, int end) {
+            return std::min(i + kReach, end - 1) - std::max(i - kReach, 0) + 1;
+        };
+        std::vector<float> columns(static_cast<std::size_t>(size_.x));
+        for (int x = 0; x < size_.x; ++x)
+            columns[static_cast<std::size_t>(x)] = static_cast<float>(pixels(x, size_.x));
+        for_each_row(workers_, size_, [&](int y) {
+            const float *const gain = terms.gain.row(y), *const difference = terms.difference.row(y);
+            std::vector<float> share(columns.size()), count(columns.size());
+            for (int v = std::max(0, y - kSmooth); v <= std::min(size_.y - 1, y + kSmooth); ++v) {
+                const auto rows = static_cast<float>(pixels(v, size_.y));
+                const float *const gains = terms.gains.row(v), *const squares = terms.differences.row(v);
+                for (int offset = -kSmooth; offset <= kSmooth; ++offset) {
+                    const int begin = std::max(0, -offset), end = std::min(size_.x, size_.x - offset);
+                    for (int x = begin; x < end; ++x) {
+                        const float n = rows * columns[static_cast<std::size_t>(x + offset)];
+                        share[static_cast<std::size_t>(x)] +=
+                            best(n * gains[x + offset] - gain[x], n * squares[x + offset] - difference[x]);
+                        count[static_cast<std::size_t>(x)] += 1;
+                    }
+                }
+            }
+            for (std::size_t half = 0; half < 2; ++half) {
+                float* const to = first.held_out[half].row(y);
+                const float* const other = second.luminance[half].row(y);
+                for (int x = 0; x < size_.x; ++x) {
+                    const auto i = static_cast<std::size_t>(x);
+                    to[x] += share[i] / count[i] * (other[x] - to[x]);
+                }
+            }
+        });
+    }
+
+    void blend(Plane& first, const Plane& second, const Plane& share) const {
+        for_each([&](int x, int y) {
+            float& to = first.row(y)[x];
+            to += share.row(y)[x] * (second.row(y)[x] - to);
+        });
+    }
+    float mean(const std::array<Plane, 2>& of, int x, int y) const {
+        return a_ * of[0].row(y)[x] + b_ * of[1].row(y)[x];
+    }
     template <typename Body>
     void for_each(Body&& body) const {
         for_each_row(workers_, size_, [&](int y) {
-            const std::size_t begin = place(size_, 0, y), end = place(size_, 0, y + 1);
-            for (std::size_t i = begin; i < end; ++i) body(i);
+            for (int x = 0; x < size_.x; ++x) body(x, y);
         });
     }
 
     V2i size_;
+    float a_, b_;  // shares of the halves in their mean
     const Workers& workers_;
     Estimate measured_;
-    Numbers inverse_scale_;
+    Plane inverse_scale_;
 };
 
 // Holds the mean of the pixels' squared errors, and its standard error. Each error is noisy and as often
@@ -476,38 +524,55 @@ MeanError mean_error(const Numbers& errors) {
     return {stats.mean(), stats.standard_error(), stats.count()};
 }
 
-Estimate estimate_of(const DenoiserInput& input, const Shares& shares,
-                     const std::array<Filtered, 2>& filtered, Candidate candidate, float scale,
-                     const Workers& workers) {
-    const V2i size = size_of(input.features);
-    Estimate estimate{shares};
+// Returns the filtered images, multiplied by the albedo, by whose inverse the light was multiplied.
+Estimate estimate_of(std::array<Filtered, 2>& filtered, Candidate candidate, const ColourPlanes& albedo,
+                     const V2i& size, const Workers& workers) {
+    Estimate estimate;
     for (std::size_t half = 0; half < 2; ++half) {
-        const ColourPlanes& planes = filtered[half][static_cast<std::size_t>(candidate)];
-        estimate.of[half].resize(area(size));
-        for_each_row(workers, size, [&](int y) {
-            Rgb* const to = &estimate.of[half][place(size, 0, y)];
-            for (int x = 0; x < size.x; ++x) {
-                for (int k = 0; k < 3; ++k) {
-                    to[x][k] = planes[static_cast<std::size_t>(k)].row(y)[x] *
-                               ((input.features.value(x, y, kAlbedo + k) + kLeastAlbedo) / scale);
-                }
-            }
-        });
+        estimate.of[half] = std::move(filtered[half][static_cast<std::size_t>(candidate)]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            for_each_row(workers, size, [&](int y) {
+                float* const to = estimate.of[half][c].row(y);
+                const float* const by = albedo[c].row(y);
+                for (int x = 0; x < size.x; ++x) to[x] *= by[x] + kLeastAlbedo;
+            });
+        }
+        estimate.luminance[half] = luminance_of(estimate.of[half], size, workers);
     }
     return estimate;
 }
 
-Estimate measured(const DenoiserInput& input, const Shares& shares, const Workers& workers) {
-    const V2i size = size_of(input.features);
-    Estimate estimate{shares};
+// Returns the halves as they are, times `scale`.
+Estimate measured(const std::array<Image, 2>& halves, double scale, const Workers& workers) {
+    const V2i size = size_of(halves[0]);
+    Estimate estimate;
     for (std::size_t half = 0; half < 2; ++half) {
-        estimate.of[half].resize(area(size));
-        for_each_row(workers, size, [&](int y) {
-            Rgb* const to = &estimate.of[half][place(size, 0, y)];
-            for (int x = 0; x < size.x; ++x) to[x] = input.halves[half].rgb_at(x, y);
-        });
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto channel = static_cast<int>(c);
+            Plane& plane = estimate.of[half][c];
+            plane = Plane(size.x, size.y);
+            for_each_row(workers, size, [&](int y) {
+                float* const to = plane.row(y);
+                for (int x = 0; x < size.x; ++x)
+                    to[x] = static_cast<float>(double{halves[half].value(x, y, channel)} * scale);
+            });
+        }
+        estimate.luminance[half] = luminance_of(estimate.of[half], size, workers);
     }
     return estimate;
+}
+
+// Returns the mean luminance of both halves, weighted by their shares.
+double mean_luminance(const std::array<Image, 2>& halves, const Shares& shares) {
+    const V2i size = size_of(halves[0]);
+    double sum = 0;
+    for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+            for (std::size_t half = 0; half < 2; ++half)
+                sum += shares[half] * double{luminance(halves[half].rgb_at(x, y))};
+        }
+    }
+    return sum / static_cast<double>(area(size));
 }
 
 }  // namespace
@@ -562,44 +627,60 @@ DenoiserInput denoiser_input_of(const Image& image, const std::string& file, con
             part_of(image, feature_channels(), "", file)};
 }
 
+namespace {
+
+// Filters both halves.
+std::array<Filtered, 2> filtered(const DenoiserInput& input, const FeaturePlanes& features, double scale,
+                                 const Workers& workers) {
+    const auto completed = with_known_variances(input.halves);
+    const std::array<Image, 2>& halves = completed ? *completed : input.halves;
+    const Plane dependence = lucerna::dependence(halves, scale, workers);
+    std::array<HalfPlanes, 2> planes;
+    for (std::size_t half = 0; half < 2; ++half)
+        planes[half] = half_planes(halves[half], features.albedo, dependence, scale, workers);
+    return regress(input.features.width, input.features.height, features, planes, workers);
+}
+
+}  // namespace
+
 Denoised denoise(const DenoiserInput& input, const Workers& workers) {
     const V2i size = size_of(input.features);
     const Shares shares = shares_of(input.halves);
-    Estimate raw = measured(input, shares, workers);
-    double mean = 0;
-    for (std::size_t i = 0; i < area(size); ++i)
-        mean += luminance_of(raw.mean(i)) / static_cast<double>(area(size));
+    const double mean = mean_luminance(input.halves, shares);
     // Distances are relative to noise, whatever the unit. The scale puts values into float32's middle range.
-    const float scale = mean > 0 ? static_cast<float>(1 / mean) : 1;
-
-    const std::array<Image, 2> halves = with_known_variances(input.halves, workers);
-    const Numbers dependence = lucerna::dependence(halves, workers);
-    std::array<HalfPlanes, 2> planes;
-    for (std::size_t half = 0; half < 2; ++half)
-        planes[half] = half_planes(halves[half], input.features, dependence, scale, workers);
-    const std::array<Filtered, 2> filtered =
-        regress(size.x, size.y, feature_planes(input.features, workers), planes, workers);
-    Estimate result = estimate_of(input, shares, filtered, Candidate::linear, scale, workers);
-    Numbers level(area(size));
-    for (std::size_t i = 0; i < level.size(); ++i) level[i] = luminance_of(result.mean(i));
-    const Mixer mixer(size, std::move(raw), level, workers);
-    result.error = mixer.error(result);
-    result.held_out = result.of;
+    const double scale = mean > 0 ? 1 / mean : 1;
+    const FeaturePlanes features = feature_planes(input.features, workers);
+    std::array<Filtered, 2> candidates = filtered(input, features, scale, workers);
+    const auto estimate = [&](Candidate candidate) {
+        return estimate_of(candidates, candidate, features.albedo, size, workers);
+    };
+    Estimate result = estimate(Candidate::linear);
+    const Mixer mixer(size, shares, measured(input.halves, scale, workers), result, workers);
+    result.error = mixer.error(result.luminance);
+    result.held_out = result.luminance;
     for (const Candidate candidate : {Candidate::constant, Candidate::trusting}) {
-        Estimate other = estimate_of(input, shares, filtered, candidate, scale, workers);
-        other.error = mixer.error(other);
+        Estimate other = estimate(candidate);
+        other.error = mixer.error(other.luminance);
         mixer.mix(result, other);
     }
     mixer.mix(result, mixer.measured());
 
     Denoised denoised{Image::rgb(size.x, size.y), 0, false};
     denoised.image.space = input.halves[0].space;
-    for (std::size_t i = 0; i < level.size(); ++i) {
-        const Rgb c = result.mean(i);
-        denoised.image.data[3 * i] = c.x, denoised.image.data[3 * i + 1] = c.y,
-                                denoised.image.data[3 * i + 2] = c.z;
-    }
-    const MeanError error = mean_error(mixer.error(result.held_out, shares));
+    for_each_row(workers, size, [&](int y) {
+        for (int x = 0; x < size.x; ++x) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double value = shares[0] * double{result.of[0][c].row(y)[x]} +
+                                     shares[1] * double{result.of[1][c].row(y)[x]};
+                denoised.image.value(x, y, static_cast<int>(c)) = static_cast<float>(value / scale);
+            }
+        }
+    });
+    const Plane errors = mixer.error(result.held_out);
+    Numbers each;
+    each.reserve(area(size));
+    for (int y = 0; y < size.y; ++y) each.insert(each.end(), errors.row(y), errors.row(y) + size.x);
+    const MeanError error = mean_error(each);
     denoised.relative_error = error.root();
     denoised.error_is_known = error.is_known() && have_two_samples(input.halves);
     return denoised;

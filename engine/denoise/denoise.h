@@ -1,7 +1,7 @@
 // Implements a statistical denoiser that states its error.
 //
-// An image's samples form two independent halves A and B. Each is filtered with weights that the other did
-// not influence. D_A, the image made of A, is then independent of B, and
+// An image's samples form two independent halves A and B. Each is filtered by regression on features
+// (regression.h) with weights that the other did not influence. D_A, the image made of A, is then independent of B, and
 //     mean[(D_A - B)² - (A - B)²/2]
 // estimates the squared error of D_A, bias included (if both have as many samples). By such estimates the
 // filtered and the measured image are mixed locally in the shares that minimise the error [Gu et al. 2022],
@@ -72,7 +72,7 @@ struct Denoised {
 Denoised denoise(const DenoiserInput& layers, const Workers& workers);
 
 // These estimate the peak memory in bytes per pixel and the time of one thread in seconds per pixel.
-inline constexpr std::size_t kDenoiserBytesPerPixel = 640;
-inline constexpr double kDenoiserSecondsPerPixel = 12e-6;
+inline constexpr std::size_t kDenoiserBytesPerPixel = 350;
+inline constexpr double kDenoiserSecondsPerPixel = 1e-6;
 
 }  // namespace lucerna

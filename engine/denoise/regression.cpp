@@ -40,7 +40,13 @@ constexpr float kCovered = 0.5F;
 // are relative to the centre's.
 constexpr int kTerms = 8;
 using Terms = std::array<float, kTerms>;
-using Lanes = float __attribute__((vector_size(sizeof(Terms)), may_alias));
+using Lanes = float __attribute__((vector_size(sizeof(Terms)), may_alias, aligned(4)));
+Lanes& lanes(Terms& terms) {
+    return *reinterpret_cast<Lanes*>(terms.data());
+}
+const Lanes& lanes(const Terms& terms) {
+    return *reinterpret_cast<const Lanes*>(terms.data());
+}
 constexpr float kPixelStep = 0.125F;  // the terms x and y per pixel
 
 using OfWindow = std::array<float, kPixels>;
@@ -161,10 +167,11 @@ class Fitter {
         const auto a = centre(f.albedo), n = centre(f.normal), g = centre(f.geometric_normal),
                    p = centre(f.position);
         const float e = f.emitter.row(y_)[x_], near = f.inverse_footprint.row(y_)[x_];
+        OfWindow alike;  // a local array aliases no plane, so that the loop is vectorised
         for (int y = 0; y < kSide; ++y) {
             const auto as = rows(f.albedo, y), ns = rows(f.normal, y), ps = rows(f.position, y);
             const float *const es = row(f.emitter, y), *const inside = row(f.inside, y);
-            float* const to = &alike_[static_cast<std::size_t>(y * kSide)];
+            float* const to = &alike[static_cast<std::size_t>(y * kSide)];
             const float* const falloff = &falloff_[static_cast<std::size_t>(y * kSide)];
             for (int x = 0; x < kSide; ++x) {
                 const float of_a = sqr(as[0][x] - a[0]) + sqr(as[1][x] - a[1]) + sqr(as[2][x] - a[2]);
@@ -175,6 +182,7 @@ class Fitter {
                 to[x] = falloff[x] * inside[x] * weight_of(d);
             }
         }
+        alike_ = alike;
     }
 
     // Sets the terms of the window's pixels, pixel by pixel and term by term.
@@ -183,10 +191,8 @@ class Fitter {
         middle[0] = 0;
         for (int y = 0; y < kSide; ++y) {
             const Terms* const from = picture_.row(y_ - kBefore + y) + x_ - kBefore;
-            for (int x = 0; x < kSide; ++x) {
-                const auto i = static_cast<std::size_t>(y * kSide + x);
-                for (std::size_t k = 0; k < kTerms; ++k) terms_[i][k] = from[x][k] - middle[k];
-            }
+            Terms* const to = &terms_[static_cast<std::size_t>(y * kSide)];
+            for (int x = 0; x < kSide; ++x) lanes(to[x]) = lanes(from[x]) - lanes(middle);
         }
         const FeaturePlanes& f = picture_.features;
         const Plane* const planes[kTerms] = {nullptr,      nullptr,      nullptr,           &f.normal[0],
@@ -242,7 +248,7 @@ class Fitter {
             for (int x = 0; x < kSide; ++x) {
                 const auto i = static_cast<std::size_t>(y * kSide + x);
                 const float* const terms = terms_[i].data();
-                const Lanes weighted = weights[i] * *reinterpret_cast<const Lanes*>(terms);
+                const Lanes weighted = weights[i] * lanes(terms_[i]);
                 for (int k = 0; k < kTerms; ++k) squares[k] += terms[k] * weighted;
                 for (int c = 0; c < 3; ++c) products[c] += of[static_cast<std::size_t>(c)][x] * weighted;
             }
