@@ -359,8 +359,8 @@ class Mixer {
     Mixer(const V2i& size, const Shares& shares, Estimate measured, const Estimate& level,
           const Workers& workers)
         : size_(size),
-          a_(static_cast<float>(shares[0])),
-          b_(static_cast<float>(shares[1])),
+          a_(shares[0]),
+          b_(shares[1]),
           workers_(workers),
           measured_(std::move(measured)),
           inverse_scale_(size.x, size.y) {
@@ -390,10 +390,14 @@ class Mixer {
             const float* const inverse = inverse_scale_.row(y);
             float* const to = error.row(y);
             for (int x = 0; x < size_.x; ++x) {
-                const float noise = sqr(as[x] - bs[x]);
-                const float error_a = sqr(of_a[x] - bs[x]) - a_ * noise;
-                const float error_b = sqr(of_b[x] - as[x]) - b_ * noise;
-                to[x] = inverse[x] * (a_ * error_a + b_ * error_b - a_ * b_ * sqr(of_a[x] - of_b[x]));
+                // Where a half has a pixel of much light, terms cancel that are far above their sum.
+                const double light_a = double{as[x]}, light_b = double{bs[x]};
+                const double made_a = double{of_a[x]}, made_b = double{of_b[x]};
+                const double noise = sqr(light_a - light_b);
+                const double error_a = sqr(made_a - light_b) - a_ * noise;
+                const double error_b = sqr(made_b - light_a) - b_ * noise;
+                const double sum = a_ * error_a + b_ * error_b - a_ * b_ * sqr(made_a - made_b);
+                to[x] = static_cast<float>(double{inverse[x]} * sum);
             }
         });
         return error;
@@ -485,7 +489,7 @@ class Mixer {
         });
     }
     float mean(const std::array<Plane, 2>& of, int x, int y) const {
-        return a_ * of[0].row(y)[x] + b_ * of[1].row(y)[x];
+        return static_cast<float>(a_ * double{of[0].row(y)[x]} + b_ * double{of[1].row(y)[x]});
     }
     template <typename Body>
     void for_each(Body&& body) const {
@@ -495,7 +499,7 @@ class Mixer {
     }
 
     V2i size_;
-    float a_, b_;  // shares of the halves in their mean
+    double a_, b_;  // shares of the halves in their mean
     const Workers& workers_;
     Estimate measured_;
     Plane inverse_scale_;
