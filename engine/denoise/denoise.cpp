@@ -220,7 +220,8 @@ inline float median(float a, float b, float c, float d, float e) {
 }
 
 // Reduces the trust in a pixel whose variance is much larger than the median around it, that of the medians
-// of five rows of five pixels: it holds light that the others have missed.
+// of five rows of five pixels: it holds light that the others have missed. The pixels are two apart, because
+// the variances are blended over 3 x 3 pixels.
 Plane trust(const V2i& size, const ColourPlanes& variance, const Workers& workers) {
     constexpr float kMuch = 4, kLeast = 1e-4F;
     Plane sum(size.x, size.y), of_row(size.x, size.y), trust(size.x, size.y);
@@ -229,11 +230,11 @@ Plane trust(const V2i& size, const ColourPlanes& variance, const Workers& worker
     });
     of_row.fill(workers, [&](int x, int y) {
         const float* const s = sum.row(y) + x;
-        return median(s[-2], s[-1], s[0], s[1], s[2]);
+        return median(s[-4], s[-2], s[0], s[2], s[4]);
     });
     trust.fill(workers, [&](int x, int y) {
         const auto at = [&of_row, x](int row) { return of_row.row(row)[x]; };
-        const float middle = median(at(y - 2), at(y - 1), at(y), at(y + 1), at(y + 2));
+        const float middle = median(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
         const float ratio = sum.row(y)[x] / (kMuch * middle + std::numeric_limits<float>::min());
         return std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
     });
