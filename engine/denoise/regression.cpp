@@ -321,6 +321,25 @@ void for_each_band(const Workers& workers, int height, Body&& body) {
     }
 }
 
+// Divides the sums of a row by the weights. A linear fit may fall below 0 where its window's light does not:
+// it is then raised to 0, or to the weighted mean of the light where that is negative.
+void finish_row(int y, int width, const Plane& weights, Filtered& filtered) {
+    const float* const weight = weights.row(y);
+    for (ColourPlanes& candidate : filtered) {
+        for (Plane& plane : candidate) {
+            float* const to = plane.row(y);
+            for (int x = 0; x < width; ++x) to[x] /= weight[x];
+        }
+    }
+    for (const Candidate candidate : {Candidate::linear, Candidate::trusting}) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            float* const to = filtered[static_cast<std::size_t>(candidate)][c].row(y);
+            const float* const mean = filtered[static_cast<std::size_t>(Candidate::constant)][c].row(y);
+            for (int x = 0; x < width; ++x) to[x] = std::max(to[x], std::min(mean[x], 0.0F));
+        }
+    }
+}
+
 }  // namespace
 
 std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& features,
@@ -350,16 +369,8 @@ std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& feat
     });
     parallel_each(workers, static_cast<std::size_t>(height), Plane::rows_at_a_time(width),
                   [&](std::size_t row) {
-                      const auto y = static_cast<int>(row);
-                      for (std::size_t half = 0; half < 2; ++half) {
-                          const float* const weights = sums.weights[half].row(y);
-                          for (ColourPlanes& candidate : filtered[half]) {
-                              for (Plane& plane : candidate) {
-                                  float* const to = plane.row(y);
-                                  for (int x = 0; x < width; ++x) to[x] /= weights[x];
-                              }
-                          }
-                      }
+                      for (std::size_t half = 0; half < 2; ++half)
+                          finish_row(static_cast<int>(row), width, sums.weights[half], filtered[half]);
                   });
     return filtered;
 }

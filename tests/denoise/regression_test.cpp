@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-
 #include <array>
 #include <cmath>
 #include <random>
@@ -81,6 +80,34 @@ TEST(Regression, ConstantLight_StaysAsItIs) {
             for (int x = 0; x < kWide; ++x) EXPECT_NEAR(candidate[2].row(kHigh / 2)[x], 3, 1e-4F);
         }
     }
+}
+
+// Fits of noisy light fall below 0 at edges of windows, and would make an image with negative light. Without
+// the raise to 0 some values are below it.
+TEST(Regression, LightThatIsNowhereNegative_StaysSo) {
+    Planes planes = wall(6);
+    std::mt19937 random(7);
+    std::exponential_distribution<float> light(1);
+    for (HalfPlanes& half : planes.halves) {
+        for (Plane& p : half.value) {
+            p = Plane(kWide, kHigh);
+            // The light falls to 0 over a few columns.
+            p.fill({1},
+                   [&](int x, int /*y*/) { return light(random) * static_cast<float>(std::max(0, 20 - x)); });
+        }
+    }
+    const auto filtered = regress(kWide, kHigh, planes.features, planes.halves, {1});
+    float least = 1, at_zero = 0;
+    for (const auto& candidate : filtered[0]) {
+        for (int y = 0; y < kHigh; ++y) {
+            for (int x = 0; x < kWide; ++x) {
+                least = std::min(least, candidate[0].row(y)[x]);
+                at_zero += x < 30 && candidate[0].row(y)[x] == 0;
+            }
+        }
+    }
+    EXPECT_GE(least, 0);
+    EXPECT_GT(at_zero, 0) << "some fits fell below";
 }
 
 // What is made of one half does not depend on the other, so that the other can judge it.
