@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "engine/base/deadline_monitor.h"
 #include "engine/base/elementary.h"
 #include "engine/base/stats.h"
 #include "engine/guiding/importance_pre_pass.h"
@@ -385,13 +386,24 @@ MissingInImage missing_in(const Job& job, const RenderResult& result, const Chan
     return missing;
 }
 
+void record_chance_light(Job& job) {
+    job.film.chance = std::holds_alternative<PathSettings>(job.integrator) && !job.film.is_part() &&
+                      has_chance_light(job.scene);
+}
+
 std::optional<ChanceLight> light_that_paths_hardly_find(Job& job, const RenderOptions& options,
                                                         Monitor& monitor) {
-    const auto* path = std::get_if<PathSettings>(&job.integrator);
-    job.film.chance = path && !job.film.is_part() && has_chance_light(job.scene);
+    constexpr double kMostShare = 0.05;
+    record_chance_light(job);
     if (!job.film.chance) return std::nullopt;
-    return chance_light_in_view(
-        job, {job.scene, options.seed, most_bounces(path->max_depth), options.workers, monitor});
+    const bool can_be_cut = !options.workers.ranks;
+    DeadlineMonitor cut(monitor,
+                        can_be_cut ? Deadline::after(kMostShare * options.limits.seconds) : Deadline());
+    const int longest = most_bounces(std::get<PathSettings>(job.integrator).max_depth);
+    const ChanceLight found =
+        chance_light_in_view(job, {job.scene, options.seed, longest, options.workers, cut});
+    if (cut.stopped() && !monitor.stopped()) return std::nullopt;
+    return found;
 }
 
 void warn_of_missing_light(const Job& job, const ChanceLight& there, RenderResult& result, Monitor& monitor) {

@@ -85,8 +85,11 @@ struct MissingInImage {
 // `there` is from chance_light_in_view(). The result must be of a film with chance light.
 MissingInImage missing_in(const Job& job, const RenderResult& result, const ChanceLight& there);
 
-// Returns chance_light_in_view() of a path tracer's job and sets its film to record chance light. Returns
-// none if no light goes over specular surfaces or if only a crop is rendered. Collective over ranks.
+// Sets a path tracer's film to record chance light, if light goes over specular surfaces and not only a part
+// of a picture is rendered; other jobs' films not to.
+void record_chance_light(Job& job);
+// Calls record_chance_light() and returns chance_light_in_view(); none if the film records none, or if it
+// would take more than a share of options.limits.seconds. Collective over ranks.
 std::optional<ChanceLight> light_that_paths_hardly_find(Job& job, const RenderOptions& options,
                                                         Monitor& monitor);
 // Warns of the light that the result lacks, and then removes its stated errors.

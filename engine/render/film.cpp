@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/base/elementary.h"
 #include "engine/base/cdf.h"
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
@@ -181,16 +181,14 @@ std::size_t Film::without_sample() const {
     return without;
 }
 
-// Returns the pixel whose value represents a pixel without a sample, or the pixel itself if there is none.
-std::size_t Film::shown_at(std::size_t pixel) const {
-    if (count(pixel) > 0) return pixel;
-    const int x = static_cast<int>(pixel % static_cast<std::size_t>(width_));
-    const int y = static_cast<int>(pixel / static_cast<std::size_t>(width_));
-    for (const int cell : {2, 4}) {
-        const std::size_t coarser = place(x / cell * cell, y / cell * cell);
-        if (count(coarser) > 0) return coarser;
+int Film::spacing() const {
+    int spacing = 1;
+    for (int y = 0; y < height_; ++y) {
+        for (int x = 0; x < width_; ++x) {
+            if (!has_sample(x, y)) spacing = std::max(spacing, step_of({x, y}) == 2 ? 2 : 4);
+        }
     }
-    return pixel;
+    return spacing;
 }
 
 void Film::store(const V3f& value, const V3d& variance, const V3f& scales, float* to) {
@@ -208,8 +206,7 @@ Image Film::develop(float scale, const WorkingSpace& colours) const {
     if (!colours.is_srgb()) image.space = &colours.space();
     const V3f scales = colours.light_to_rgb(Rgb(scale));
     for (std::size_t i = 0; i < size_; ++i) {
-        const std::size_t at = shown_at(i);
-        store(value_at(at), variance(at), scales, &image.data[6 * i]);
+        store(value_at(i), variance(i), scales, &image.data[6 * i]);
     }
     return image;
 }
@@ -221,8 +218,8 @@ Image Film::develop_half(int half, float scale, const WorkingSpace& colours) con
     const V3f scales = colours.light_to_rgb(Rgb(scale));
     for (std::size_t i = 0; i < size_; ++i) {
         // If this half has no sample yet, the pixel shows the other half's.
-        const Pixel& of_half = pixels_[static_cast<std::size_t>(half) * size_ + shown_at(i)];
-        const Pixel pixel = of_half.count > 0 ? of_half : whole(shown_at(i));
+        const Pixel& of_half = pixels_[static_cast<std::size_t>(half) * size_ + i];
+        const Pixel pixel = of_half.count > 0 ? of_half : whole(i);
         float* const to = &image.data[kHalfChannels * i];
         store(value(pixel), variance(pixel), scales, to);
         to[kSamples] = static_cast<float>(of_half.count);

@@ -67,9 +67,12 @@ class Film {
         return ((at.x | at.y) & 3) == 0 ? 0 : ((at.x | at.y) & 1) == 0 ? 1 : 2;
     }
     std::size_t without_sample() const;  // pixels
+    // Returns the spacing of the finest lattice of pixels, 1, 2 or 4 pixels, that all have a sample; 4 if
+    // there is none.
+    int spacing() const;
 
     // Makes channels R G B (the pixel times `scale`) and variance.R variance.G variance.B, the variance of
-    // that value. Pixels without a sample show the nearest pixel of an earlier step that has one, or black.
+    // that value. Pixels without a sample are black (FeatureFilter::fill).
     // With one sample the variance is 0 and has no meaning. Values beyond float32 (from radiances above about
     // 1e19) are stored as the largest float32.
     //
@@ -189,7 +192,6 @@ class Film {
     static Pixel merged(const Pixel& a, const Pixel& b);
     static Passes merged(const Passes& a, const Passes& b);
 
-    std::size_t shown_at(std::size_t pixel) const;
     std::size_t place(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
     }

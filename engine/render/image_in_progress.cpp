@@ -2,7 +2,10 @@
 
 #include <atomic>
 #include <bit>
+#include <cassert>
 #include <numeric>
+
+#include "engine/render/finishing.h"
 
 namespace lucerna {
 namespace {
@@ -99,12 +102,27 @@ void ImageInProgress::save(Checkpoint& checkpoint) const {
     checkpoint.invalid_rays = invalid_rays();
 }
 
-void ImageInProgress::look_at_features(Monitor& monitor) {
-    // However many samples the image gets: a render may be continued, and allocations depend on the features.
-    constexpr int kMostSamples = 16;
-    if (!job_.film.two_halves && !(job_.film.parts && job_.receivers.empty())) return;
-    features_ = render_features(job_, seed_, kMostSamples, workers_, monitor);
-    if (allocation_ && (!workers_.ranks || workers_.ranks->leads())) allocation_->look_at(features_.image);
+bool ImageInProgress::wants_features() const {
+    return job_.film.two_halves || (job_.film.parts && job_.receivers.empty());
+}
+
+void ImageInProgress::take_features(int most_samples, Monitor& monitor) {
+    if (feature_samples_ >= most_samples) return;
+    Features taken = render_features(job_, seed_, most_samples, workers_, monitor);
+    if (monitor.stopped() && feature_samples_ > 0) return;  // these are incomplete
+    features_ = std::move(taken);
+    feature_samples_ = most_samples;
+}
+
+void ImageInProgress::take_features_of(ImageInProgress& other) {
+    features_ = std::move(other.features_);
+    feature_samples_ = other.feature_samples_;
+    other.forget_features();
+}
+
+void ImageInProgress::forget_features() {
+    features_ = {};
+    feature_samples_ = 0;
 }
 
 DenoiserInput ImageInProgress::denoiser_input() const {
@@ -234,9 +252,16 @@ void ImageInProgress::sum_counts() {
 
 void ImageInProgress::prepare_next(int done, int count) {
     Ranks* const ranks = workers_.ranks;
-    if (allocation_ && !ranks) allocation_->decide(done);
+    if (decides_at(done)) {
+        assert(feature_samples_ == kMostFeatureSamples);
+        if (!ranks || ranks->leads()) allocation_->look_at(features_.image);
+        if (ranks) {
+            decide_on_ranks(*ranks, done);
+        } else {
+            allocation_->decide(done);
+        }
+    }
     if (!ranks) return;
-    if (allocation_ && SampleAllocation::is_decision(done)) decide_on_ranks(*ranks, done);
     if (std::has_single_bit(static_cast<unsigned>(count)))
         owned_.balance(*ranks, [this](std::int64_t tile, auto& archive) { fields_of(tile, archive); });
 }

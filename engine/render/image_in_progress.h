@@ -48,8 +48,14 @@ class ImageInProgress {
     // Adds the sums of the image, which gather() has brought together.
     void save(Checkpoint& checkpoint) const;
 
-    // Looks for the features that the denoiser and layers need, if the job's film asks for any.
-    void look_at_features(Monitor& monitor);
+    // Whether the denoiser or layers need features.
+    bool wants_features() const;
+    // Takes features with up to so many samples of each pixel (render_features()), unless there are some of
+    // as many. Collective.
+    void take_features(int most_samples, Monitor& monitor);
+    // Takes over those of another image of the same job.
+    void take_features_of(ImageInProgress& other);
+    void forget_features();
 
     // Renders the samples that tiles lack. Returns whether all tiles have theirs.
     bool sweep(const Estimator& estimator, const Sweep& sweep, const SweepEnds& ends, Progress& progress);
@@ -64,6 +70,9 @@ class ImageInProgress {
     // balances the tiles among ranks.
     void prepare_next(int done, int count);
     bool is_adaptive() const { return allocation_.has_value(); }
+    // Whether prepare_next() at `done` samples per pixel allocates samples, which needs features of
+    // kMostFeatureSamples.
+    bool decides_at(int done) const { return allocation_ && SampleAllocation::is_decision(done); }
 
     // Copies all sums to rank 0, and counts. The functions below refer to rank 0's sums.
     void gather();
@@ -75,7 +84,8 @@ class ImageInProgress {
 
     const Film& film() const { return film_; }
     const std::optional<LayerFilms>& layer_films() const { return layer_films_; }
-    const Features& features() const { return features_; }
+    const Features& features() const { return features_; }  // empty if none were taken
+    int samples_per_pass() const { return samples_per_pass_; }
     // The input of the denoiser; of a film of two halves.
     DenoiserInput denoiser_input() const;
 
@@ -113,6 +123,7 @@ class ImageInProgress {
     int samples_per_pass_;
     Film film_;
     Features features_;
+    int feature_samples_ = 0;                     // of each pixel at most
     std::optional<SampleAllocation> allocation_;  // none: all pixels get the same number of samples
     std::optional<LayerFilms> layer_films_;
     TileRenderer tiles_;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/base/deadline_monitor.h"
 #include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
@@ -20,7 +21,7 @@
 namespace lucerna {
 namespace {
 
-constexpr double kTrialShare = 0.15;  // of the total time
+constexpr double kTrialShare = 0.1;   // of the total time
 constexpr double kLongestTrial = 15;  // seconds, all methods together
 constexpr double kSecondLook = 0.35;  // of the trials' time, for the two best methods
 constexpr double kFirstLook = 0.5;    // seconds, before the time to an error can be estimated
@@ -317,13 +318,15 @@ namespace {
 class Choosing {
   public:
     Choosing(const Job& job, const Limits& limits, std::uint64_t seed, const Workers& workers,
-             Monitor& monitor)
+             Monitor& monitor, double head_start)
         : job_(job),
           limits_(limits),
           seed_(seed),
           workers_(workers.alone()),
           speed_(workers.ranks ? static_cast<double>(workers.ranks->all_threads()) / workers.threads : 1),
-          monitor_(monitor) {}
+          head_start_(head_start),
+          user_(monitor),
+          monitor_(monitor, by_error() ? Deadline() : Deadline::after(budget(limits.seconds))) {}
 
     std::optional<MethodChoice> choose() {
         std::vector<Method> methods = methods_like(job_.integrator);
@@ -354,6 +357,7 @@ class Choosing {
             }
         }
         if (!look_again_at_the_best()) return std::nullopt;
+        if (trials_.empty()) return unquestioned(methods.front().settings, "none: too little time");
         return best();
     }
 
@@ -390,17 +394,21 @@ class Choosing {
         constexpr std::size_t kBest = 2;
         for (std::size_t i = 0; i < std::min(kBest, order.size()); ++i) {
             const double left = (all - clock_.seconds()) / static_cast<double>(kBest - i);
-            if (left > 0 && !trials_[order[i]]->run(left)) return false;
+            if (left > 0 && !trials_[order[i]]->run(left) && user_.stopped()) return false;
         }
         return true;
     }
 
-    // Returns false if the user stopped it. A method that does not support this scene is skipped.
+    // Returns false if the user stopped it. A method that does not support this scene is skipped, and so is
+    // one whose trial is cut.
     bool run(const IntegratorSettings& settings, double seconds) {
         Phase phase(monitor_, fmt::format("trial of {}", short_text(settings)), 1);
         auto trial = std::make_unique<Trial>(job_, lamps_, settings, ~seed_, workers_, monitor_);
         try {
-            if (!trial->run(seconds)) return false;
+            if (!trial->run(seconds)) {
+                untried_.push_back(short_text(settings));
+                return !user_.stopped();
+            }
         } catch (const InputError&) {
             if (trials_.empty()) throw;
             untried_.push_back(short_text(settings));
@@ -418,15 +426,20 @@ class Choosing {
         std::vector<Expectation> result;
         for (const Trial* trial : trials) {
             const MethodCost cost = cost_of(*trial, agreed, job_, speed_);
-            const double left = limits_.seconds - clock_.seconds();
+            const bool has_begun = family_of(trial->settings()) == kRays;
+            const double left = limits_.seconds - clock_.seconds() + (has_begun ? head_start_ : 0);
             result.push_back(by_error() ? soonest_below(limits_.error, cost)
                                         : best_in(std::max(left, 1e-3), cost));
         }
         return result;
     }
 
-    // Chooses progressive passes, which are rarely far from the best, and show a complete image soonest.
+    // Chooses progressive passes, which are rarely far from the best, unless there is hardly time for two of
+    // them after the first image.
     MethodChoice in_a_second(const std::vector<Method>& methods) const {
+        constexpr double kTwoPasses = 4;  // times as long as a sample of each pixel
+        if (head_start_ > 0 && limits_.seconds < kTwoPasses * head_start_)
+            return unquestioned(methods.front().settings, "none: too little time");
         const auto passes = std::find_if(methods.begin(), methods.end(), [](const Method& method) {
             return std::holds_alternative<ProgressiveSettings>(method.settings);
         });
@@ -465,7 +478,9 @@ class Choosing {
     std::uint64_t seed_;
     Workers workers_;  // for trials
     double speed_;     // of all ranks of a parallel job together, relative to this one
-    Monitor& monitor_;
+    double head_start_;
+    Monitor& user_;
+    DeadlineMonitor monitor_;  // ends the trials
     Stopwatch clock_;
     SmallLamps lamps_{job_};  // shared by all trials
     std::vector<std::unique_ptr<Trial>> trials_;
@@ -475,13 +490,13 @@ class Choosing {
 }  // namespace
 
 std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, std::uint64_t seed,
-                                          const Workers& workers, Monitor& monitor) {
-    return Choosing(job, limits, seed, workers, monitor).choose();
+                                          const Workers& workers, Monitor& monitor, double head_start) {
+    return Choosing(job, limits, seed, workers, monitor, head_start).choose();
 }
 
 namespace {
 
-constexpr double kMostPreparation = 0.25;  // share of the time
+constexpr double kMostPreparation = 0.15;  // share of the time
 // The share of a requested error that may be of a kind that is estimated once and does not fall visibly.
 constexpr double kBeyondShare = 0.5;
 

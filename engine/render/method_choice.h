@@ -38,13 +38,14 @@ struct Method {
 // none.
 std::vector<Method> methods_like(const IntegratorSettings& asked);
 
-// Chooses by limits.error if there is one, else by limits.seconds. Trials take about a seventh of the time,
-// or of the time that the best method is expected to need. With a second or two there are no trials: it
-// chooses progressive passes, or path tracing if a medium emits light. If the job requests light groups,
-// methods that do not support them are left out. Returns none if there is only one method or the user stopped
-// it.
+// Chooses by limits.error if there is one, else by limits.seconds. Trials take at most a tenth of the time,
+// and are cut when it is over, or a tenth of the time that the best method is expected to need to the error.
+// With a second or two there are no trials: it chooses progressive passes, or path tracing if a medium emits
+// light. If the job requests light groups, methods that do not support them are left out. Returns none if
+// there is only one method or the user stopped it. `head_start`: the seconds in which the first of the
+// methods has already rendered a sample of each pixel, which are not part of limits.seconds; 0: it has not.
 std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, std::uint64_t seed,
-                                          const Workers& workers, Monitor& monitor);
+                                          const Workers& workers, Monitor& monitor, double head_start = 0);
 
 // Model of how a method's error falls with time: known laws (docs/explanation/choosing.md) with the
 // measurements of a trial.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/base/elementary.h"
+#include "engine/render/feature_filter.h"
 
 namespace lucerna {
 namespace {
@@ -14,12 +15,24 @@ double interval(bool is_wanted, double seconds) {
     return is_wanted ? seconds : std::numeric_limits<double>::infinity();
 }
 
+// Fills what the result shows of pixels without a sample.
+void fill(const FeatureFilter& filter, RenderResult& result) {
+    filter.fill(result.image);
+    if (result.parts) filter.fill(*result.parts);
+    if (result.chance) filter.fill(*result.chance);
+    if (!result.denoiser_input) return;
+    for (Image& half : result.denoiser_input->halves) filter.fill(half);
+}
+
 // Adds the denoised picture and its estimated error.
-void add_denoised(const Job& job, const ImageInProgress& image, const Film::ErrorEstimate& error,
-                  const Workers& workers, RenderResult& result) {
-    result.denoiser_input = image.denoiser_input();
+void add_denoised(const Job& job, const FeatureFilter& filter, const Film::ErrorEstimate& error,
+                  const Finishing& how, const Workers& workers, RenderResult& result) {
     // The filters need pixels beyond the edges of a crop, which `lucerna merge` has.
     if (job.film.is_part()) return;
+    if (!how.by_halves || result.report.samples_done < how.least_for_halves) {
+        result.denoised = filter.smooth(result.image);
+        return;
+    }
     Denoised picture = denoise(*result.denoiser_input, workers);
     result.denoised = std::move(picture.image);
     if (!std::isfinite(error.relative)) return;
@@ -33,7 +46,7 @@ void add_denoised(const Job& job, const ImageInProgress& image, const Film::Erro
 }  // namespace
 
 RenderResult develop(const Job& job, const ImageInProgress& image, const RenderReport& report_so_far,
-                     bool denoised, const Workers& workers) {
+                     const Finishing* denoising, const Workers& workers) {
     const float scale = job.film.scale;
     const WorkingSpace& colours = job.film.colours;
     RenderResult result{image.film().develop(scale, colours), report_so_far};
@@ -51,13 +64,21 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
         result.image.corner = job.film.crop_begin;
         result.image.picture = {job.film.width, job.film.height};
     }
-    if (!denoised) return result;
+    const int spacing = report.samples_done > 0 ? 1 : image.film().spacing();
+    const FeatureFilter filter(image.film(), spacing, image.features().image, workers);
+    if (!denoising) {
+        fill(filter, result);
+        return result;
+    }
     if (job.film.parts) {
         result.parts = image.layer_films()->develop(scale, colours);
         if (job.receivers.empty()) add_channels(*result.parts, image.features().more, "");
     }
     if (image.layer_films()) result.chance = image.layer_films()->develop_chance(scale, colours);
-    if (image.film().has_two_halves()) add_denoised(job, image, error, workers, result);
+    const bool has_halves = image.film().has_two_halves();
+    if (has_halves && !image.features().image.data.empty()) result.denoiser_input = image.denoiser_input();
+    fill(filter, result);
+    if (has_halves) add_denoised(job, filter, error, *denoising, workers, result);
     return result;
 }
 
@@ -69,21 +90,23 @@ void warn_of_losses(const ImageInProgress& image, const RenderReport& report, Mo
     if (image.invalid_rays() > 0)
         monitor.warn(fmt::format("{} rays were not finite and were ignored", image.invalid_rays()));
     if (report.samples_done > 0 || !report.complete) return;
-    if (const std::size_t without = image.film().without_sample(); without > 0) {
+    if (const int spacing = image.film().spacing(); spacing > 1) {
         monitor.warn(
-            fmt::format("there was not enough time for one sample per pixel: {} of {} pixels show the "
-                        "value of a neighbour",
-                        without, image.film().width() * image.film().height()));
+            fmt::format("there was not enough time for one sample per pixel: the image is rendered at {} of "
+                        "its resolution and upsampled",
+                        spacing == 2 ? "half" : "a quarter"));
     }
 }
 
 Outputs::Outputs(const Job& job, const RenderOptions& options, const RenderClock& clock,
-                 ImageInProgress& image, const RenderReport& report, bool in_passes)
+                 ImageInProgress& image, const RenderReport& report, const Finishing& finishing,
+                 bool in_passes)
     : job_(job),
       options_(options),
       clock_(clock),
       image_(image),
       report_(report),
+      finishing_(finishing),
       in_passes_(in_passes),
       show_timer_(interval(bool(options.show), options.show_every)),
       watch_timer_(interval(bool(options.watch), options.watch_every), true),
@@ -110,7 +133,7 @@ void Outputs::pause(bool after_round) {
 void Outputs::present(const std::function<void(const RenderResult&)>& to, Recurring& when, bool denoised) {
     const double begin = clock_.seconds();
     image_.gather();
-    if (leads()) to(develop(job_, image_, report_, denoised, options_.workers));
+    if (leads()) to(develop(job_, image_, report_, denoised ? &finishing_ : nullptr, options_.workers));
     when.done(begin, clock_.seconds());
 }
 

@@ -4,18 +4,19 @@
 #include <cstdint>
 #include <functional>
 
+#include "engine/render/finishing.h"
 #include "engine/render/image_in_progress.h"
 #include "engine/render/progress.h"
 #include "engine/render/render.h"
 
 namespace lucerna {
 
-// Develops the image under way, at rank 0 after ImageInProgress::gather(). With a film of two halves the
-// result is denoised on demand.
-RenderResult develop(const Job& job, const ImageInProgress& image, const RenderReport& report, bool denoised,
-                     const Workers& workers);
+// Develops the image under way, at rank 0 after ImageInProgress::gather(). Pixels without a sample are filled
+// from those that have one. With a film of two halves the result is denoised on demand; null: not.
+RenderResult develop(const Job& job, const ImageInProgress& image, const RenderReport& report,
+                     const Finishing* denoising, const Workers& workers);
 
-// Warns of samples and rays that were left out, and of pixels without a sample; after
+// Warns of samples and rays that were left out, and of an image of a lower resolution; after
 // ImageInProgress::gather().
 void warn_of_losses(const ImageInProgress& image, const RenderReport& report, Monitor& monitor);
 
@@ -25,7 +26,7 @@ class Outputs {
   public:
     // All of these outlive the outputs.
     Outputs(const Job& job, const RenderOptions& options, const RenderClock& clock, ImageInProgress& image,
-            const RenderReport& report, bool in_passes);
+            const RenderReport& report, const Finishing& finishing, bool in_passes);
 
     // Whether a display or a checkpoint waits for a pause between two tiles; at rank 0, from any thread.
     bool is_pause_due() const;
@@ -46,6 +47,7 @@ class Outputs {
     const RenderClock& clock_;
     ImageInProgress& image_;
     const RenderReport& report_;
+    const Finishing& finishing_;
     bool in_passes_;
     Recurring show_timer_, watch_timer_, checkpoint_timer_;
     bool can_keep_ = true;

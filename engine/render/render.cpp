@@ -3,11 +3,15 @@
 #include <bit>
 #include <cmath>
 
+#include "engine/base/deadline_monitor.h"
 #include "engine/base/elementary.h"
 #include "engine/base/monitor.h"
 #include "engine/integrators/integrator.h"
+#include "engine/render/chance_light.h"
+#include "engine/render/finishing.h"
 #include "engine/render/image_in_progress.h"
 #include "engine/render/job.h"
+#include "engine/render/method_choice.h"
 #include "engine/render/outputs.h"
 #include "engine/render/progress.h"
 #include "engine/render/render_checks.h"
@@ -54,7 +58,9 @@ class Run {
           integrator_(make_integrator(job.integrator, map_files(job, options))),
           in_passes_(integrator_->samples_per_pass() > 0),
           image_(job, options.seed, options.workers, *integrator_),
-          outputs_(job, options, clock_, image_, report_, in_passes_) {
+          outputs_(job, options, clock_, image_, report_, finishing_, in_passes_),
+          preparation_(monitor),
+          ends_at_(options.limits.seconds) {
         report_.unit = unit_of(job);
         report_.flux_unit = flux_unit_text(scene_unit(job.scene));
         if (options.resume) resume(*options.resume);
@@ -62,25 +68,64 @@ class Run {
 
     // Returns the result at rank 0.
     RenderResult render() {
-        {
-            const TimedPhase timed(preparing_);
-            image_.look_at_features(monitor_);
-        }
-        if (in_passes_) {
-            render_passes();
-        } else {
-            render_rounds();
-        }
+        plan();
+        return go_on();
+    }
+
+    // Renders one sample of each pixel, or as much of that as fits in a share of the time.
+    void render_first(double share) {
+        plan();
+        const double now = elapsed();
+        ends_at_ = std::min(ends_at_, now + share * (options_.limits.seconds - now));
+        render_rounds(1, "first image");
+        set_end();
+    }
+    bool is_whole() const { return report_.samples_done > 0; }
+    double first_seconds() const { return looking_.seconds + preparing_.seconds + imaging_.seconds; }
+    // Returns rank 0's time on all ranks, and agrees on the other times. Collective.
+    double elapsed() {
+        times_.elapsed = clock_.elapsed();
+        times_ = agreed(options_.workers, times_);
+        return times_.elapsed;
+    }
+    // Returns the seconds that are left for samples. Collective.
+    double left() { return ends_at_ - elapsed(); }
+
+    // Renders the rest.
+    RenderResult go_on() {
+        render_samples();
+        return finish();
+    }
+
+    // Renders in the place of `first`, which has an image already: takes its features and its plan. Its own
+    // preparation is cut if it overruns its time. Returns whether there is a whole image.
+    bool render_instead_of(Run& first) {
+        take_features_of(first);
+        finishing_ = first.finishing_;
+        finishing_.least_for_halves = kBothHalves * std::max(1, image_.samples_per_pass());
+        set_end();
+        is_dispensable_ = !options_.workers.ranks;
+        render_samples();
+        return is_whole();
+    }
+    void take_features_of(Run& other) { image_.take_features_of(other.image_); }
+    void report_first(double seconds) { report_.seconds.add("first image", seconds); }
+    // Ends without more samples than there are.
+    void end_early() { end(monitor_.stopped() ? "user" : "time"); }
+
+    RenderResult finish() {
+        if (ends_in_time() && !monitor_.stopped()) take_last_features();
         if (options_.resume) report_.seconds.add("earlier", clock_.earlier());
+        report_.seconds.add("features", looking_.seconds);
         report_.seconds.add("prepare", preparing_.seconds);
         report_.seconds.add("image", imaging_.seconds);
         outputs_.keep();
         image_.gather();
         report_ranks();
-        if (options_.workers.ranks && !options_.workers.ranks->leads()) return {};
+        if (!leads()) return {};
         warn_of_losses(image_, report_, monitor_);
         const Stopwatch denoising;
-        RenderResult last = develop(job_, image_, report_, true, options_.workers);
+        RenderResult last = develop(job_, image_, report_, &finishing_, options_.workers);
         if (last.denoised) last.report.seconds.add("denoise", denoising.seconds());
         if (options_.watch) options_.watch(last);
         return last;
@@ -109,18 +154,78 @@ class Run {
         if (options_.resume) report_.restore(options_.resume->numbers, options_.resume->notes);
     }
 
+    // --- Features, and the time after the samples
+
+    static constexpr int kBothHalves = 2;  // samples per pixel, or passes
+
+    // Takes the features; with a limit of time only one sample of each pixel, to begin with, and no more than
+    // a share of the time. Plans what follows the samples.
+    void plan() {
+        const TimedPhase timed(looking_);
+        if (!ends_in_time()) {
+            if (image_.wants_features()) image_.take_features(kMostFeatureSamples, monitor_);
+            return;
+        }
+        const double left = options_.limits.seconds - elapsed();
+        const Stopwatch clock;
+        const bool has_features = image_.wants_features() && take_first_features(left);
+        struct Rates {
+            double features, denoiser;
+        } rates{image_.wants_features() ? clock.seconds() : 0, 0};
+        if (leads() && job_.film.two_halves && !job_.film.is_part())
+            rates.denoiser = measured_denoiser_seconds(options_.workers.alone());
+        rates = agreed(options_.workers, rates);
+        const V2i size = job_.film.rendered_size();
+        finishing_ = plan_finishing(double{1} * size.x * size.y, left, rates.features, rates.denoiser);
+        finishing_.least_for_halves = kBothHalves * std::max(1, image_.samples_per_pass());
+        if (!has_features) finishing_.feature_samples = 0;
+        set_end();
+    }
+    // Takes one sample of each pixel. Returns false if they took more than a share of `seconds`: then there
+    // are none.
+    bool take_first_features(double seconds) {
+        constexpr double kShare = 0.1;
+        const bool can_be_cut = !options_.workers.ranks;
+        DeadlineMonitor cut(monitor_, can_be_cut ? Deadline::after(kShare * seconds) : Deadline());
+        image_.take_features(1, cut);
+        if (!cut.stopped()) return true;
+        image_.forget_features();
+        return false;
+    }
+    void set_end() { ends_at_ = options_.limits.seconds - finishing_.seconds(); }
+
+    // Takes those that decisions on samples need. Returns false if it was stopped.
+    bool take_all_features() {
+        const TimedPhase timed(looking_);
+        image_.take_features(kMostFeatureSamples, monitor_);
+        finishing_.feature_seconds = 0;
+        if (ends_in_time()) set_end();
+        return !monitor_.stopped();
+    }
+    void take_last_features() {
+        const TimedPhase timed(looking_);
+        // Layers show features, however little time there is.
+        const bool must = job_.film.parts && job_.receivers.empty();
+        if (image_.wants_features()) {
+            image_.take_features(std::max(finishing_.feature_samples, must ? 1 : 0), monitor_);
+        } else if (!is_whole() && can_be_sparse()) {
+            take_first_features(options_.limits.seconds);
+        }
+    }
+
     // --- Preparation
 
     // Makes what all passes share, within that share of the time that is left. Null if it was stopped.
     std::unique_ptr<const Session> begin(double share) {
-        const double seconds = share * (options_.limits.seconds - elapsed());
+        const double seconds = share * left();
         const TimedPhase timed(preparing_);
+        if (is_dispensable_) preparation_.end_at(Deadline::after(kOverrun * seconds));
         std::optional<View> view;
         if (job_.receivers.empty()) view = view_of(job_);  // no camera sees receivers
-        auto session = integrator_->begin({job_.scene, options_.seed, options_.workers, monitor_, view,
+        auto session = integrator_->begin({job_.scene, options_.seed, options_.workers, preparation_, view,
                                            Deadline::after(seconds), job_.film.two_halves},
                                           report_.once);
-        return monitor_.stopped() ? nullptr : std::move(session);
+        return preparation_.stopped() ? nullptr : std::move(session);
     }
 
     // Null if it was stopped.
@@ -129,34 +234,54 @@ class Run {
         const TimedPhase timed(preparing_);
         auto estimator = session.pass(static_cast<std::uint32_t>(pass), monitor, statistics);
         times_.preparation = timed.seconds();
+        if (is_dispensable_ && monitor.stopped()) return nullptr;
+        preparation_.end_at({});
         return estimator;
+    }
+
+    void render_samples() {
+        if (in_passes_) {
+            render_passes();
+        } else {
+            render_rounds(job_.spp, "image");
+        }
     }
 
     // --- Rounds: one pass serves all samples.
 
-    void render_rounds() {
-        constexpr double kPreparation = 0.25;  // the share of the time, at most
-        StopRule rule(options_.limits, job_.spp);
-        int& done = report_.samples_done;
-        if (is_enough(rule, done)) return end(rule.reason());
-        const auto session = begin(kPreparation);
-        const auto estimator = session ? prepare(*session, 0, monitor_, report_.passes) : nullptr;
+    // Makes what all samples need, if it is not there. Returns false if it was stopped.
+    bool prepare_rounds() {
+        constexpr double kPreparation = 0.15;  // the share of the time, at most
+        if (estimator_) return true;
+        session_ = begin(kPreparation);
+        if (session_) estimator_ = prepare(*session_, 0, preparation_, report_.passes);
         image_.sum_counts();
         report_.rays_prepare = image_.rays() - (options_.resume ? options_.resume->rays : 0);
-        if (!estimator) return end("user");
-        Progress progress(monitor_, "image", span(), options_.limits);
+        return bool(estimator_);
+    }
+
+    // Renders up to `most` samples per pixel.
+    void render_rounds(int most, std::string_view phase) {
+        int& done = report_.samples_done;
+        const bool goes_on = bool(estimator_);
+        StopRule rule({ends_at_, options_.limits.error}, most, goes_on ? done : 0, goes_on ? elapsed() : 0);
+        if (!goes_on && is_enough(rule, done)) return end(rule.reason());
+        if (!prepare_rounds()) return end_early();
+        Progress progress(monitor_, phase, span(), {ends_at_});
         for (;;) {
             const double now = elapsed();
+            rule.end_at(ends_at_);
             const int round = rule.next(done, wanted_round(), now);
             if (round == 0) break;
-            const Swept swept = render_round(*estimator, round, progress);
+            if (image_.decides_at(done + round) && !take_all_features()) return end("user");
+            const Swept swept = render_round(*estimator_, round, progress);
             if (swept == Swept::stopped) return end("user");
             if (swept == Swept::out_of_time) return end(rule.time_is_up(), progress);
             if (has_error(rule, done)) break;
             outputs_.pause(true);
         }
         // If the time is up, as many tiles as it allows get one more sample.
-        if (rule.out_of_time() && render_tiles(*estimator, done + 1, progress) == Swept::stopped)
+        if (rule.out_of_time() && render_tiles(*estimator_, done + 1, progress) == Swept::stopped)
             return end("user");
         end(rule.reason(), progress);
     }
@@ -183,16 +308,17 @@ class Run {
     void render_passes() {
         constexpr double kPreparation = 0.1;  // the share of the time, at most: there should be many passes
         const int samples = integrator_->samples_per_pass();
-        StopRule rule(options_.limits, static_cast<int>((std::int64_t{job_.spp} + samples - 1) / samples));
+        StopRule rule({ends_at_, options_.limits.error},
+                      static_cast<int>((std::int64_t{job_.spp} + samples - 1) / samples));
         int& done = report_.passes_done;
         if (is_enough(rule, done)) {
             resume_report();
             return end(rule.reason());
         }
         const auto session = begin(kPreparation);
-        if (!session) return end("user");
+        if (!session) return end_early();
         resume_report();
-        Progress progress(monitor_, "passes", span(), options_.limits);
+        Progress progress(monitor_, "passes", span(), {ends_at_});
         while (rule.next(done, 1, elapsed()) > 0) {
             const Swept swept = render_pass(*session, progress);
             if (swept == Swept::stopped) return end("user");
@@ -203,7 +329,7 @@ class Run {
         }
         // If the time is up, a last pass serves as many tiles as it allows, unless it takes all of it to
         // prepare.
-        if (rule.out_of_time() && elapsed() + times_.preparation < options_.limits.seconds &&
+        if (rule.out_of_time() && elapsed() + times_.preparation < ends_at_ &&
             render_pass(*session, progress) == Swept::stopped)
             return end("user");
         end(rule.reason(), progress);
@@ -214,11 +340,11 @@ class Run {
         // The samples of a pass belong together. A last pass that is cut short, by the number of samples or
         // by the time, cannot be continued: the checkpoint is of the image before it.
         if (end - report_.samples_done < integrator_->samples_per_pass() ||
-            elapsed() + times_.pass >= options_.limits.seconds)
+            elapsed() + times_.pass >= ends_at_)
             outputs_.keep_the_last();
         const Stopwatch clock;
         PassStatistics statistics;
-        PassMonitor quiet(monitor_);
+        PassMonitor quiet(preparation_);
         const auto estimator = prepare(session, report_.passes_done, quiet, statistics);
         if (!estimator) return Swept::stopped;
         const Swept swept = render_tiles(*estimator, end, progress);
@@ -240,7 +366,7 @@ class Run {
         for (int step = 0; step < TileRenderer::kFirstSteps; ++step) {
             // However little time there is, the first step is done, so that there is something to see
             // everywhere.
-            const Swept swept = sweep(estimator, {end, step, step > 0}, progress);
+            const Swept swept = sweep(estimator, {end, step, step > 0 && can_be_sparse()}, progress);
             if (swept != Swept::whole) return swept;
         }
         return Swept::whole;
@@ -257,8 +383,7 @@ class Run {
             {
                 const TimedPhase timed(imaging_);
                 is_whole =
-                    image_.sweep(estimator, sweep,
-                                 {options_.limits.seconds - now, ends, pauses, ends_in_time()}, progress);
+                    image_.sweep(estimator, sweep, {ends_at_ - now, ends, pauses, ends_in_time()}, progress);
             }
             if (is_whole) return Swept::whole;
             if (ranks) ranks->agree_to_stop();
@@ -270,14 +395,11 @@ class Run {
 
     // --- Ends
 
-    // Returns rank 0's time on all ranks, and agrees on the other times. Collective.
-    double elapsed() {
-        times_.elapsed = clock_.elapsed();
-        times_ = agreed(options_.workers, times_);
-        return times_.elapsed;
-    }
+    bool leads() const { return !options_.workers.ranks || options_.workers.ranks->leads(); }
     bool ends_in_time() const { return std::isfinite(options_.limits.seconds); }
-    bool is_out_of_time(double elapsed) const { return ends_in_time() && elapsed >= options_.limits.seconds; }
+    bool is_out_of_time(double elapsed) const { return ends_in_time() && elapsed >= ends_at_; }
+    // Receivers have no neighbours whose light they could show.
+    bool can_be_sparse() const { return job_.receivers.empty(); }
 
     // Returns whether a resumed render has all that is asked for, so that nothing need be prepared. It is
     // asked only at the end of a round or pass, where the earlier render asked it, too.
@@ -291,9 +413,9 @@ class Run {
     // Collective.
     bool has_error(StopRule& rule, int done) {
         if (!rule.wants_error() || !is_time_for_error(done)) return false;
+        if (image_.film().has_two_halves() && !take_all_features()) return false;
         image_.gather();
-        const bool leads = !options_.workers.ranks || options_.workers.ranks->leads();
-        return rule.satisfied(done, agreed(options_.workers, leads ? error() : 0));
+        return rule.satisfied(done, agreed(options_.workers, leads() ? error() : 0));
     }
     bool is_time_for_error(int done) const {
         if (!image_.film().has_two_halves()) return true;
@@ -337,8 +459,8 @@ class Run {
         Ranks& ranks = *options_.workers.ranks;
         Packer own;
         own(RankReport{ranks.host(ranks.rank()), options_.workers.threads, image_.rendered(),
-                       job_.scene.rays(), preparing_.seconds, imaging_.seconds, preparing_.processor,
-                       imaging_.processor, peak_memory()});
+                       job_.scene.rays(), looking_.seconds + preparing_.seconds, imaging_.seconds,
+                       looking_.processor + preparing_.processor, imaging_.processor, peak_memory()});
         for (const std::span<const std::byte> bytes : ranks.gather("reports", own.take())) {
             Unpacker unpacker(bytes);
             unpacker(report_.ranks.emplace_back());
@@ -354,8 +476,16 @@ class Run {
     bool in_passes_;
     ImageInProgress image_;
     RenderReport report_;
+    Finishing finishing_;
     Outputs outputs_;
-    PhaseTime preparing_, imaging_;  // of this render
+    // Passed to preparations; with a deadline if there is an image without them.
+    DeadlineMonitor preparation_;
+    bool is_dispensable_ = false;
+    static constexpr double kOverrun = 2;  // times as long as a preparation may take it is cut
+    double ends_at_;                       // seconds; when the samples end
+    std::unique_ptr<const Session> session_;
+    std::unique_ptr<const Estimator> estimator_;
+    PhaseTime looking_, preparing_, imaging_;  // of this render: features, preparation, samples
     Times times_;
 };
 
@@ -384,18 +514,78 @@ RenderOptions shared_options(const RenderOptions& own, Ranks& ranks, std::option
 
 }  // namespace
 
-RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor) {
-    require_fitting_method(job, options);
-    require_image_memory(job, options);
-    warn_of_unseen_lights(job.scene, job.integrator, monitor);
-    warn_of_glowing_media(job.scene, job.integrator, monitor);
+namespace {
+
+// Calls body(options, monitor) with what all ranks agree on.
+template <typename Body>
+RenderResult on_all_ranks(const RenderOptions& options, Monitor& monitor, Body&& body) {
     Ranks* const ranks = options.workers.ranks;
-    if (!ranks) return Run(job, options, monitor).render();
+    if (!ranks) return body(options, monitor);
     RanksMonitor of_all(*ranks, monitor);
     ranks->listen_to([&monitor] { return monitor.stopped(); });
     std::optional<Checkpoint> resumed;
     const RenderOptions of_all_ranks = shared_options(options, *ranks, resumed);
-    return Run(job, of_all_ranks, of_all).render();
+    return body(of_all_ranks, of_all);
+}
+
+void check(const Job& job, const RenderOptions& options, Monitor& monitor) {
+    require_fitting_method(job, options);
+    require_image_memory(job, options);
+    warn_of_unseen_lights(job.scene, job.integrator, monitor);
+    warn_of_glowing_media(job.scene, job.integrator, monitor);
+}
+
+RenderResult render_better(Job& job, RenderOptions options, Monitor& monitor, const ChooseMethod& choose) {
+    constexpr double kFirstShare = 0.25;  // of the time, at most
+    const IntegratorSettings asked = job.integrator, simplest = methods_like(asked).front().settings;
+    job.integrator = simplest;
+    record_chance_light(job);
+    require_fitting_method(job, options);
+    require_image_memory(job, options);
+    auto first = std::make_unique<Run>(job, options, monitor);
+    first->render_first(kFirstShare);
+    // Trials would not pay off if there is no time for the simplest method.
+    if (first->is_whole() && !monitor.stopped()) {
+        job.integrator = asked;
+        const double error = choose({{first->left(), options.limits.error}, first->first_seconds()});
+        options.limits.error = agreed(options.workers, error);
+        if (monitor.stopped()) job.integrator = simplest;
+    }
+    check(job, options, monitor);
+    if (job.integrator.index() == simplest.index()) return first->go_on();
+    RenderOptions rest = options;
+    rest.limits.seconds -= first->elapsed();
+    Run second(job, rest, monitor);
+    if (second.render_instead_of(*first)) {
+        second.report_first(first->first_seconds());
+        first.reset();
+        return second.finish();
+    }
+    first->take_features_of(second);
+    job.integrator = simplest;
+    first->end_early();
+    return first->finish();
+}
+
+}  // namespace
+
+RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor) {
+    check(job, options, monitor);
+    return on_all_ranks(options, monitor, [&job](const RenderOptions& agreed, Monitor& of_all) {
+        return Run(job, agreed, of_all).render();
+    });
+}
+
+RenderResult render_choosing(Job& job, const RenderOptions& options, Monitor& monitor,
+                             const ChooseMethod& choose) {
+    if (!std::isfinite(options.limits.seconds)) {
+        RenderOptions rest = options;
+        rest.limits.error = choose({options.limits});
+        return render(job, rest, monitor);
+    }
+    return on_all_ranks(options, monitor, [&](const RenderOptions& agreed, Monitor& of_all) {
+        return render_better(job, agreed, of_all, choose);
+    });
 }
 
 }  // namespace lucerna

@@ -59,4 +59,18 @@ struct RenderResult {
 // what there is, when the monitor says so.
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor);
 
+// What there is when a method is chosen.
+struct ChoiceLimits {
+    Limits limits;          // of the rest; seconds for preparation and samples
+    double head_start = 0;  // seconds that the first of methods_like() has rendered already
+};
+// Sets the job's method to one of methods_like(), or leaves it, and returns the limit of error that is left
+// for noise. Called on all ranks; rank 0's answer counts.
+using ChooseMethod = std::function<double(const ChoiceLimits&)>;
+// Renders with the method that `choose` sets. With a limit of time, one sample per pixel by the simplest of
+// the methods, which needs no preparation, comes first: it is kept if that method is chosen, and it is the
+// result if the chosen one does not get as far. The job has the method of the result at the end.
+RenderResult render_choosing(Job& job, const RenderOptions& options, Monitor& monitor,
+                             const ChooseMethod& choose);
+
 }  // namespace lucerna

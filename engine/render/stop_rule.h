@@ -19,7 +19,11 @@ class StopRule {
     // The error is an estimate, too, and is not trusted with fewer units.
     static constexpr int kLeastForError = 8;
 
-    StopRule(const Limits& limits, int most) : limits_(limits), most_(most) {}
+    // `done` units are there at the beginning, after so many seconds.
+    StopRule(const Limits& limits, int most, int done = 0, double seconds = 0)
+        : limits_(limits), most_(most), last_done_(done), last_seconds_(seconds) {}
+    // Replaces the limit of time.
+    void end_at(double seconds) { limits_.seconds = seconds; }
 
     bool wants_error() const { return limits_.error > 0; }
 

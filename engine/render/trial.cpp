@@ -146,6 +146,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
         blocks_[block].values.push_back(static_cast<float>(value));
     };
     parallel_chunks(workers_, static_cast<std::int64_t>(end - begin), [&](std::int64_t i) {
+        if (monitor_.stopped()) return;
         const std::size_t block = begin + static_cast<std::size_t>(i);
         RunningStats of_pass;
         for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
@@ -175,8 +176,8 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
             of_pass.add(seen.mean());
         }
         if (of_pass.count() > 0) blocks_[block].passes.add(of_pass.mean());
+        samples_ += pixels * static_cast<std::size_t>(last - first);
     });
-    samples_ += (end - begin) * pixels * static_cast<std::size_t>(last - first);
     sampling_ += clock.seconds();
 }
 

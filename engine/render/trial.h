@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -29,7 +30,7 @@ class Trial {
           const Workers& workers, Monitor& monitor);
 
     // Prepares the method if necessary, and samples until `seconds` are over, including preparation, but at
-    // least some blocks, or two passes. Returns false if the user stopped it.
+    // least some blocks, or two passes. Returns false if the monitor stopped it.
     bool run(double seconds);
 
     const IntegratorSettings& settings() const { return settings_; }
@@ -90,7 +91,7 @@ class Trial {
     int sweep_ = 0;         // sweeps completed over all blocks
     std::uint32_t passes_ = 0;
     double preparing_ = 0, once_ = 0, sampling_ = 0;  // seconds
-    std::uint64_t samples_ = 0;                       // summed over pixels
+    std::atomic<std::uint64_t> samples_ = 0;          // summed over pixels
 };
 
 }  // namespace lucerna

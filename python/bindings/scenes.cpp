@@ -184,22 +184,12 @@ Rendered render_now(ReadScene& scene, Asked& asked, const Stopwatch& clock, Pyth
     RunFacts facts{scene.file(), options.seed, options.workers.threads};
     facts.read_seconds = scene.read_seconds();
 
-    const V2i size = job.film.rendered_size();
-    const double denoising =
-        job.film.two_halves ? kDenoiserSecondsPerPixel * size.x * size.y / options.workers.threads : 0;
-    const double whole = options.limits.seconds - denoising;
-    options.limits.seconds = whole - clock.seconds();
-    if (asked.chooses && has_limit(options.limits)) {
-        const Stopwatch choosing;
-        facts.choice = select_method(job, options, monitor);
-        facts.choose_seconds = choosing.seconds();
-    }
-    const std::optional<ChanceLight> hidden = light_that_paths_hardly_find(job, options, monitor);
-    options.limits.seconds = whole - clock.seconds();
+    options.limits.seconds -= clock.seconds();
     const Stopwatch rendering;
-    RenderResult result = render(job, options, monitor);
-    if (hidden) warn_of_missing_light(job, *hidden, result, monitor);
-    facts.render_seconds = rendering.seconds();
+    const bool chooses = asked.chooses && has_limit(options.limits);
+    RenderResult result =
+        chooses ? render_by_choice(job, options, facts, monitor) : render_as_asked(job, options, monitor);
+    facts.render_seconds = rendering.seconds() - facts.choose_seconds;
     facts.warnings = monitor.warnings();
     Rendered rendered;
     rendered.complete = result.report.complete;

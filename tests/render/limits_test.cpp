@@ -30,6 +30,15 @@ TEST(StopRule, Time_WhatWouldNotBeDoneInTimeIsNotBegun) {
     EXPECT_STREQ(rule.reason(), "time");
 }
 
+TEST(StopRule, GoesOnFromUnits_PaceIsThatOfItsOwn) {
+    StopRule rule({100, 0}, 1000, 1, 50);
+    EXPECT_EQ(rule.next(1, 1, 50), 1) << "the first took 50 s with all that preceded it, and is no pace";
+    EXPECT_EQ(rule.next(2, 2, 51), 2);
+    rule.end_at(52.5);
+    EXPECT_EQ(rule.next(4, 4, 53), 0);
+    EXPECT_STREQ(rule.reason(), "time");
+}
+
 TEST(StopRule, Error_IsNotBelievedOfFewSamples) {
     StopRule rule({std::numeric_limits<double>::infinity(), 0.01}, 1000);
     EXPECT_FALSE(rule.satisfied(2, 0.001));

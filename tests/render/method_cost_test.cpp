@@ -45,11 +45,11 @@ TEST(MethodCost, Maps_WorkGrowsWithTheTimeThereIs) {
         const Expectation best = best_in(seconds, cost);
         EXPECT_GT(best.work, before);
         before = best.work;
-        EXPECT_LE(0.1 * best.work, 0.25 * seconds);
+        EXPECT_LE(0.1 * best.work, 0.15 * seconds);
         const double samples = (seconds - 0.1 * best.work) / 0.5;
         EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / samples));
         // No other power of two would be better.
-        for (double work = 1; 0.1 * work <= 0.25 * seconds; work *= 2) {
+        for (double work = 1; 0.1 * work <= 0.15 * seconds; work *= 2) {
             EXPECT_LE(best.error, std::sqrt(0.04 / work + 0.01 / ((seconds - 0.1 * work) / 0.5)) + 1e-12);
         }
     }

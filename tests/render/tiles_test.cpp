@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "engine/render/feature_filter.h"
 #include "tests/support/scenes.h"
 
 namespace lucerna {
@@ -79,11 +80,14 @@ TEST(Tiles, FirstSamplesInSteps_ShowAWholeImageFromTheFirstStepOn) {
     Film film(kWide, kHigh), whole(kWide, kHigh);
     TileRenderer tiles(job, 7, film, 0), at_once(job, 7, whole, 0);
     std::size_t without = kWide * kHigh;
+    const Image no_features;
     for (int step = 0; step < TileRenderer::kFirstSteps; ++step) {
         for (int tile = 0; tile < tiles.tiles(); ++tile) tiles.render_first(Gradient{}, tile, 2, step);
         EXPECT_LT(film.without_sample(), without) << step;
         without = film.without_sample();
-        const Image image = film.develop(1);
+        EXPECT_EQ(film.spacing(), 4 >> step);
+        Image image = film.develop(1);
+        FeatureFilter(film, film.spacing(), no_features, Workers{1}).fill(image);
         for (int y = 0; y < kHigh; ++y) {
             for (int x = 0; x < kWide; ++x) EXPECT_GT(luminance(image.rgb_at(x, y)), 0.5F) << x << ' ' << y;
         }

@@ -25,7 +25,6 @@
 #include "engine/cli/render/scene_copy.h"
 #include "engine/image/image.h"
 #include "engine/pbrt/read_scene.h"
-#include "engine/render/chance_light.h"
 #include "engine/render/display/tev_display.h"
 #include "engine/render/image_part.h"
 #include "engine/render/job.h"
@@ -239,12 +238,13 @@ bool has_light_or_is_whole(const RenderResult& result) {
            std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
 }
 
-// Estimates the time after the render for denoising and writing the image, for ending in time. Noise is
-// compressed at some 50 MB/s on a current machine; an error by a factor of two does not matter.
+// Estimates the time after the render for denoising the light groups and writing the image, for ending in
+// time. Noise is compressed at some 50 MB/s on a current machine; an error by a factor of two does not
+// matter.
 double writing_seconds(const RenderCommand& command, const Job& job) {
     const FilmSettings& film = job.film;
     const V2i size = film.rendered_size();
-    const std::size_t images = 1 + (film.parts ? job.scene.light_groups().names.size() : 0);
+    const std::size_t images = film.parts ? job.scene.light_groups().names.size() : 0;
     const double denoising = film.two_halves ? static_cast<double>(images) * kDenoiserSecondsPerPixel /
                                                    command.options.workers.threads
                                              : 0;
@@ -481,20 +481,11 @@ bool render_job(const RenderCommand& command, Frames& frames, Job& job, const st
     const Pictures pictures(command, image, std::move(attributes));
     RenderOptions options = command.options;
     options.workers.ranks = frames.ranks;
-    const double whole = command.options.limits.seconds - writing_seconds(command, job);
-    options.limits.seconds = whole - clock.seconds();
-    if (may_choose(command)) {
-        const Stopwatch choosing;
-        if (frames.leads()) facts.choice = select_method(job, options, monitor);
-        if (frames.ranks) share_settings(*frames.ranks, job.integrator);
-        facts.choose_seconds = choosing.seconds();
-    }
-    const std::optional<ChanceLight> hidden = light_that_paths_hardly_find(job, options, monitor);
-    options.limits.seconds = whole - clock.seconds();
+    options.limits.seconds = command.options.limits.seconds - writing_seconds(command, job) - clock.seconds();
     const Stopwatch rendering;
     checkpointing.attach(job, options);
     const auto note = [&] {
-        facts.render_seconds = checkpointing.earlier_seconds() + rendering.seconds();
+        facts.render_seconds = checkpointing.earlier_seconds() + rendering.seconds() - facts.choose_seconds;
         facts.warnings = monitor.warnings();
     };
     options.show = [&](const RenderResult& result) {
@@ -507,9 +498,9 @@ bool render_job(const RenderCommand& command, Frames& frames, Job& job, const st
         options.watch_every = kDisplayEvery;
         options.watch = [&display](const RenderResult& result) { display->show(result.image); };
     }
-    RenderResult result = render(job, options, monitor);
+    RenderResult result = may_choose(command) ? render_by_choice(job, options, facts, monitor)
+                                              : render_as_asked(job, options, monitor);
     if (frames.leads()) {
-        if (hidden) warn_of_missing_light(job, *hidden, result, monitor);
         note();
         write_result(command, pictures, facts, job, result, monitor);
         checkpointing.finish();

@@ -11,7 +11,9 @@
 #include "engine/base/elementary.h"
 #include "engine/base/parallel.h"
 #include "engine/base/version.h"
+#include "engine/cli/parallel_job.h"
 #include "engine/cli/run.h"
+#include "engine/render/chance_light.h"
 #include "engine/scene/arithmetic.h"
 #include "engine/system/memory.h"
 #include "engine/text/units.h"
@@ -141,8 +143,14 @@ std::string expectations_text(const Limits& limits) {
 
 }  // namespace
 
-std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Monitor& monitor) {
-    auto choice = choose_method(job, options.limits, options.seed, options.workers, monitor);
+namespace {
+
+// Sets the job's method to the one with the smallest estimated error within the limits, and says which it is.
+// Returns nothing, without changes, if no other method gives the same image or the user stopped it.
+std::optional<MethodChoice> select_method(Job& job, const RenderOptions& options, const ChoiceLimits& limits,
+                                          Monitor& monitor) {
+    auto choice =
+        choose_method(job, limits.limits, options.seed, options.workers, monitor, limits.head_start);
     if (!choice) {
         if (!monitor.stopped())
             monitor.info(
@@ -154,13 +162,44 @@ std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Moni
     monitor.info(fmt::format("method   {}", options_text(job.integrator)));
     monitor.info(std::isnan(choice->error)
                      ? fmt::format("tried    {}", choice->tried)
-                     : fmt::format("tried    {} ({})", choice->tried, expectations_text(options.limits)));
-    // Subtracts the error that more samples do not reduce, which a choice keeps below half of the limit, and
-    // leaves the rest for noise. With two halves of samples the render measures that error itself.
-    if (!job.film.two_halves)
-        options.limits.error =
-            std::sqrt(std::max(sqr(options.limits.error) - sqr(choice->beyond_noise), 0.0));
+                     : fmt::format("tried    {} ({})", choice->tried, expectations_text(limits.limits)));
     return choice;
+}
+
+}  // namespace
+
+RenderResult render_by_choice(Job& job, const RenderOptions& options, RunFacts& facts, Monitor& monitor) {
+    Ranks* const ranks = options.workers.ranks;
+    std::optional<ChanceLight> hidden;
+    const auto choose = [&](const ChoiceLimits& limits) {
+        const Stopwatch clock;
+        if (!ranks || ranks->leads()) facts.choice = select_method(job, options, limits, monitor);
+        if (ranks) share_settings(*ranks, job.integrator);
+        RenderOptions rest = options;
+        rest.limits = limits.limits;
+        hidden = light_that_paths_hardly_find(job, rest, monitor);
+        facts.choose_seconds = clock.seconds();
+        // Subtracts the error that more samples do not reduce, which a choice keeps below half of the limit,
+        // and leaves the rest for noise. With two halves of samples the render measures that error itself.
+        const double error = limits.limits.error;
+        if (job.film.two_halves || !facts.choice) return error;
+        return std::sqrt(std::max(sqr(error) - sqr(facts.choice->beyond_noise), 0.0));
+    };
+    RenderResult result = render_choosing(job, options, monitor, choose);
+    if (hidden && std::holds_alternative<PathSettings>(job.integrator) && (!ranks || ranks->leads()))
+        warn_of_missing_light(job, *hidden, result, monitor);
+    return result;
+}
+
+RenderResult render_as_asked(Job& job, const RenderOptions& options, Monitor& monitor) {
+    const Stopwatch clock;
+    const std::optional<ChanceLight> hidden = light_that_paths_hardly_find(job, options, monitor);
+    RenderOptions rest = options;
+    rest.limits.seconds -= clock.seconds();
+    RenderResult result = render(job, rest, monitor);
+    if (hidden && (!options.workers.ranks || options.workers.ranks->leads()))
+        warn_of_missing_light(job, *hidden, result, monitor);
+    return result;
 }
 
 namespace {

@@ -45,10 +45,13 @@ std::map<std::string, std::string> header_attributes(const RunFacts& facts, cons
 
 // Chooses the method for --time and --error.
 
-// Sets the job's method to the one with the smallest estimated error within the options' limits, and reports
-// it as options that reproduce it, with the estimates of the others. Reduces the error limit to the share of
-// noise. Returns nothing, without changes, if no other method gives the same image or the user stopped it.
-std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Monitor& monitor);
+// Renders by the method with the smallest estimated error within the options' limits (render_choosing()), or
+// by the job's own if no other one gives the same image. Reports it as options that reproduce it, with the
+// estimates of the others, and records it in `facts`, with the time of the choice. Warns of light that path
+// tracing misses.
+RenderResult render_by_choice(Job& job, const RenderOptions& options, RunFacts& facts, Monitor& monitor);
+// Renders by the job's own method, with the same warning.
+RenderResult render_as_asked(Job& job, const RenderOptions& options, Monitor& monitor);
 
 // The machine and date of a measured time, without which the time becomes meaningless.
 

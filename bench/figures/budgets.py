@@ -1,0 +1,66 @@
+# Measures what short renders do with their time, for the tables of docs/howto/budgets.md: samples per pixel, the shares of the
+# time in preparations and in the samples of the image, and the time of the whole command.
+#   usage: budgets.py LUCERNA OUT_FOLDER DATA_FOLDER [--busy N] [--sizes 256x256,1280x720] [--times 2,5,10] [SCENE...]
+# DATA_FOLDER holds the scenes of pbrt-v4. With --busy, N endless processes run beside it. Run nothing else meanwhile.
+import json
+import os
+import subprocess
+import sys
+import time
+
+from methods import option
+
+SCENES = {"staircase2": "staircase2/scene-v4.pbrt", "coffee": "coffee/scene-v4.pbrt", "veach-bidir": "veach-bidir/scene-v4.pbrt"}
+
+
+def scene_file(data, name):
+    return f"{data}/{SCENES[name]}" if name in SCENES else f"scenes/{name}/{name}.pbrt"
+
+
+def resolution_said(lines):
+    """What the program says of an image with less than one sample per pixel."""
+    for part in ("half", "a quarter"):
+        if f"rendered at {part} of its resolution" in lines:
+            return f"{part} of the resolution"
+    return ""
+
+
+def row(lucerna, out, data, name, size, seconds):
+    stats = f"{out}/{name}.json"
+    begin = time.time()
+    done = subprocess.run([lucerna, "render", scene_file(data, name), "--resolution", size, "--time", f"{seconds}s", "-o",
+                           f"{out}/{name}-{size}-{seconds}.exr", "--png", "--stats", stats, "--quiet"],
+                          check=True, capture_output=True, text=True)
+    wall = time.time() - begin
+    with open(stats) as file:
+        numbers = json.load(file)
+    took = numbers["seconds"]
+    samples = numbers["samples"]["done"] or resolution_said(done.stderr)
+    shares = [f"{100 * sum(took.get(phase, 0) for phase in phases) / seconds:.0f} %"
+              for phases in (["choose"], ["prepare"], ["features", "denoise"], ["first image"], ["image"])]
+    return f"| {name} | {size} | {seconds} s | {numbers['integrator']} | {samples} | {' | '.join(shares)} | {wall:.2f} s |"
+
+
+def main():
+    words = sys.argv[1:]
+    busy = int(option(words, "--busy", "0"))
+    sizes = option(words, "--sizes", "256x256,1280x720,1920x1080").split(",")
+    times = [int(t) for t in option(words, "--times", "2,5,10").split(",")]
+    lucerna, out, data = words[:3]
+    os.makedirs(out, exist_ok=True)
+    print("| scene | size | time | method | samples per pixel | trials | preparation | features, denoising | first image, dropped "
+          "| image | command |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    beside = [subprocess.Popen(["yes"], stdout=subprocess.DEVNULL) for _ in range(busy)]
+    try:
+        for name in words[3:] or [*SCENES, "room"]:
+            for size in sizes:
+                for seconds in times:
+                    print(row(lucerna, out, data, name, size, seconds), flush=True)
+    finally:
+        for process in beside:
+            process.kill()
+
+
+if __name__ == "__main__":
+    main()

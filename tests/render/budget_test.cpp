@@ -1,0 +1,180 @@
+// An image first, whatever the time: renders with a limit of time, from the first image to the last.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "engine/base/deadline_monitor.h"
+#include "engine/base/monitor.h"
+#include "engine/render/finishing.h"
+#include "engine/render/method_choice.h"
+#include "engine/render/render.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace budget_test {
+
+constexpr double kLong = 1000;  // seconds, more than any of these renders takes
+
+Job small_job(const IntegratorSettings& settings, int spp) {
+    const Camera camera = testing::camera({0.5F, 0.4F, -0.6F}, {0.5F, 0.2F, 1}, 33, 30, 30);
+    Job job = testing::make_job(testing::small_cornell(), camera, settings, spp);
+    job.film.two_halves = job.film.adaptive = true;
+    return job;
+}
+
+class WarningMonitor final : public Monitor {
+  public:
+    void warn(std::string_view line) override { lines.emplace_back(line); }
+    std::vector<std::string> lines;
+};
+
+void expect_light_everywhere(const Image& image, const std::string& what) {
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x)
+            EXPECT_GT(luminance(image.rgb_at(x, y)), 0) << what << ' ' << x << ' ' << y;
+    }
+}
+
+void wait_until(const Stopwatch& clock, double seconds) {
+    while (clock.seconds() < seconds) continue;
+}
+
+// The time is over before the first sample: the first step is rendered nevertheless.
+TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
+    ProgressiveSettings progressive;
+    progressive.samples = 1;
+    progressive.photons = 2000;
+    for (const IntegratorSettings& settings :
+         {IntegratorSettings(PathSettings{}), IntegratorSettings(progressive)}) {
+        for (const bool denoised : {true, false}) {
+            Job job = small_job(settings, kNoEndOfSamples);
+            job.film.two_halves = job.film.adaptive = denoised;
+            RenderOptions options{1, Workers{2}};
+            options.limits.seconds = 1e-9;
+            WarningMonitor monitor;
+            const RenderResult result = render(job, options, monitor);
+            EXPECT_TRUE(result.report.complete);
+            EXPECT_EQ(result.report.samples_done, 0);
+            expect_light_everywhere(result.image, "image");
+            EXPECT_EQ(result.denoised.has_value(), denoised);
+            if (result.denoised) expect_light_everywhere(*result.denoised, "denoised");
+            ASSERT_EQ(monitor.lines.size(), 1U);
+            EXPECT_EQ(
+                monitor.lines[0],
+                "there was not enough time for one sample per pixel: the image is rendered at a quarter "
+                "of its resolution and upsampled");
+        }
+    }
+}
+
+TEST(Budget, NoTimeToChoose_SimplestMethodRendersTheImage) {
+    Job job = small_job(PhotonMapSettings{}, kNoEndOfSamples);
+    RenderOptions options{1, Workers{2}};
+    options.limits.seconds = 1e-9;
+    Monitor silent;
+    const RenderResult result = render_choosing(job, options, silent, [](const ChoiceLimits&) -> double {
+        ADD_FAILURE() << "there is no first image to choose after";
+        return 0;
+    });
+    EXPECT_TRUE(std::holds_alternative<PathSettings>(job.integrator));
+    expect_light_everywhere(result.image, "image");
+}
+
+// Samples of the first image are the first samples of the rest: the image has the bits of an ordinary render.
+TEST(Budget, ChosenMethodIsTheFirst_SameImageBitForBit) {
+    constexpr int kSamples = 19;  // with decisions of the allocation at 8 and 16
+    Monitor silent;
+    const RenderResult plain = render(small_job(PathSettings{}, kSamples), {1, Workers{2}}, silent);
+    Job job = small_job(PathSettings{}, kSamples);
+    RenderOptions options{1, Workers{2}};
+    options.limits.seconds = kLong;
+    int chosen = 0;
+    const RenderResult result = render_choosing(job, options, silent, [&](const ChoiceLimits& limits) {
+        ++chosen;
+        EXPECT_GT(limits.head_start, 0);
+        EXPECT_LT(limits.limits.seconds, kLong);
+        return limits.limits.error;
+    });
+    EXPECT_EQ(chosen, 1);
+    EXPECT_EQ(result.report.samples_done, kSamples);
+    EXPECT_EQ(result.image.data, plain.image.data);
+    ASSERT_TRUE(result.denoised && plain.denoised);
+    EXPECT_EQ(result.denoised->data, plain.denoised->data);
+}
+
+TEST(Budget, ChosenMethodHasTime_ImageIsIts) {
+    ProgressiveSettings progressive;
+    progressive.samples = 1;
+    progressive.photons = 2000;
+    Monitor silent;
+    const RenderResult plain = render(small_job(progressive, 6), {1, Workers{2}}, silent);
+    Job job = small_job(PathSettings{}, 6);
+    RenderOptions options{1, Workers{2}};
+    options.limits.seconds = kLong;
+    const RenderResult result = render_choosing(job, options, silent, [&](const ChoiceLimits& limits) {
+        job.integrator = progressive;
+        return limits.limits.error;
+    });
+    EXPECT_EQ(result.image.data, plain.image.data);
+    EXPECT_EQ(result.report.passes_done, 6);
+}
+
+TEST(Budget, ChosenMethodHasNoTime_FirstImageStays) {
+    constexpr double kSeconds = 2;
+    Monitor silent;
+    Job job = small_job(PathSettings{}, kNoEndOfSamples);
+    RenderOptions options{1, Workers{2}};
+    options.limits.seconds = kSeconds;
+    const Stopwatch clock;
+    const RenderResult result = render_choosing(job, options, silent, [&](const ChoiceLimits& limits) {
+        wait_until(clock, kSeconds);
+        job.integrator = ProgressiveSettings{};
+        return limits.limits.error;
+    });
+    EXPECT_TRUE(std::holds_alternative<PathSettings>(job.integrator));
+    EXPECT_TRUE(result.report.complete);
+    expect_light_everywhere(result.image, "image");
+}
+
+TEST(Budget, FirstImageTookMostOfTheTime_NoOtherMethodIsChosen) {
+    Monitor silent;
+    const Limits limits{1, 0};
+    const Job job = small_job(ProgressiveSettings{}, kNoEndOfSamples);
+    const auto after_it = choose_method(job, limits, 3, Workers{2}, silent, 0.5);
+    ASSERT_TRUE(after_it);
+    EXPECT_TRUE(std::holds_alternative<PathSettings>(after_it->settings));
+    const auto without = choose_method(job, limits, 3, Workers{2}, silent);
+    ASSERT_TRUE(without);
+    EXPECT_TRUE(std::holds_alternative<ProgressiveSettings>(without->settings));
+}
+
+TEST(Finishing, Plan_KeepsToItsShares) {
+    // 1e6 pixels in 10 s: features of all kinds take 0.6 s, and the denoiser 1 s.
+    const Finishing all = plan_finishing(1e6, 10, 0.1, 1e-6);
+    EXPECT_TRUE(all.by_halves);
+    EXPECT_EQ(all.feature_samples, kMostFeatureSamples);
+    EXPECT_DOUBLE_EQ(all.seconds(), 0.6 + 1);
+    // Ten times as slow: one sample of each pixel for the features, which there is already, and the features
+    // alone smooth the picture.
+    const Finishing less = plan_finishing(1e6, 10, 1, 1e-5);
+    EXPECT_FALSE(less.by_halves);
+    EXPECT_EQ(less.feature_samples, 1);
+    EXPECT_EQ(less.feature_seconds, 0);
+    EXPECT_LT(less.denoise_seconds, 1);
+    const Finishing measured = plan_finishing(1e6, 10, 0, 0);
+    EXPECT_EQ(measured.seconds(), 0) << "without a denoiser";
+}
+
+TEST(DeadlineMonitor, AfterTheDeadline_IsStopped) {
+    Monitor silent;
+    DeadlineMonitor monitor(silent);
+    EXPECT_FALSE(monitor.stopped());
+    monitor.end_at(Deadline::after(-1));
+    EXPECT_TRUE(monitor.stopped());
+    monitor.end_at({});
+    EXPECT_FALSE(monitor.stopped());
+}
+
+}  // namespace budget_test
+}  // namespace lucerna
