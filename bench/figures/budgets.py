@@ -1,4 +1,4 @@
-# Measures what short renders do with their time, for the tables of docs/howto/budgets.md: samples per pixel, the shares of the
+# Measures what short renders do with their time (docs/howto/budgets.md): samples per pixel, the shares of the
 # time in preparations and in the samples of the image, and the time of the whole command.
 #   usage: budgets.py LUCERNA OUT_FOLDER DATA_FOLDER [--busy N] [--sizes 256x256,1280x720] [--times 2,5,10] [SCENE...]
 # DATA_FOLDER holds the scenes of pbrt-v4. With --busy, N endless processes run beside it. Run nothing else meanwhile.

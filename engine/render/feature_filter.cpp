@@ -181,6 +181,8 @@ Image FeatureFilter::smooth(const Image& image) const {
     }
     light = without_fireflies(light);
     for (int i = 0; i < kPasses; ++i) light = pass(light, spacing_ << i);
+    // Steps of several pixels leave a pattern of the lattice.
+    if (spacing_ > 1) light = pass(light, 1);
     Image smoothed(size_.x, size_.y, {"R", "G", "B"});
     smoothed.space = image.space;
     for (std::size_t p = 0; p < light.size(); ++p) {

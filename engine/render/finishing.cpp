@@ -35,7 +35,7 @@ Finishing plan_finishing(double pixels, double seconds, double first_features, d
     constexpr double kFeatures = 0.08, kDenoising = 0.5;
     // Features of kMostFeatureSamples take more samples at edges alone: some six for each pixel on average.
     constexpr double kSamplesWithEdges = 6;
-    constexpr double kSmoothing = 0.4e-6;  // seconds per pixel of FeatureFilter::smooth, two threads
+    constexpr double kSmoothing = 0.8e-6;  // seconds per pixel of FeatureFilter::smooth, two threads
     Finishing plan;
     if (first_features > 0) {
         const double fit = kFeatures * seconds / first_features;

@@ -23,6 +23,14 @@ Job small_job(const IntegratorSettings& settings, int spp) {
     return job;
 }
 
+// Every sample sees light: from within a sphere that shines and reflects.
+Job bright_job(const IntegratorSettings& settings) {
+    Job job = testing::make_job(testing::integrating_sphere(0.5, 1),
+                                testing::camera({0, 0, 0}, {0, 0, 1}, 33, 30, 60), settings, kNoEndOfSamples);
+    job.film.two_halves = job.film.adaptive = true;
+    return job;
+}
+
 class WarningMonitor final : public Monitor {
   public:
     void warn(std::string_view line) override { lines.emplace_back(line); }
@@ -48,7 +56,7 @@ TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
     for (const IntegratorSettings& settings :
          {IntegratorSettings(PathSettings{}), IntegratorSettings(progressive)}) {
         for (const bool denoised : {true, false}) {
-            Job job = small_job(settings, kNoEndOfSamples);
+            Job job = bright_job(settings);
             job.film.two_halves = job.film.adaptive = denoised;
             RenderOptions options{1, Workers{2}};
             options.limits.seconds = 1e-9;
@@ -69,7 +77,7 @@ TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
 }
 
 TEST(Budget, NoTimeToChoose_SimplestMethodRendersTheImage) {
-    Job job = small_job(PhotonMapSettings{}, kNoEndOfSamples);
+    Job job = bright_job(PhotonMapSettings{});
     RenderOptions options{1, Workers{2}};
     options.limits.seconds = 1e-9;
     Monitor silent;
@@ -123,7 +131,7 @@ TEST(Budget, ChosenMethodHasTime_ImageIsIts) {
 TEST(Budget, ChosenMethodHasNoTime_FirstImageStays) {
     constexpr double kSeconds = 2;
     Monitor silent;
-    Job job = small_job(PathSettings{}, kNoEndOfSamples);
+    Job job = bright_job(PathSettings{});
     RenderOptions options{1, Workers{2}};
     options.limits.seconds = kSeconds;
     const Stopwatch clock;
