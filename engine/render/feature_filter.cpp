@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "engine/base/vec.h"
 #include "engine/denoise/denoise.h"
@@ -29,17 +30,14 @@ OfAlbedo of_albedo(const std::string& channel) {
 
 }  // namespace
 
-FeatureFilter::FeatureFilter(const Film& film, int spacing, const Image& features, const Workers& workers)
-    : size_(film.width(), film.height()),
-      sampled_(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y)),
+FeatureFilter::FeatureFilter(const V2i& size, std::vector<bool> sampled, int spacing, const Image& features,
+                             const Workers& workers)
+    : size_(size),
+      sampled_(std::move(sampled)),
       spacing_(spacing),
       features_(features),
       has_features_(!features.data.empty()),
-      workers_(workers.alone()) {
-    for (int y = 0; y < size_.y; ++y) {
-        for (int x = 0; x < size_.x; ++x) sampled_[place(x, y)] = film.has_sample(x, y);
-    }
-}
+      workers_(workers.alone()) {}
 
 // Returns a weight in (0, 1]: 1 if both pixels see the same plane of the same material.
 float FeatureFilter::alike(std::size_t p, std::size_t q) const {
@@ -119,77 +117,34 @@ void FeatureFilter::fill(Image& image) const {
     });
 }
 
-// Limits each pixel to the second largest luminance among itself and the samples around it: a sample that is
-// brighter than all of these would become a bright spot.
-std::vector<Rgb> FeatureFilter::without_fireflies(const std::vector<Rgb>& light) const {
-    std::vector<Rgb> limited = light;
-    parallel_chunks(workers_, size_.y, [&](std::int64_t row) {
-        const auto y = static_cast<int>(row);
-        for (int x = 0; x < size_.x; ++x) {
-            float largest = -INFINITY, second = -INFINITY;
-            for (int v = std::max(0, y - spacing_); v < std::min(y + spacing_ + 1, size_.y); v += spacing_) {
-                for (int u = std::max(0, x - spacing_); u < std::min(x + spacing_ + 1, size_.x);
-                     u += spacing_) {
-                    const float l = luminance(light[place(u, v)]);
-                    second = std::max(second, std::min(l, largest));
-                    largest = std::max(largest, l);
-                }
-            }
-            const float own = luminance(light[place(x, y)]);
-            if (own > second && second > 0) limited[place(x, y)] *= second / own;
-        }
-    });
-    return limited;
+std::vector<bool> sampled_pixels(const Film& film) {
+    std::vector<bool> sampled;
+    sampled.reserve(static_cast<std::size_t>(film.width()) * static_cast<std::size_t>(film.height()));
+    for (int y = 0; y < film.height(); ++y) {
+        for (int x = 0; x < film.width(); ++x) sampled.push_back(film.has_sample(x, y));
+    }
+    return sampled;
 }
 
-// Makes one level of the wavelet transform, with taps `step` pixels apart.
-std::vector<Rgb> FeatureFilter::pass(const std::vector<Rgb>& light, int step) const {
-    constexpr std::array<float, 3> kSpline{0.375F, 0.25F, 0.0625F};  // cubic B-spline
-    std::vector<Rgb> result(light.size());
-    parallel_chunks(workers_, size_.y, [&](std::int64_t row) {
-        const auto y = static_cast<int>(row);
-        for (int x = 0; x < size_.x; ++x) {
-            const std::size_t p = place(x, y);
-            Rgb sum(0.0F);
-            float weights = 0;
-            for (int j = -2; j <= 2; ++j) {
-                const int v = y + j * step;
-                if (v < 0 || v >= size_.y) continue;
-                for (int i = -2; i <= 2; ++i) {
-                    const int u = x + i * step;
-                    if (u < 0 || u >= size_.x) continue;
-                    const std::size_t q = place(u, v);
-                    const float weight = kSpline[static_cast<std::size_t>(std::abs(i))] *
-                                         kSpline[static_cast<std::size_t>(std::abs(j))] * alike(p, q);
-                    sum += weight * light[q];
-                    weights += weight;
-                }
-            }
-            result[p] = sum / weights;
+void complete_halves(std::array<Image, 2>& halves, int spacing, const Image& features,
+                     const Workers& workers) {
+    const V2i size(halves[0].width, halves[0].height);
+    std::array<std::vector<bool>, 2> sampled;
+    std::array<bool, 2> is_complete{true, true};
+    for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+            float& a = halves[0].value(x, y, kSamples);
+            float& b = halves[1].value(x, y, kSamples);
+            // A half without samples of a pixel shows the light of the other.
+            if (((x / spacing + y / spacing) & 1) == 1 && (a == 0 || b == 0)) std::swap(a, b);
+            sampled[0].push_back(a > 0), sampled[1].push_back(b > 0);
+            is_complete[0] &= a > 0, is_complete[1] &= b > 0;
         }
-    });
-    return result;
-}
-
-Image FeatureFilter::smooth(const Image& image) const {
-    constexpr int kPasses = 2;
-    const std::size_t width = image.channels.size();
-    std::vector<Rgb> light(sampled_.size());
-    for (std::size_t p = 0; p < light.size(); ++p) {
-        const float* const rgb = &image.data[width * p];
-        light[p] = Rgb(rgb[0], rgb[1], rgb[2]) / albedo(p);
     }
-    light = without_fireflies(light);
-    for (int i = 0; i < kPasses; ++i) light = pass(light, spacing_ << i);
-    // Steps of several pixels leave a pattern of the lattice.
-    if (spacing_ > 1) light = pass(light, 1);
-    Image smoothed(size_.x, size_.y, {"R", "G", "B"});
-    smoothed.space = image.space;
-    for (std::size_t p = 0; p < light.size(); ++p) {
-        const Rgb rgb = light[p] * albedo(p);
-        for (int c = 0; c < 3; ++c) smoothed.data[3 * p + static_cast<std::size_t>(c)] = rgb[c];
+    for (std::size_t half = 0; half < 2; ++half) {
+        if (is_complete[half]) continue;
+        FeatureFilter(size, std::move(sampled[half]), spacing, features, workers).fill(halves[half]);
     }
-    return smoothed;
 }
 
 }  // namespace lucerna

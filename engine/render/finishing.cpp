@@ -35,7 +35,6 @@ Finishing plan_finishing(double pixels, double seconds, double first_features, d
     constexpr double kFeatures = 0.08, kDenoising = 0.5;
     // Features of kMostFeatureSamples take more samples at edges alone: some six for each pixel on average.
     constexpr double kSamplesWithEdges = 6;
-    constexpr double kSmoothing = 0.8e-6;  // seconds per pixel of FeatureFilter::smooth, two threads
     Finishing plan;
     if (first_features > 0) {
         const double fit = kFeatures * seconds / first_features;
@@ -46,8 +45,8 @@ Finishing plan_finishing(double pixels, double seconds, double first_features, d
         if (plan.feature_samples > 1)
             plan.feature_seconds = first_features * std::min<double>(plan.feature_samples, kSamplesWithEdges);
     }
-    plan.by_halves = per_pixel * pixels <= kDenoising * seconds;
-    if (per_pixel > 0) plan.denoise_seconds = pixels * (plan.by_halves ? per_pixel : kSmoothing);
+    plan.denoises = per_pixel * pixels <= kDenoising * seconds;
+    if (plan.denoises) plan.denoise_seconds = pixels * per_pixel;
     return plan;
 }
 

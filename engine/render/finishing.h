@@ -12,11 +12,7 @@ namespace lucerna {
 inline constexpr int kMostFeatureSamples = 16;
 
 struct Finishing {
-    // Denoises by the halves of the samples (denoise()); otherwise the picture is smoothed by features alone
-    // (FeatureFilter::smooth).
-    bool by_halves = true;
-    // Samples per pixel from which on halves can be compared.
-    int least_for_halves = 1;
+    bool denoises = true;
     int feature_samples = kMostFeatureSamples;
     double feature_seconds = 0;  // of the features that are still to be taken
     double denoise_seconds = 0;

@@ -16,23 +16,21 @@ double interval(bool is_wanted, double seconds) {
 }
 
 // Fills what the result shows of pixels without a sample.
-void fill(const FeatureFilter& filter, RenderResult& result) {
+void fill(const Film& film, int spacing, const Image& features, const Workers& workers,
+          RenderResult& result) {
+    const FeatureFilter filter({film.width(), film.height()}, sampled_pixels(film), spacing, features,
+                               workers);
     filter.fill(result.image);
     if (result.parts) filter.fill(*result.parts);
     if (result.chance) filter.fill(*result.chance);
-    if (!result.denoiser_input) return;
-    for (Image& half : result.denoiser_input->halves) filter.fill(half);
+    if (result.denoiser_input) complete_halves(result.denoiser_input->halves, spacing, features, workers);
 }
 
 // Adds the denoised picture and its estimated error.
-void add_denoised(const Job& job, const FeatureFilter& filter, const Film::ErrorEstimate& error,
-                  const Finishing& how, const Workers& workers, RenderResult& result) {
+void add_denoised(const Job& job, const Film::ErrorEstimate& error, const Workers& workers,
+                  RenderResult& result) {
     // The filters need pixels beyond the edges of a crop, which `lucerna merge` has.
     if (job.film.is_part()) return;
-    if (!how.by_halves || result.report.samples_done < how.least_for_halves) {
-        result.denoised = filter.smooth(result.image);
-        return;
-    }
     Denoised picture = denoise(*result.denoiser_input, workers);
     result.denoised = std::move(picture.image);
     if (!std::isfinite(error.relative)) return;
@@ -65,9 +63,9 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
         result.image.picture = {job.film.width, job.film.height};
     }
     const int spacing = report.samples_done > 0 ? 1 : image.film().spacing();
-    const FeatureFilter filter(image.film(), spacing, image.features().image, workers);
+    const Image& features = image.features().image;
     if (!denoising) {
-        fill(filter, result);
+        fill(image.film(), spacing, features, workers, result);
         return result;
     }
     if (job.film.parts) {
@@ -75,10 +73,10 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
         if (job.receivers.empty()) add_channels(*result.parts, image.features().more, "");
     }
     if (image.layer_films()) result.chance = image.layer_films()->develop_chance(scale, colours);
-    const bool has_halves = image.film().has_two_halves();
-    if (has_halves && !image.features().image.data.empty()) result.denoiser_input = image.denoiser_input();
-    fill(filter, result);
-    if (has_halves) add_denoised(job, filter, error, *denoising, workers, result);
+    if (image.film().has_two_halves() && !features.data.empty())
+        result.denoiser_input = image.denoiser_input();
+    fill(image.film(), spacing, features, workers, result);
+    if (result.denoiser_input && denoising->denoises) add_denoised(job, error, workers, result);
     return result;
 }
 

@@ -102,7 +102,6 @@ class Run {
     bool render_instead_of(Run& first) {
         take_features_of(first);
         finishing_ = first.finishing_;
-        finishing_.least_for_halves = kBothHalves * std::max(1, image_.samples_per_pass());
         set_end();
         is_dispensable_ = !options_.workers.ranks;
         render_samples();
@@ -156,8 +155,6 @@ class Run {
 
     // --- Features, and the time after the samples
 
-    static constexpr int kBothHalves = 2;  // samples per pixel, or passes
-
     // Takes the features; with a limit of time only one sample of each pixel, to begin with, and no more than
     // a share of the time. Plans what follows the samples.
     void plan() {
@@ -177,7 +174,6 @@ class Run {
         rates = agreed(options_.workers, rates);
         const V2i size = job_.film.rendered_size();
         finishing_ = plan_finishing(double{1} * size.x * size.y, left, rates.features, rates.denoiser);
-        finishing_.least_for_halves = kBothHalves * std::max(1, image_.samples_per_pass());
         if (!has_features) finishing_.feature_samples = 0;
         set_end();
     }

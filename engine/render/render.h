@@ -59,7 +59,7 @@ struct RenderResult {
 // what there is, when the monitor says so.
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor);
 
-// What there is when a method is chosen.
+// States the time and error that are left when a method is chosen.
 struct ChoiceLimits {
     Limits limits;          // of the rest; seconds for preparation and samples
     double head_start = 0;  // seconds that the first of methods_like() has rendered already

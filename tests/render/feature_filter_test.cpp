@@ -1,4 +1,4 @@
-// Filling pixels without a sample, and smoothing, by features.
+// Filling pixels without a sample by features.
 #include "engine/render/feature_filter.h"
 
 #include <gtest/gtest.h>
@@ -54,6 +54,10 @@ Film film_of_steps(int steps) {
     return film;
 }
 
+FeatureFilter filter_of(const Film& film, const Image& features) {
+    return FeatureFilter({kWide, kHigh}, sampled_pixels(film), film.spacing(), features, Workers{2});
+}
+
 // Light that is the same over each wall is restored in all pixels, whichever have a sample.
 TEST(FeatureFilter, FilledPixels_HaveTheLightOfTheirWallAndTheirOwnAlbedo) {
     const Image seen = features();
@@ -61,7 +65,7 @@ TEST(FeatureFilter, FilledPixels_HaveTheLightOfTheirWallAndTheirOwnAlbedo) {
         const Film film = film_of_steps(steps);
         EXPECT_EQ(film.spacing(), steps == 1 ? 4 : 2);
         Image image = film.develop(1);
-        FeatureFilter(film, film.spacing(), seen, Workers{2}).fill(image);
+        filter_of(film, seen).fill(image);
         for (int y = 0; y < kHigh; ++y) {
             for (int x = 0; x < kWide; ++x) {
                 const Rgb expected = radiance_at(x, y), found = image.rgb_at(x, y);
@@ -72,38 +76,50 @@ TEST(FeatureFilter, FilledPixels_HaveTheLightOfTheirWallAndTheirOwnAlbedo) {
     }
 }
 
-TEST(FeatureFilter, Smoothed_LightOfEachWallStays) {
-    const Image seen = features();
-    const Film film = film_of_steps(3);
-    EXPECT_EQ(film.spacing(), 1);
-    const Image smooth = FeatureFilter(film, 1, seen, Workers{2}).smooth(film.develop(1));
-    for (int y = 0; y < kHigh; ++y) {
-        for (int x = 0; x < kWide; ++x)
-            EXPECT_NEAR(smooth.rgb_at(x, y).x, radiance_at(x, y).x, 0.01F * radiance_at(x, y).x)
-                << x << ' ' << y;
-    }
-}
-
 TEST(FeatureFilter, WithoutFeatures_NoPixelIsBlack) {
     const Image none;
     const Film film = film_of_steps(1);
     Image image = film.develop(1);
-    FeatureFilter(film, 4, none, Workers{2}).fill(image);
+    filter_of(film, none).fill(image);
     for (const float value : image.data) EXPECT_TRUE(std::isfinite(value));
     for (int y = 0; y < kHigh; ++y) {
         for (int x = 0; x < kWide; ++x) EXPECT_GT(image.rgb_at(x, y).x, 0) << x << ' ' << y;
     }
 }
 
-TEST(FeatureFilter, OneBrightSample_MakesNoSpot) {
+// After one sample of each pixel of the lattice, each half has every second of them, and the other half's
+// samples have no influence on it.
+TEST(CompleteHalves, OfOneSample_AreIndependentAndHaveTheLightOfTheirWall) {
     const Image seen = features();
-    Film film(kWide, kHigh);
-    for (int y = 0; y < kHigh; ++y) {
-        for (int x = 0; x < kWide; ++x)
-            film.add(x, y, radiance_at(x, y) * (x == 7 && y == 9 ? 1000.0F : 1.0F));
+    for (const int steps : {1, 2, 3}) {
+        Film::Kind kind;
+        kind.two_halves = true;
+        Film film(kWide, kHigh, kind), other(kWide, kHigh, kind);
+        const int spacing = 4 >> (steps - 1);
+        for (int y = 0; y < kHigh; ++y) {
+            for (int x = 0; x < kWide; ++x) {
+                if (Film::step_of({x, y}) >= steps) continue;
+                film.add(x, y, radiance_at(x, y));
+                const bool in_first = ((x / spacing + y / spacing) & 1) == 0;
+                other.add(x, y, radiance_at(x, y) * (in_first ? 1.0F : 3.0F));
+            }
+        }
+        std::array<Image, 2> halves{film.develop_half(0, 1), film.develop_half(1, 1)};
+        std::array<Image, 2> changed{other.develop_half(0, 1), other.develop_half(1, 1)};
+        complete_halves(halves, spacing, seen, Workers{2});
+        complete_halves(changed, spacing, seen, Workers{2});
+        for (int y = 0; y < kHigh; ++y) {
+            for (int x = 0; x < kWide; ++x) {
+                const float expected = radiance_at(x, y).x;
+                for (const Image& half : halves)
+                    EXPECT_NEAR(half.rgb_at(x, y).x, expected, 0.01F * expected) << x << ' ' << y;
+                EXPECT_EQ(changed[0].rgb_at(x, y), halves[0].rgb_at(x, y)) << x << ' ' << y;
+                EXPECT_NEAR(changed[1].rgb_at(x, y).x, 3 * expected, 0.03F * expected) << x << ' ' << y;
+                EXPECT_EQ(halves[0].value(x, y, kSamples) + halves[1].value(x, y, kSamples),
+                          Film::step_of({x, y}) < steps ? 1.0F : 0.0F);
+            }
+        }
     }
-    const Image smooth = FeatureFilter(film, 1, seen, Workers{2}).smooth(film.develop(1));
-    EXPECT_NEAR(smooth.rgb_at(7, 9).x, radiance_at(7, 9).x, 0.01F * radiance_at(7, 9).x);
 }
 
 }  // namespace feature_filter_test

@@ -70,9 +70,9 @@ TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
 TEST(MethodCost, Maps_WhatIsMadeOnce_DoesNotGrowWithTheWork) {
     MethodCost cost = maps(0.001, 1024);
     cost.once = 0.5;
-    const Expectation best = best_in(4, cost);
+    const Expectation best = best_in(8, cost);
     EXPECT_GE(best.work, 256);
-    EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / ((4 - 0.5 - 0.001 * best.work) / 0.5)));
+    EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / ((8 - 0.5 - 0.001 * best.work) / 0.5)));
     const Expectation enough = soonest_below(0.05, cost);
     EXPECT_DOUBLE_EQ(enough.seconds,
                      0.5 + 0.001 * enough.work + 0.5 * std::max(1.0, 0.01 / (0.0025 - 0.04 / enough.work)));
