@@ -71,8 +71,7 @@ struct Denoised {
 // only by the influence of its surroundings.
 Denoised denoise(const DenoiserInput& layers, const Workers& workers);
 
-// These estimate the peak memory in bytes per pixel and the time of one thread in seconds per pixel.
+// Estimates the peak memory in bytes per pixel.
 inline constexpr std::size_t kDenoiserBytesPerPixel = 350;
-inline constexpr double kDenoiserSecondsPerPixel = 1e-6;
 
 }  // namespace lucerna

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -17,21 +18,19 @@ constexpr float kAlbedoAdded = 0.01F;
 // Differences of features that count as one: squares, and for the plane the squared sine of an angle.
 constexpr float kNormals = 0.1F, kPlane = 0.05F, kEmitters = 0.1F, kAlbedos = 0.3F;
 
-// Returns the power of albedo that a channel is proportional to, and which of R, G, B it is.
-struct OfAlbedo {
-    int power = 0, component = 0;
-};
-OfAlbedo of_albedo(const std::string& channel) {
+}  // namespace
+
+// Counts, which are not filled, have the power -1.
+FeatureFilter::OfAlbedo FeatureFilter::of_albedo(const std::string& channel) {
+    if (channel.ends_with("samples")) return {-1, 0};
     const std::size_t component = std::string("RGB").find(channel.empty() ? ' ' : channel.back());
     if (component == std::string::npos) return {};
     const bool is_square = channel.find("variance.") != std::string::npos;
     return {is_square ? 2 : 1, static_cast<int>(component)};
 }
 
-}  // namespace
-
-FeatureFilter::FeatureFilter(const V2i& size, std::vector<bool> sampled, int spacing, const Image& features,
-                             const Workers& workers)
+FeatureFilter::FeatureFilter(const V2i& size, std::vector<std::uint8_t> sampled, int spacing,
+                             const Image& features, const Workers& workers)
     : size_(size),
       sampled_(std::move(sampled)),
       spacing_(spacing),
@@ -70,58 +69,71 @@ void FeatureFilter::for_each_sample(const V2i& at, Tap&& tap) const {
     // Samples stand on a lattice, and in some tiles on one of half the spacing.
     const int step = std::max(1, spacing_ / 2), reach = 2 * spacing_;
     const auto first = [step, reach](int x) { return std::max(0, (x - reach + step) / step * step); };
+    const float share = 1 / static_cast<float>(reach * reach);
     for (int y = first(at.y); y < std::min(at.y + reach, size_.y); y += step) {
+        const int rows = reach - std::abs(y - at.y);
         for (int x = first(at.x); x < std::min(at.x + reach, size_.x); x += step) {
             const std::size_t q = place(x, y);
             if (!sampled_[q]) continue;
-            const int dx = std::abs(x - at.x), dy = std::abs(y - at.y);
-            const float tent =
-                static_cast<float>((reach - dx) * (reach - dy)) / static_cast<float>(reach * reach);
-            if (tent > 0) tap(q, tent * alike(p, q));
+            const int tent = rows * (reach - std::abs(x - at.x));
+            if (tent > 0) tap(q, share * static_cast<float>(tent) * alike(p, q));
         }
+    }
+}
+
+// Calls body(channel, factor) for the channels that are filled: light is proportional to the factor.
+template <typename Body>
+void FeatureFilter::for_each_channel(const std::vector<OfAlbedo>& channels, std::size_t pixel,
+                                     Body&& body) const {
+    const Rgb own = albedo(pixel);
+    const std::array<Rgb, 3> factors{Rgb(1.0F), own, own * own};
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        const auto& [power, component] = channels[c];
+        if (power >= 0) body(c, factors[static_cast<std::size_t>(power)][component]);
     }
 }
 
 void FeatureFilter::fill(Image& image) const {
-    if (std::find(sampled_.begin(), sampled_.end(), false) == sampled_.end()) return;
+    if (std::find(sampled_.begin(), sampled_.end(), 0) == sampled_.end()) return;
     const std::size_t width = image.channels.size();
-    std::vector<OfAlbedo> powers;
-    std::vector<std::size_t> filled;
-    for (std::size_t c = 0; c < width; ++c) {
-        powers.push_back(of_albedo(image.channels[c]));
-        if (!image.channels[c].ends_with("samples")) filled.push_back(c);
-    }
+    std::vector<OfAlbedo> channels;
+    for (const std::string& name : image.channels) channels.push_back(of_albedo(name));
+    // Holds the channels of sampled pixels over their factors.
+    std::vector<float> divided(image.data.size());
     parallel_chunks(workers_, size_.y, [&](std::int64_t row) {
-        std::vector<double> sums(width);
+        for (std::size_t p = place(0, static_cast<int>(row)); p < place(0, static_cast<int>(row) + 1); ++p) {
+            if (!sampled_[p]) continue;
+            for_each_channel(channels, p, [&](std::size_t c, float factor) {
+                // The albedo has kAlbedoAdded, so that the factor is above 0.
+                divided[width * p + c] = image.data[width * p + c] / factor;
+            });
+        }
+    });
+    parallel_chunks(workers_, size_.y, [&](std::int64_t row) {
+        std::vector<float> sums(width);
         for (int x = 0; x < size_.x; ++x) {
             const V2i at(x, static_cast<int>(row));
             const std::size_t p = place(at.x, at.y);
             if (sampled_[p]) continue;
-            std::fill(sums.begin(), sums.end(), 0.0);
-            double weights = 0;
-            const Rgb own = albedo(p);
+            std::fill(sums.begin(), sums.end(), 0.0F);
+            float weights = 0;
             for_each_sample(at, [&](std::size_t q, float weight) {
-                const Rgb ratio = own / albedo(q);
-                const std::array<Rgb, 3> factors{Rgb(1.0F), ratio, ratio * ratio};
-                weights += double{weight};
-                for (const std::size_t c : filled) {
-                    const auto& [power, component] = powers[c];
-                    const float factor = factors[static_cast<std::size_t>(power)][component];
-                    sums[c] += double{weight} * double{factor} * double{image.data[width * q + c]};
-                }
+                weights += weight;
+                for (std::size_t c = 0; c < width; ++c) sums[c] += weight * divided[width * q + c];
             });
             if (!(weights > 0)) continue;
-            for (const std::size_t c : filled)
-                image.data[width * p + c] = static_cast<float>(sums[c] / weights);
+            for_each_channel(channels, p, [&](std::size_t c, float factor) {
+                image.data[width * p + c] = factor * (sums[c] / weights);
+            });
         }
     });
 }
 
-std::vector<bool> sampled_pixels(const Film& film) {
-    std::vector<bool> sampled;
+std::vector<std::uint8_t> sampled_pixels(const Film& film) {
+    std::vector<std::uint8_t> sampled;
     sampled.reserve(static_cast<std::size_t>(film.width()) * static_cast<std::size_t>(film.height()));
     for (int y = 0; y < film.height(); ++y) {
-        for (int x = 0; x < film.width(); ++x) sampled.push_back(film.has_sample(x, y));
+        for (int x = 0; x < film.width(); ++x) sampled.push_back(film.has_sample(x, y) ? 1 : 0);
     }
     return sampled;
 }
@@ -129,7 +141,7 @@ std::vector<bool> sampled_pixels(const Film& film) {
 void complete_halves(std::array<Image, 2>& halves, int spacing, const Image& features,
                      const Workers& workers) {
     const V2i size(halves[0].width, halves[0].height);
-    std::array<std::vector<bool>, 2> sampled;
+    std::array<std::vector<std::uint8_t>, 2> sampled;
     std::array<bool, 2> is_complete{true, true};
     for (int y = 0; y < size.y; ++y) {
         for (int x = 0; x < size.x; ++x) {
@@ -137,7 +149,7 @@ void complete_halves(std::array<Image, 2>& halves, int spacing, const Image& fea
             float& b = halves[1].value(x, y, kSamples);
             // A half without samples of a pixel shows the light of the other.
             if (((x / spacing + y / spacing) & 1) == 1 && (a == 0 || b == 0)) std::swap(a, b);
-            sampled[0].push_back(a > 0), sampled[1].push_back(b > 0);
+            sampled[0].push_back(a > 0 ? 1 : 0), sampled[1].push_back(b > 0 ? 1 : 0);
             is_complete[0] &= a > 0, is_complete[1] &= b > 0;
         }
     }

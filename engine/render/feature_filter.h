@@ -6,6 +6,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "engine/base/parallel.h"
@@ -16,10 +18,10 @@ namespace lucerna {
 
 class FeatureFilter {
   public:
-    // `sampled` states, row by row, which pixels have a sample: those on a lattice of `spacing`, or every
-    // second one of these, and single ones more or less. `features` are of feature_channels(), or have no
-    // pixels: then distance alone decides. They must outlive the filter.
-    FeatureFilter(const V2i& size, std::vector<bool> sampled, int spacing, const Image& features,
+    // `sampled` states, row by row, which pixels have a sample (1, else 0): those on a lattice of `spacing`,
+    // or every second one of these, and single ones more or less. `features` are of feature_channels(), or
+    // have no pixels: then distance alone decides. They must outlive the filter.
+    FeatureFilter(const V2i& size, std::vector<std::uint8_t> sampled, int spacing, const Image& features,
                   const Workers& workers);
 
     // Fills the pixels without a sample, in all channels of an image of the film. Channels whose names end in
@@ -28,6 +30,13 @@ class FeatureFilter {
     void fill(Image& image) const;
 
   private:
+    // The power of the albedo that a channel is proportional to, and which of R, G, B it is.
+    struct OfAlbedo {
+        int power = 0, component = 0;
+    };
+    static OfAlbedo of_albedo(const std::string& channel);
+    template <typename Body>
+    void for_each_channel(const std::vector<OfAlbedo>& channels, std::size_t pixel, Body&& body) const;
     float alike(std::size_t p, std::size_t q) const;
     // Calls tap(pixel, weight) for the sampled pixels around a pixel without a sample.
     template <typename Tap>
@@ -38,7 +47,7 @@ class FeatureFilter {
     }
 
     V2i size_;
-    std::vector<bool> sampled_;
+    std::vector<std::uint8_t> sampled_;
     int spacing_;  // pixels
     const Image& features_;
     bool has_features_;
@@ -46,7 +55,7 @@ class FeatureFilter {
 };
 
 // Returns which pixels have a sample.
-std::vector<bool> sampled_pixels(const Film& film);
+std::vector<std::uint8_t> sampled_pixels(const Film& film);
 
 // Completes two halves of an image (half_channels()) in which many pixels have samples in one half alone, as
 // all have after the first sample. Every second of these pixels on the lattice of `spacing` gives them to the

@@ -5,10 +5,13 @@
 
 #include "engine/base/monitor.h"
 #include "engine/denoise/denoise.h"
+#include "engine/image/image.h"
+#include "engine/render/feature_filter.h"
+#include "engine/render/film.h"
 
 namespace lucerna {
 
-double measured_denoiser_seconds(const Workers& workers) {
+FinishingRates measured_rates(const Workers& workers) {
     constexpr int kSide = 64;  // pixels
     // Features are the same everywhere, so that no pixel is left out of the filters.
     DenoiserInput input{{Image(kSide, kSide, half_channels()), Image(kSide, kSide, half_channels())},
@@ -20,22 +23,44 @@ double measured_denoiser_seconds(const Workers& workers) {
                 noise = 1664525 * noise + 1013904223;
                 half.data[i + c] = 1 + static_cast<float>(noise >> 8) * 0x1p-24F;
             }
-            half.data[i + kSamples] = 4;
+            half.data[i + kSamples] = 1;
         }
     }
     std::fill(input.features.data.begin(), input.features.data.end(), 1.0F);
-    const Stopwatch clock;
-    denoise(input, workers);
-    return clock.seconds() / (kSide * kSide);
+    constexpr int kSpacing = 4;
+    for (int y = 0; y < kSide; ++y) {
+        for (int x = 0; x < kSide; ++x) {
+            const bool has_none = Film::step_of({x, y}) > 0;
+            input.halves[1].value(x, y, kSamples) = 0;
+            if (has_none) input.halves[0].value(x, y, kSamples) = 0;
+        }
+    }
+    // One thread does not wait for others, which would count as processor time.
+    const Workers one{1};
+    FinishingRates rates;
+    rates.threads = workers.threads;
+    const ProcessorStopwatch filling;
+    complete_halves(input.halves, kSpacing, input.features, one);
+    // The image itself is filled, too, and its layers.
+    rates.filling = 2 * filling.seconds() / (kSide * kSide);
+    const ProcessorStopwatch denoising;
+    const Denoised denoised = denoise(input, one);
+    rates.denoiser = denoising.seconds() / (kSide * kSide);
+    const ProcessorStopwatch writing;
+    exr_bytes(denoised.image);
+    rates.writing = writing.seconds() / (kSide * kSide);
+    return rates;
 }
 
-Finishing plan_finishing(double pixels, double seconds, double first_features, double per_pixel) {
+Finishing plan_finishing(double pixels, double seconds, const FinishingRates& rates, bool denoises,
+                         const LaterWork& later) {
     // Shares of the time. Denoising leaves a tenth of the squared error, which would take ten times as many
     // samples: it may take as long as these.
     constexpr double kFeatures = 0.08, kDenoising = 0.5;
     // Features of kMostFeatureSamples take more samples at edges alone: some six for each pixel on average.
     constexpr double kSamplesWithEdges = 6;
     Finishing plan;
+    const double first_features = rates.features;
     if (first_features > 0) {
         const double fit = kFeatures * seconds / first_features;
         plan.feature_samples = fit >= kSamplesWithEdges ? kMostFeatureSamples
@@ -45,8 +70,12 @@ Finishing plan_finishing(double pixels, double seconds, double first_features, d
         if (plan.feature_samples > 1)
             plan.feature_seconds = first_features * std::min<double>(plan.feature_samples, kSamplesWithEdges);
     }
-    plan.denoises = per_pixel * pixels <= kDenoising * seconds;
-    if (plan.denoises) plan.denoise_seconds = pixels * per_pixel;
+    const double all_pixels = pixels * rates.slowdown / rates.threads;
+    plan.fill_seconds = all_pixels * rates.filling;
+    const double denoising = all_pixels * rates.denoiser;
+    plan.denoises = denoises && denoising <= kDenoising * seconds;
+    if (plan.denoises) plan.denoise_seconds = denoising;
+    plan.later_seconds = later.denoised * denoising + later.written * pixels * rates.slowdown * rates.writing;
     return plan;
 }
 

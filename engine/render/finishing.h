@@ -15,15 +15,33 @@ struct Finishing {
     bool denoises = true;
     int feature_samples = kMostFeatureSamples;
     double feature_seconds = 0;  // of the features that are still to be taken
+    double fill_seconds = 0;     // of complete_halves() and FeatureFilter, while pixels have no sample
     double denoise_seconds = 0;
-    double seconds() const { return feature_seconds + denoise_seconds; }
+    double later_seconds = 0;  // of what the caller does after the render
+    double seconds() const { return feature_seconds + fill_seconds + denoise_seconds + later_seconds; }
 };
 
-// Measures the time of denoise() on a small image of noise, in seconds per pixel with these workers.
-double measured_denoiser_seconds(const Workers& workers);
+// States how long the work takes.
+struct FinishingRates {
+    double features = 0;  // seconds, of one sample of each pixel; 0: there are none
+    // Processor seconds per pixel: of filling pixels without a sample, of denoise() (0: not denoised), and of
+    // writing an OpenEXR file.
+    double filling = 0, denoiser = 0, writing = 0;
+    int threads = 1;
+    // The time by the clock over that of the processors: above 1 where other programs use them, too.
+    double slowdown = 1;
+};
 
-// Plans for an image of so many pixels and `seconds` in all. Features of one sample of each pixel take
-// `first_features` seconds, and the denoiser `per_pixel`; 0: there are none.
-Finishing plan_finishing(double pixels, double seconds, double first_features, double per_pixel);
+// Measures them, but for the features, on a small image of noise.
+FinishingRates measured_rates(const Workers& workers);
+
+// What the caller does after the render, in images: denoises so many, and writes so many OpenEXR files.
+struct LaterWork {
+    double denoised = 0, written = 0;
+};
+
+// Plans for an image of so many pixels and `seconds` in all. `denoises`: whether the image is to be denoised.
+Finishing plan_finishing(double pixels, double seconds, const FinishingRates& rates, bool denoises,
+                         const LaterWork& later);
 
 }  // namespace lucerna

@@ -165,17 +165,25 @@ class Run {
         }
         const double left = options_.limits.seconds - elapsed();
         const Stopwatch clock;
+        const ProcessorStopwatch processor;
         const bool has_features = image_.wants_features() && take_first_features(left);
-        struct Rates {
-            double features, denoiser;
-        } rates{image_.wants_features() ? clock.seconds() : 0, 0};
-        if (leads() && job_.film.two_halves && !job_.film.is_part())
-            rates.denoiser = measured_denoiser_seconds(options_.workers.alone());
+        const double features = image_.wants_features() ? clock.seconds() : 0;
+        FinishingRates rates;
+        if (leads()) rates = measured_rates(options_.workers.alone());
+        rates.features = features;
+        rates.slowdown = slowdown(clock.seconds(), processor.seconds());
         rates = agreed(options_.workers, rates);
         const V2i size = job_.film.rendered_size();
-        finishing_ = plan_finishing(double{1} * size.x * size.y, left, rates.features, rates.denoiser);
+        finishing_ = plan_finishing(double{1} * size.x * size.y, left, rates,
+                                    job_.film.two_halves && !job_.film.is_part(), options_.later);
         if (!has_features) finishing_.feature_samples = 0;
         set_end();
+    }
+    // Returns how much slower work of all threads is here than on a machine with nothing else to do.
+    double slowdown(double seconds, double processor) const {
+        constexpr double kMost = 3, kLeastSeconds = 0.01;  // below, the clocks are too coarse
+        const double all = seconds * std::min(options_.workers.threads, Workers{}.threads);
+        return processor > kLeastSeconds ? std::clamp(all / processor, 1.0, kMost) : 1;
     }
     // Takes one sample of each pixel. Returns false if they took more than a share of `seconds`: then there
     // are none.
@@ -187,6 +195,11 @@ class Run {
         if (!cut.stopped()) return true;
         image_.forget_features();
         return false;
+    }
+    // Uses the time of filling for samples when all pixels have one.
+    void drop_filling() {
+        finishing_.fill_seconds = 0;
+        if (ends_in_time()) set_end();
     }
     void set_end() { ends_at_ = options_.limits.seconds - finishing_.seconds(); }
 
@@ -292,6 +305,7 @@ class Run {
         const Swept swept = render_tiles(estimator, report_.samples_done + round, progress);
         if (swept != Swept::whole) return swept;
         report_.samples_done += round;
+        drop_filling();
         image_.prepare_next(report_.samples_done, report_.samples_done);
         times_.tile = (imaging_.seconds - before) * options_.workers.threads /
                       (static_cast<double>(round) * image_.tiles());
@@ -348,6 +362,7 @@ class Run {
         report_.passes.add(statistics);
         report_.samples_done = end;
         ++report_.passes_done;
+        drop_filling();
         image_.prepare_next(end, report_.passes_done);
         times_.pass = clock.seconds();
         return swept;

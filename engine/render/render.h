@@ -11,6 +11,7 @@
 #include "engine/image/image.h"
 #include "engine/integrators/statistics.h"
 #include "engine/render/checkpoint.h"
+#include "engine/render/finishing.h"
 #include "engine/render/job.h"
 #include "engine/render/stop_rule.h"
 #include "photon/build_maps.h"
@@ -25,7 +26,8 @@ struct RenderResult;
 struct RenderOptions {
     std::uint64_t seed = 0;
     Workers workers;
-    Limits limits = {};  // beside the job's number of samples
+    Limits limits = {};    // beside the job's number of samples
+    LaterWork later = {};  // of the caller; its time is part of limits.seconds
     // Shows what there is, whole rounds only, no more often than that; by the thread that renders.
     double show_every = std::numeric_limits<double>::infinity();  // seconds
     std::function<void(const RenderResult&)> show = {};

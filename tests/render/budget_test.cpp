@@ -55,9 +55,9 @@ TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
     progressive.photons = 2000;
     for (const IntegratorSettings& settings :
          {IntegratorSettings(PathSettings{}), IntegratorSettings(progressive)}) {
-        for (const bool denoised : {true, false}) {
+        for (const bool two_halves : {true, false}) {
             Job job = bright_job(settings);
-            job.film.two_halves = job.film.adaptive = denoised;
+            job.film.two_halves = job.film.adaptive = two_halves;
             RenderOptions options{1, Workers{2}};
             options.limits.seconds = 1e-9;
             WarningMonitor monitor;
@@ -65,8 +65,7 @@ TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
             EXPECT_TRUE(result.report.complete);
             EXPECT_EQ(result.report.samples_done, 0);
             expect_light_everywhere(result.image, "image");
-            EXPECT_EQ(result.denoised.has_value(), denoised);
-            if (result.denoised) expect_light_everywhere(*result.denoised, "denoised");
+            EXPECT_FALSE(result.denoised) << "there is no time for it";
             ASSERT_EQ(monitor.lines.size(), 1U);
             EXPECT_EQ(
                 monitor.lines[0],
@@ -74,6 +73,19 @@ TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
                 "of its resolution and upsampled");
         }
     }
+}
+
+// The halves of a single sample are those of every second pixel.
+TEST(Budget, OneSample_IsDenoised) {
+    Job job = bright_job(PathSettings{});
+    job.spp = 1;
+    job.film.two_halves = true;
+    Monitor silent;
+    const RenderResult result = render(job, {1, Workers{2}}, silent);
+    ASSERT_TRUE(result.denoised);
+    expect_light_everywhere(*result.denoised, "denoised");
+    EXPECT_NE(result.denoised->data[0], result.image.data[0]);
+    EXPECT_FALSE(result.report.denoised_error);
 }
 
 TEST(Budget, NoTimeToChoose_SimplestMethodRendersTheImage) {
@@ -159,19 +171,29 @@ TEST(Budget, FirstImageTookMostOfTheTime_NoOtherMethodIsChosen) {
 
 TEST(Finishing, Plan_KeepsToItsShares) {
     // 1e6 pixels in 10 s: features of all kinds take 0.6 s, and the denoiser 1 s.
-    const Finishing all = plan_finishing(1e6, 10, 0.1, 1e-6);
+    FinishingRates rates;
+    rates.features = 0.1;
+    rates.filling = 1e-7, rates.denoiser = 2e-6, rates.writing = 2.5e-7, rates.threads = 2;
+    LaterWork later;
+    later.written = 2;
+    const Finishing all = plan_finishing(1e6, 10, rates, true, later);
     EXPECT_TRUE(all.denoises);
     EXPECT_EQ(all.feature_samples, kMostFeatureSamples);
-    EXPECT_DOUBLE_EQ(all.seconds(), 0.6 + 1);
+    EXPECT_DOUBLE_EQ(all.seconds(), 0.6 + 0.05 + 1 + 0.5);
     // Ten times as slow: one sample of each pixel for the features, which there is already, and the picture
     // is not denoised.
-    const Finishing less = plan_finishing(1e6, 10, 1, 1e-5);
+    rates.features = 1, rates.slowdown = 10;
+    const Finishing less = plan_finishing(1e6, 10, rates, true, later);
     EXPECT_FALSE(less.denoises);
     EXPECT_EQ(less.feature_samples, 1);
     EXPECT_EQ(less.feature_seconds, 0);
     EXPECT_EQ(less.denoise_seconds, 0);
-    const Finishing measured = plan_finishing(1e6, 10, 0, 0);
+    EXPECT_DOUBLE_EQ(less.later_seconds, 5);
+    const Finishing measured = plan_finishing(1e6, 10, {}, false, {});
     EXPECT_EQ(measured.seconds(), 0) << "without a denoiser";
+    // Each of three light groups is denoised after the render.
+    rates.slowdown = 1, later.denoised = 3;
+    EXPECT_DOUBLE_EQ(plan_finishing(1e6, 10, rates, false, later).seconds(), 0.05 + 3 + 0.5);
 }
 
 TEST(DeadlineMonitor, AfterTheDeadline_IsStopped) {

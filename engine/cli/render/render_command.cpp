@@ -238,17 +238,15 @@ bool has_light_or_is_whole(const RenderResult& result) {
            std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
 }
 
-// Estimates the time after the render for denoising the light groups and writing the image, for ending in
-// time. Noise is compressed at some 50 MB/s on a current machine; an error by a factor of two does not
-// matter.
-double writing_seconds(const RenderCommand& command, const Job& job) {
+// Returns the work after the render: denoising the light groups and writing the image. A picture takes about
+// half as long to compress as an OpenEXR file.
+LaterWork work_after_render(const RenderCommand& command, const Job& job) {
     const FilmSettings& film = job.film;
-    const V2i size = film.rendered_size();
-    const std::size_t images = film.parts ? job.scene.light_groups().names.size() : 0;
-    const double denoising = film.two_halves ? static_cast<double>(images) * kDenoiserSecondsPerPixel /
-                                                   command.options.workers.threads
-                                             : 0;
-    return (denoising + (command.png ? 0.8e-6 : 0.5e-6)) * size.x * size.y;
+    LaterWork work;
+    work.written = command.png ? 1.5 : 1;
+    if (film.parts && film.two_halves)
+        work.denoised = static_cast<double>(job.scene.light_groups().names.size());
+    return work;
 }
 
 // Tells whether to show the denoised image by default: for a picture, or if time or error ends the render,
@@ -481,7 +479,8 @@ bool render_job(const RenderCommand& command, Frames& frames, Job& job, const st
     const Pictures pictures(command, image, std::move(attributes));
     RenderOptions options = command.options;
     options.workers.ranks = frames.ranks;
-    options.limits.seconds = command.options.limits.seconds - writing_seconds(command, job) - clock.seconds();
+    options.limits.seconds = command.options.limits.seconds - clock.seconds();
+    options.later = work_after_render(command, job);
     const Stopwatch rendering;
     checkpointing.attach(job, options);
     const auto note = [&] {
