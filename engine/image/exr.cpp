@@ -8,6 +8,7 @@
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
 
 #include <algorithm>
 #include <array>
@@ -200,7 +201,8 @@ void write_into(Imf::OStream& stream, const Image& image) {
 
 }  // namespace
 
-void write_exr(const std::filesystem::path& file, const Image& image) {
+void write_exr(const std::filesystem::path& file, const Image& image, int threads) {
+    if (threads > std::max(1, Imf::globalThreadCount())) Imf::setGlobalThreadCount(threads);
     replace_file(file, [&](const std::filesystem::path& temporary) {
         // OpenEXR writes the last bytes in a destructor, which cannot report a failure. This stream can.
         std::ofstream stream(temporary, std::ios::binary);

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "engine/base/vec.h"
-#include "engine/denoise/denoise.h"
 
 namespace lucerna {
 namespace {
@@ -38,13 +37,10 @@ FeatureFilter::FeatureFilter(const V2i& size, std::vector<std::uint8_t> sampled,
       has_features_(!features.data.empty()),
       workers_(workers.alone()) {}
 
-// Returns a weight in (0, 1]: 1 if both pixels see the same plane of the same material.
-float FeatureFilter::alike(std::size_t p, std::size_t q) const {
+// Returns a weight in (0, 1] of pixels by their features: 1 if both see the same plane of the same material.
+inline float FeatureFilter::alike(const float* f, const float* g) {
     // Light from afar counts where there is no other.
     constexpr float kLeast = 1e-5F;
-    if (!has_features_) return 1;
-    const float* const f = &features_.data[kFeatureChannels * p];
-    const float* const g = &features_.data[kFeatureChannels * q];
     const auto difference = [f, g](int channel) {
         return V3f(g[channel] - f[channel], g[channel + 1] - f[channel + 1], g[channel + 2] - f[channel + 2]);
     };
@@ -76,7 +72,9 @@ void FeatureFilter::for_each_sample(const V2i& at, Tap&& tap) const {
             const std::size_t q = place(x, y);
             if (!sampled_[q]) continue;
             const int tent = rows * (reach - std::abs(x - at.x));
-            if (tent > 0) tap(q, share * static_cast<float>(tent) * alike(p, q));
+            if (tent > 0)
+                tap(q, share * static_cast<float>(tent) *
+                           (has_features_ ? alike(features_of(p), features_of(q)) : 1));
         }
     }
 }
@@ -93,24 +91,40 @@ void FeatureFilter::for_each_channel(const std::vector<OfAlbedo>& channels, std:
     }
 }
 
-void FeatureFilter::fill(Image& image) const {
-    if (std::find(sampled_.begin(), sampled_.end(), 0) == sampled_.end()) return;
-    const std::size_t width = image.channels.size();
-    std::vector<OfAlbedo> channels;
-    for (const std::string& name : image.channels) channels.push_back(of_albedo(name));
-    // Holds the channels of sampled pixels over their factors.
-    std::vector<float> divided(image.data.size());
+// Divides the channels of sampled pixels by their factors.
+std::vector<float> FeatureFilter::divided(const Image& image, const std::vector<OfAlbedo>& channels) const {
+    const std::size_t width = channels.size();
+    std::vector<float> result(image.data.size());
     parallel_chunks(workers_, size_.y, [&](std::int64_t row) {
         for (std::size_t p = place(0, static_cast<int>(row)); p < place(0, static_cast<int>(row) + 1); ++p) {
             if (!sampled_[p]) continue;
             for_each_channel(channels, p, [&](std::size_t c, float factor) {
                 // The albedo has kAlbedoAdded, so that the factor is above 0.
-                divided[width * p + c] = image.data[width * p + c] / factor;
+                result[width * p + c] = image.data[width * p + c] / factor;
             });
         }
     });
+    return result;
+}
+
+void FeatureFilter::fill(const std::vector<Image*>& images) const {
+    if (std::find(sampled_.begin(), sampled_.end(), 0) == sampled_.end()) return;
+    struct Part {
+        Image& image;
+        std::vector<OfAlbedo> channels;
+        std::vector<float> divided;
+    };
+    std::vector<Part> parts;
+    std::size_t all = 0;
+    for (Image* const image : images) {
+        std::vector<OfAlbedo> channels;
+        for (const std::string& name : image->channels) channels.push_back(of_albedo(name));
+        std::vector<float> light = divided(*image, channels);
+        all += channels.size();
+        parts.push_back({*image, std::move(channels), std::move(light)});
+    }
     parallel_chunks(workers_, size_.y, [&](std::int64_t row) {
-        std::vector<float> sums(width);
+        std::vector<float> sums(all);
         for (int x = 0; x < size_.x; ++x) {
             const V2i at(x, static_cast<int>(row));
             const std::size_t p = place(at.x, at.y);
@@ -119,12 +133,23 @@ void FeatureFilter::fill(Image& image) const {
             float weights = 0;
             for_each_sample(at, [&](std::size_t q, float weight) {
                 weights += weight;
-                for (std::size_t c = 0; c < width; ++c) sums[c] += weight * divided[width * q + c];
+                float* sum = sums.data();
+                for (const Part& part : parts) {
+                    const std::size_t width = part.channels.size();
+                    const float* const from = &part.divided[width * q];
+                    for (std::size_t c = 0; c < width; ++c) sum[c] += weight * from[c];
+                    sum += width;
+                }
             });
             if (!(weights > 0)) continue;
-            for_each_channel(channels, p, [&](std::size_t c, float factor) {
-                image.data[width * p + c] = factor * (sums[c] / weights);
-            });
+            const float* sum = sums.data();
+            for (const Part& part : parts) {
+                const std::size_t width = part.channels.size();
+                for_each_channel(part.channels, p, [&](std::size_t c, float factor) {
+                    part.image.data[width * p + c] = factor * (sum[c] / weights);
+                });
+                sum += width;
+            }
         }
     });
 }
@@ -155,7 +180,7 @@ void complete_halves(std::array<Image, 2>& halves, int spacing, const Image& fea
     }
     for (std::size_t half = 0; half < 2; ++half) {
         if (is_complete[half]) continue;
-        FeatureFilter(size, std::move(sampled[half]), spacing, features, workers).fill(halves[half]);
+        FeatureFilter(size, std::move(sampled[half]), spacing, features, workers).fill({&halves[half]});
     }
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
+#include "engine/denoise/denoise.h"
 #include "engine/image/image.h"
 #include "engine/render/film.h"
 
@@ -24,10 +25,10 @@ class FeatureFilter {
     FeatureFilter(const V2i& size, std::vector<std::uint8_t> sampled, int spacing, const Image& features,
                   const Workers& workers);
 
-    // Fills the pixels without a sample, in all channels of an image of the film. Channels whose names end in
+    // Fills the pixels without a sample, in all channels of images of the film. Channels whose names end in
     // R, G or B are light, and those with "variance." in their names squares of light; "samples" are counts,
     // which stay.
-    void fill(Image& image) const;
+    void fill(const std::vector<Image*>& images) const;
 
   private:
     // The power of the albedo that a channel is proportional to, and which of R, G, B it is.
@@ -37,7 +38,9 @@ class FeatureFilter {
     static OfAlbedo of_albedo(const std::string& channel);
     template <typename Body>
     void for_each_channel(const std::vector<OfAlbedo>& channels, std::size_t pixel, Body&& body) const;
-    float alike(std::size_t p, std::size_t q) const;
+    static float alike(const float* f, const float* g);
+    const float* features_of(std::size_t pixel) const { return &features_.data[kFeatureChannels * pixel]; }
+    std::vector<float> divided(const Image& image, const std::vector<OfAlbedo>& channels) const;
     // Calls tap(pixel, weight) for the sampled pixels around a pixel without a sample.
     template <typename Tap>
     void for_each_sample(const V2i& at, Tap&& tap) const;

@@ -10,6 +10,11 @@
 #include "engine/render/film.h"
 
 namespace lucerna {
+namespace {
+
+constexpr int kMostSpacing = 4;
+
+}  // namespace
 
 FinishingRates measured_rates(const Workers& workers) {
     constexpr int kSide = 64;  // pixels
@@ -48,8 +53,13 @@ FinishingRates measured_rates(const Workers& workers) {
     rates.denoiser = denoising.seconds() / (kSide * kSide);
     const ProcessorStopwatch writing;
     exr_bytes(denoised.image);
-    rates.writing = writing.seconds() / (kSide * kSide);
+    rates.writing = writing.seconds() / (3 * kSide * kSide);
     return rates;
+}
+
+void Finishing::denoise_within(double left) {
+    constexpr double kMuch = 1.5;
+    while (spacing < kMostSpacing && denoise_seconds() > kMuch * left) spacing *= 2;
 }
 
 Finishing plan_finishing(double pixels, double seconds, const FinishingRates& rates, bool denoises,
@@ -59,6 +69,8 @@ Finishing plan_finishing(double pixels, double seconds, const FinishingRates& ra
     constexpr double kFeatures = 0.08, kDenoising = 0.5;
     // Features of kMostFeatureSamples take more samples at edges alone: some six for each pixel on average.
     constexpr double kSamplesWithEdges = 6;
+    // One thread writes a PNG file in the time of so many channels.
+    constexpr double kPicture = 2.5;
     Finishing plan;
     const double first_features = rates.features;
     if (first_features > 0) {
@@ -73,9 +85,12 @@ Finishing plan_finishing(double pixels, double seconds, const FinishingRates& ra
     const double all_pixels = pixels * rates.slowdown / rates.threads;
     plan.fill_seconds = all_pixels * rates.filling;
     const double denoising = all_pixels * rates.denoiser;
-    plan.denoises = denoises && denoising <= kDenoising * seconds;
-    if (plan.denoises) plan.denoise_seconds = denoising;
-    plan.later_seconds = later.denoised * denoising + later.written * pixels * rates.slowdown * rates.writing;
+    plan.denoises = denoises;
+    if (denoises) plan.all_denoise_seconds = denoising;
+    while (plan.spacing < kMostSpacing && plan.denoise_seconds() > kDenoising * seconds) plan.spacing *= 2;
+    plan.least_spacing = plan.spacing;
+    plan.later_seconds = later.denoised * denoising + later.channels * all_pixels * rates.writing +
+                         later.pictures * kPicture * pixels * rates.slowdown * rates.writing;
     return plan;
 }
 

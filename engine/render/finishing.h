@@ -13,19 +13,25 @@ inline constexpr int kMostFeatureSamples = 16;
 
 struct Finishing {
     bool denoises = true;
+    // The distance of the pixels that are denoised, 1, 2 or 4: those between are upsampled (FeatureFilter).
+    // `least_spacing` is that of the plan.
+    int spacing = 1, least_spacing = 1;
     int feature_samples = kMostFeatureSamples;
-    double feature_seconds = 0;  // of the features that are still to be taken
-    double fill_seconds = 0;     // of complete_halves() and FeatureFilter, while pixels have no sample
-    double denoise_seconds = 0;
+    double feature_seconds = 0;      // of the features that are still to be taken
+    double fill_seconds = 0;         // of complete_halves() and FeatureFilter, while pixels have no sample
+    double all_denoise_seconds = 0;  // of all pixels
+    double denoise_seconds() const { return all_denoise_seconds / (spacing * spacing); }
     double later_seconds = 0;  // of what the caller does after the render
-    double seconds() const { return feature_seconds + fill_seconds + denoise_seconds + later_seconds; }
+    double seconds() const { return feature_seconds + fill_seconds + denoise_seconds() + later_seconds; }
+    // Leaves out pixels as long as `left` seconds are much less than what denoising takes.
+    void denoise_within(double left);
 };
 
 // States how long the work takes.
 struct FinishingRates {
     double features = 0;  // seconds, of one sample of each pixel; 0: there are none
     // Processor seconds per pixel: of filling pixels without a sample, of denoise() (0: not denoised), and of
-    // writing an OpenEXR file.
+    // writing a channel of an OpenEXR file.
     double filling = 0, denoiser = 0, writing = 0;
     int threads = 1;
     // The time by the clock over that of the processors: above 1 where other programs use them, too.
@@ -35,9 +41,10 @@ struct FinishingRates {
 // Measures them, but for the features, on a small image of noise.
 FinishingRates measured_rates(const Workers& workers);
 
-// What the caller does after the render, in images: denoises so many, and writes so many OpenEXR files.
+// The work of the caller after the render: so many images are denoised, so many channels are written to an
+// OpenEXR file, and so many PNG files.
 struct LaterWork {
-    double denoised = 0, written = 0;
+    double denoised = 0, channels = 0, pictures = 0;
 };
 
 // Plans for an image of so many pixels and `seconds` in all. `denoises`: whether the image is to be denoised.

@@ -1,8 +1,12 @@
 #include "engine/render/outputs.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "engine/base/elementary.h"
 #include "engine/render/feature_filter.h"
@@ -20,18 +24,54 @@ void fill(const Film& film, int spacing, const Image& features, const Workers& w
           RenderResult& result) {
     const FeatureFilter filter({film.width(), film.height()}, sampled_pixels(film), spacing, features,
                                workers);
-    filter.fill(result.image);
-    if (result.parts) filter.fill(*result.parts);
-    if (result.chance) filter.fill(*result.chance);
+    std::vector<Image*> images{&result.image};
+    if (result.parts) images.push_back(&*result.parts);
+    if (result.chance) images.push_back(&*result.chance);
+    filter.fill(images);
     if (result.denoiser_input) complete_halves(result.denoiser_input->halves, spacing, features, workers);
 }
 
+// Returns every `spacing`-th pixel of every `spacing`-th row.
+Image lattice_of(const Image& image, int spacing) {
+    Image lattice((image.width + spacing - 1) / spacing, (image.height + spacing - 1) / spacing,
+                  image.channels);
+    lattice.space = image.space;
+    const auto channels = static_cast<std::ptrdiff_t>(image.channels.size());
+    for (int y = 0; y < lattice.height; ++y) {
+        for (int x = 0; x < lattice.width; ++x) {
+            std::copy_n(
+                image.data.begin() + static_cast<std::ptrdiff_t>(image.index(spacing * x, spacing * y)),
+                channels, lattice.data.begin() + static_cast<std::ptrdiff_t>(lattice.index(x, y)));
+        }
+    }
+    return lattice;
+}
+
+// Denoises the pixels of a lattice, and upsamples the picture to all pixels.
+Denoised denoise_lattice(const DenoiserInput& input, int spacing, const Workers& workers) {
+    DenoiserInput part{{lattice_of(input.halves[0], spacing), lattice_of(input.halves[1], spacing)},
+                       lattice_of(input.features, spacing)};
+    complete_halves(part.halves, 1, part.features, workers);
+    Denoised lattice = denoise(part, workers);
+    const V2i size(input.features.width, input.features.height);
+    Denoised picture{Image::rgb(size.x, size.y), lattice.relative_error, lattice.error_is_known};
+    picture.image.space = lattice.image.space;
+    std::vector<std::uint8_t> known;
+    for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+            const bool is_known = x % spacing == 0 && y % spacing == 0;
+            known.push_back(is_known ? 1 : 0);
+            if (!is_known) continue;
+            std::copy_n(&lattice.image.data[lattice.image.index(x / spacing, y / spacing)], 3,
+                        &picture.image.data[picture.image.index(x, y)]);
+        }
+    }
+    FeatureFilter(size, std::move(known), spacing, input.features, workers).fill({&picture.image});
+    return picture;
+}
+
 // Adds the denoised picture and its estimated error.
-void add_denoised(const Job& job, const Film::ErrorEstimate& error, const Workers& workers,
-                  RenderResult& result) {
-    // The filters need pixels beyond the edges of a crop, which `lucerna merge` has.
-    if (job.film.is_part()) return;
-    Denoised picture = denoise(*result.denoiser_input, workers);
+void add_denoised(const Film::ErrorEstimate& error, Denoised picture, RenderResult& result) {
     result.denoised = std::move(picture.image);
     if (!std::isfinite(error.relative)) return;
     // The error is infinite if it is unknown. An estimate that ended the render is stated, however uncertain
@@ -73,10 +113,21 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
         if (job.receivers.empty()) add_channels(*result.parts, image.features().more, "");
     }
     if (image.layer_films()) result.chance = image.layer_films()->develop_chance(scale, colours);
-    if (image.film().has_two_halves() && !features.data.empty())
+    if (image.film().has_two_halves() && job.receivers.empty()) {
         result.denoiser_input = image.denoiser_input();
+        // Without features, the denoiser compares light alone.
+        if (features.data.empty())
+            result.denoiser_input->features =
+                Image(result.image.width, result.image.height, feature_channels());
+    }
+    // The filters need pixels beyond the edges of a crop, which `lucerna merge` has.
+    const bool denoises = result.denoiser_input && denoising->denoises && !job.film.is_part();
+    const int apart = std::max(spacing, denoising->spacing);
+    if (denoises && apart > 1) {
+        add_denoised(error, denoise_lattice(*result.denoiser_input, apart, workers), result);
+    }
     fill(image.film(), spacing, features, workers, result);
-    if (result.denoiser_input && denoising->denoises) add_denoised(job, error, workers, result);
+    if (denoises && apart == 1) add_denoised(error, denoise(*result.denoiser_input, workers), result);
     return result;
 }
 

@@ -123,6 +123,8 @@ class Run {
         report_ranks();
         if (!leads()) return {};
         warn_of_losses(image_, report_, monitor_);
+        if (ends_in_time())
+            finishing_.denoise_within(options_.limits.seconds - finishing_.later_seconds - clock_.elapsed());
         const Stopwatch denoising;
         RenderResult last = develop(job_, image_, report_, &finishing_, options_.workers);
         if (last.denoised) last.report.seconds.add("denoise", denoising.seconds());
@@ -177,6 +179,7 @@ class Run {
         finishing_ = plan_finishing(double{1} * size.x * size.y, left, rates,
                                     job_.film.two_halves && !job_.film.is_part(), options_.later);
         if (!has_features) finishing_.feature_samples = 0;
+        if (can_be_sparse()) finishing_.spacing = std::max(kSparse, finishing_.least_spacing);
         set_end();
     }
     // Returns how much slower work of all threads is here than on a machine with nothing else to do.
@@ -196,11 +199,13 @@ class Run {
         image_.forget_features();
         return false;
     }
-    // Uses the time of filling for samples when all pixels have one.
-    void drop_filling() {
+    // Plans for denoising in place of filling when all pixels have a sample.
+    void plan_for_whole() {
         finishing_.fill_seconds = 0;
+        finishing_.spacing = finishing_.least_spacing;
         if (ends_in_time()) set_end();
     }
+    static constexpr int kSparse = 2;  // the spacing of the finest lattice that is not the whole image
     void set_end() { ends_at_ = options_.limits.seconds - finishing_.seconds(); }
 
     // Takes those that decisions on samples need. Returns false if it was stopped.
@@ -305,7 +310,7 @@ class Run {
         const Swept swept = render_tiles(estimator, report_.samples_done + round, progress);
         if (swept != Swept::whole) return swept;
         report_.samples_done += round;
-        drop_filling();
+        plan_for_whole();
         image_.prepare_next(report_.samples_done, report_.samples_done);
         times_.tile = (imaging_.seconds - before) * options_.workers.threads /
                       (static_cast<double>(round) * image_.tiles());
@@ -362,7 +367,7 @@ class Run {
         report_.passes.add(statistics);
         report_.samples_done = end;
         ++report_.passes_done;
-        drop_filling();
+        plan_for_whole();
         image_.prepare_next(end, report_.passes_done);
         times_.pass = clock.seconds();
         return swept;

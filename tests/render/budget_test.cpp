@@ -65,7 +65,8 @@ TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
             EXPECT_TRUE(result.report.complete);
             EXPECT_EQ(result.report.samples_done, 0);
             expect_light_everywhere(result.image, "image");
-            EXPECT_FALSE(result.denoised) << "there is no time for it";
+            EXPECT_EQ(result.denoised.has_value(), two_halves);
+            if (result.denoised) expect_light_everywhere(*result.denoised, "denoised");
             ASSERT_EQ(monitor.lines.size(), 1U);
             EXPECT_EQ(
                 monitor.lines[0],
@@ -175,19 +176,21 @@ TEST(Finishing, Plan_KeepsToItsShares) {
     rates.features = 0.1;
     rates.filling = 1e-7, rates.denoiser = 2e-6, rates.writing = 2.5e-7, rates.threads = 2;
     LaterWork later;
-    later.written = 2;
+    later.channels = 4;
     const Finishing all = plan_finishing(1e6, 10, rates, true, later);
     EXPECT_TRUE(all.denoises);
+    EXPECT_EQ(all.spacing, 1);
     EXPECT_EQ(all.feature_samples, kMostFeatureSamples);
     EXPECT_DOUBLE_EQ(all.seconds(), 0.6 + 0.05 + 1 + 0.5);
-    // Ten times as slow: one sample of each pixel for the features, which there is already, and the picture
-    // is not denoised.
+    // Ten times as slow: one sample of each pixel for the features, which there is already, and every
+    // fourth pixel is denoised.
     rates.features = 1, rates.slowdown = 10;
     const Finishing less = plan_finishing(1e6, 10, rates, true, later);
-    EXPECT_FALSE(less.denoises);
+    EXPECT_TRUE(less.denoises);
+    EXPECT_EQ(less.spacing, 2);
     EXPECT_EQ(less.feature_samples, 1);
     EXPECT_EQ(less.feature_seconds, 0);
-    EXPECT_EQ(less.denoise_seconds, 0);
+    EXPECT_DOUBLE_EQ(less.denoise_seconds(), 10.0 / 4);
     EXPECT_DOUBLE_EQ(less.later_seconds, 5);
     const Finishing measured = plan_finishing(1e6, 10, {}, false, {});
     EXPECT_EQ(measured.seconds(), 0) << "without a denoiser";

@@ -65,7 +65,7 @@ TEST(FeatureFilter, FilledPixels_HaveTheLightOfTheirWallAndTheirOwnAlbedo) {
         const Film film = film_of_steps(steps);
         EXPECT_EQ(film.spacing(), steps == 1 ? 4 : 2);
         Image image = film.develop(1);
-        filter_of(film, seen).fill(image);
+        filter_of(film, seen).fill({&image});
         for (int y = 0; y < kHigh; ++y) {
             for (int x = 0; x < kWide; ++x) {
                 const Rgb expected = radiance_at(x, y), found = image.rgb_at(x, y);
@@ -80,7 +80,7 @@ TEST(FeatureFilter, WithoutFeatures_NoPixelIsBlack) {
     const Image none;
     const Film film = film_of_steps(1);
     Image image = film.develop(1);
-    filter_of(film, none).fill(image);
+    filter_of(film, none).fill({&image});
     for (const float value : image.data) EXPECT_TRUE(std::isfinite(value));
     for (int y = 0; y < kHigh; ++y) {
         for (int x = 0; x < kWide; ++x) EXPECT_GT(image.rgb_at(x, y).x, 0) << x << ' ' << y;

@@ -88,7 +88,7 @@ TEST(Tiles, FirstSamplesInSteps_ShowAWholeImageFromTheFirstStepOn) {
         EXPECT_EQ(film.spacing(), 4 >> step);
         Image image = film.develop(1);
         FeatureFilter({kWide, kHigh}, sampled_pixels(film), film.spacing(), no_features, Workers{1})
-            .fill(image);
+            .fill({&image});
         for (int y = 0; y < kHigh; ++y) {
             for (int x = 0; x < kWide; ++x) EXPECT_GT(luminance(image.rgb_at(x, y)), 0.5F) << x << ' ' << y;
         }

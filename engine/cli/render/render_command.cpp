@@ -238,14 +238,20 @@ bool has_light_or_is_whole(const RenderResult& result) {
            std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
 }
 
-// Returns the work after the render: denoising the light groups and writing the image. A picture takes about
-// half as long to compress as an OpenEXR file.
+// Returns the work after the render: denoising the light groups and writing the image.
 LaterWork work_after_render(const RenderCommand& command, const Job& job) {
+    constexpr std::size_t kOfImage = 6, kOfDenoised = 3;  // with the variance
     const FilmSettings& film = job.film;
+    const std::size_t groups = film.parts ? job.scene.light_groups().names.size() : 0;
+    std::size_t channels = kOfImage + 3 * groups;
     LaterWork work;
-    work.written = command.png ? 1.5 : 1;
-    if (film.parts && film.two_halves)
-        work.denoised = static_cast<double>(job.scene.light_groups().names.size());
+    if (film.two_halves) {
+        channels += kOfDenoised + 3 * groups;
+        if (film.parts) channels += 2 * kHalfChannels + kFeatureChannels;
+        work.denoised = static_cast<double>(groups);
+    }
+    work.channels = static_cast<double>(channels);
+    work.pictures = command.png ? 1 : 0;
     return work;
 }
 
@@ -296,7 +302,7 @@ class Pictures {
         if (!command_.part) layers.chosen = kept_layers(command_);
         complete_image(facts, job, layers, command_.options.workers, result);
         result.image.attributes.insert(attributes_.begin(), attributes_.end());
-        write_exr(image_, result.image);
+        write_exr(image_, result.image, command_.options.workers.threads);
     }
     // Returns lines on the written files for the user.
     std::vector<std::string> said(const RunFacts& facts, const RenderResult& result) const {
