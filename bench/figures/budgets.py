@@ -1,20 +1,20 @@
 # Measures what short renders do with their time (docs/howto/budgets.md): samples per pixel, the shares of the
 # time in preparations and in the samples of the image, and the time of the whole command.
 #   usage: budgets.py LUCERNA OUT_FOLDER DATA_FOLDER [--busy N] [--sizes 256x256,1280x720] [--times 2,5,10] [SCENE...]
-# DATA_FOLDER holds the scenes of pbrt-v4. With --busy, N endless processes run beside it. Run nothing else meanwhile.
+# DATA_FOLDER is that of methods.py, whose scenes are the default; a SCENE may be a file, too. With --busy, N endless
+# processes run beside it. Run nothing else meanwhile.
 import json
 import os
 import subprocess
 import sys
 import time
 
-from methods import option
-
-SCENES = {"staircase2": "staircase2/scene-v4.pbrt", "coffee": "coffee/scene-v4.pbrt", "veach-bidir": "veach-bidir/scene-v4.pbrt"}
+from methods import SCENES, option
 
 
 def scene_file(data, name):
-    return f"{data}/{SCENES[name]}" if name in SCENES else f"scenes/{name}/{name}.pbrt"
+    """The file of one of the scenes of methods.py; a name with a suffix is a file."""
+    return SCENES[name][0].format(data=data) if name in SCENES else name
 
 
 def resolution_said(lines):
@@ -26,10 +26,11 @@ def resolution_said(lines):
 
 
 def row(lucerna, out, data, name, size, seconds):
-    stats = f"{out}/{name}.json"
+    label = os.path.basename(os.path.dirname(name)) if name not in SCENES else name
+    stats = f"{out}/{label}.json"
     begin = time.time()
     done = subprocess.run([lucerna, "render", scene_file(data, name), "--resolution", size, "--time", f"{seconds}s", "-o",
-                           f"{out}/{name}-{size}-{seconds}.exr", "--png", "--stats", stats, "--quiet"],
+                           f"{out}/{label}-{size}-{seconds}.exr", "--png", "--stats", stats, "--quiet"],
                           check=True, capture_output=True, text=True)
     wall = time.time() - begin
     with open(stats) as file:
@@ -38,7 +39,7 @@ def row(lucerna, out, data, name, size, seconds):
     samples = numbers["samples"]["done"] or resolution_said(done.stderr)
     shares = [f"{100 * sum(took.get(phase, 0) for phase in phases) / seconds:.0f} %"
               for phases in (["choose"], ["prepare"], ["features", "denoise"], ["first image"], ["image"])]
-    return f"| {name} | {size} | {seconds} s | {numbers['integrator']} | {samples} | {' | '.join(shares)} | {wall:.2f} s |"
+    return f"| {label} | {size} | {seconds} s | {numbers['integrator']} | {samples} | {' | '.join(shares)} | {wall:.2f} s |"
 
 
 def main():
@@ -53,7 +54,7 @@ def main():
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     beside = [subprocess.Popen(["yes"], stdout=subprocess.DEVNULL) for _ in range(busy)]
     try:
-        for name in words[3:] or [*SCENES, "room"]:
+        for name in words[3:] or SCENES:
             for size in sizes:
                 for seconds in times:
                     print(row(lucerna, out, data, name, size, seconds), flush=True)

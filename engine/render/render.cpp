@@ -191,7 +191,7 @@ class Run {
     // Takes one sample of each pixel. Returns false if they took more than a share of `seconds`: then there
     // are none.
     bool take_first_features(double seconds) {
-        constexpr double kShare = 0.2;
+        constexpr double kShare = 0.35;
         const bool can_be_cut = !options_.workers.ranks;
         DeadlineMonitor cut(monitor_, can_be_cut ? Deadline::after(kShare * seconds) : Deadline());
         image_.take_features(1, cut);
