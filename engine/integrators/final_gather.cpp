@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/monitor.h"
 #include "engine/guiding/directional_guide.h"
 #include "engine/integrators/precomputed_irradiance.h"
 #include "engine/transport/direct_light.h"
@@ -217,6 +218,7 @@ void SecondPass::follow(const EyePath& path, Sampler& sampler) const {
 
 void SecondPass::split(const PassContext& context) {
     if (!is_split_by_pilot(settings_) || !context.view) return split_by(Splitting(fixed_numbers(settings_)));
+    const Stopwatch watch;
     const auto look = [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
         SampleAccount account;
         const EyePath path = EyePath::begin(scene_, ray, settings_.quantity, settings_.max_depth, account);
@@ -225,6 +227,7 @@ void SecondPass::split(const PassContext& context) {
         return account.radiance();
     };
     split_by(Splitting(*context.view, context.seed, context.pass, context.workers, look));
+    context.statistics.seconds.add(std::string(kPilotPhase), watch.seconds());
 }
 void SecondPass::split_by(const Splitting& learned) {
     splitting_ = learned;

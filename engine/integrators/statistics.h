@@ -77,6 +77,10 @@ struct OnceStatistics {
 void report_pre_pass(const ImportancePrePass* pre_pass, std::int64_t paths, const Scene& scene,
                      OnceStatistics& statistics);
 
+// The phase of the pilot that finds how many samples of each kind pixels take. It takes as long with any
+// number of photons.
+inline constexpr std::string_view kPilotPhase = "pilot";
+
 // Reports what one pass made, or all of them.
 struct PassStatistics {
     std::optional<LedgerStatistics> ledger;  // paths and hits of all passes, energies of the last

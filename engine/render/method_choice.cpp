@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <span>
 
 #include "engine/base/deadline_monitor.h"
 #include "engine/base/elementary.h"
@@ -32,6 +33,12 @@ constexpr double kLeastTrial = 0.25;
 constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
 constexpr int kTrialSets = 16, kMostSets = 4096;
 constexpr std::int64_t kPrePassPaths = 65'536;
+
+// The share of the squared noise that the denoiser leaves, of any method (measured: 0.05 to 0.15).
+constexpr double kLeftByDenoiser = 0.1;
+// With twice the photons, a sample takes longer by this share (measured: 0.03 to 0.12): the tree is deeper
+// and memory farther.
+constexpr double kPhotonsGrowth = 0.06;
 
 PhotonMapSettings photon_map_like(const IntegratorSettings& asked) {
     PhotonMapSettings settings;
@@ -77,7 +84,9 @@ IntegratorSettings with_work(IntegratorSettings settings, double work) {
 
 std::string short_text(const IntegratorSettings& settings) {
     if (const auto* maps = std::get_if<PhotonMapSettings>(&settings)) {
-        return fmt::format("photonmap{}", maps->direct == DirectMethod::guided ? " (guided)" : "");
+        return fmt::format("photonmap{}", maps->direct == DirectMethod::guided ? " (guided)"
+                                          : maps->pre_pass > 0                 ? " (pre-pass)"
+                                                                               : "");
     }
     if (const auto* igi = std::get_if<IgiSettings>(&settings))
         return fmt::format("igi{}", igi->pre_pass > 0 ? " (pre-pass)" : "");
@@ -229,14 +238,6 @@ bool estimates_from_photons(const IntegratorSettings& settings, const Scene& sce
     return igi && igi->caustic_paths > 0 && throws_caustics(scene);
 }
 
-// Returns the share of the squared noise that a denoiser with adaptive samples leaves: a tenth if the samples
-// of neighbouring pixels are independent, a fourth if they see the same photons or virtual lights, and a
-// third in passes, whose density estimates blur the noise of photons over many pixels.
-double left_by_denoiser(const Trial& trial) {
-    if (trial.in_passes()) return 0.35;
-    return family_of(trial.settings()) == kRays ? 0.1 : 0.25;
-}
-
 // Returns the cost of a method after its trial. `speed` is that of all ranks together over that of the trial.
 // Preparation is shared in part; the rest takes as long.
 MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, double speed) {
@@ -244,14 +245,14 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     const double pixels = static_cast<double>(size.x) * size.y;
     MethodCost cost;
     cost.once = trial.once_seconds();
-    cost.prepare = trial.prepare_seconds() - cost.once;
+    cost.prepare = trial.prepare_seconds();
     cost.sample = trial.sample_seconds() * pixels / speed;
     cost.variance = variance_of(trial, agreed, job.film.two_halves);
     const std::vector<double> deviations = deviations_of(trial, agreed);
     cost.seen = static_cast<double>(deviations.size()) / pixels;
     cost.tail = tail_exponent(deviations);
     if (job.film.two_halves) {
-        cost.variance *= left_by_denoiser(trial);
+        cost.variance *= kLeftByDenoiser;
         // The denoiser recognises rare samples by their variance, and their remainder does not grow.
         cost.tail = 0;
     }
@@ -261,9 +262,9 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     }
     cost.beyond = beyond_noise(trial, agreed);
     if (trial.in_passes()) {
-        // The difference of two passes is mostly noise of the photons that a block's pixels share. Two halves
-        // measure the blur itself.
-        if (job.film.two_halves) cost.beyond = blur2_of(trial, agreed);
+        // The difference from other methods is mostly the noise that a block's pixels share, and theirs. The
+        // trial has measured the blur itself.
+        cost.beyond = blur2_of(trial, agreed);
         cost.kind = MethodCost::Kind::passes;
         cost.sample *= make_integrator(trial.settings())->samples_per_pass();
         cost.passes = trial.passes();
@@ -276,9 +277,12 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     // The consensus does not reveal blur where all methods but paths, which miss that light, show it by
     // photons, as in a caustic.
     cost.beyond = std::max(cost.beyond, blur2_of(trial, agreed));
-    // For VPLs this error is noise. For photons, with a fixed number in an estimate, it falls with the area
-    // of the estimates; the studies give somewhat less.
-    cost.power = estimates_from_photons(trial.settings(), job.scene) ? 2.0 / 3 : 1;
+    // For VPLs this error is noise. For photons, with a fixed number in an estimate, it lies at the rims of
+    // caustics and shadows, in bands as wide as the estimate's radius, which falls with the root of the
+    // number.
+    const bool photons = estimates_from_photons(trial.settings(), job.scene);
+    cost.power = photons ? 0.5 : 1;
+    cost.growth = photons ? kPhotonsGrowth : 0;
     const auto* maps = std::get_if<PhotonMapSettings>(&trial.settings());
     cost.most_work = maps ? static_cast<double>(kMostPhotons) / static_cast<double>(maps->photons)
                           : double(kMostSets) / kTrialSets;
@@ -293,9 +297,12 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     if (const auto* own = std::get_if<PathSettings>(&asked)) path = *own;
     path.quantity = quantity_of(asked);
     path.max_depth = max_depth_of(asked);
-    PhotonMapSettings maps = photon_map_like(asked), guided = maps;
+    PhotonMapSettings maps = photon_map_like(asked);
     maps.direct = DirectMethod::mc;
+    maps.pre_pass = 0;
+    PhotonMapSettings guided = maps, aimed_maps = maps;
     guided.direct = DirectMethod::guided;
+    aimed_maps.pre_pass = kPrePassPaths;
     ProgressiveSettings progressive;
     if (const auto* own = std::get_if<ProgressiveSettings>(&asked)) progressive = *own;
     progressive.quantity = quantity_of(asked);
@@ -309,8 +316,8 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     progressive.pre_pass = 0;
     aimed.pre_pass = kPrePassPaths;
     // Two passes cannot be shortened, so progressive follows the other methods that are always tried.
-    return {{path, 0, true}, {igi, 0.05, true}, {maps, 0.05}, {progressive, 0.05, true},
-            {pre_pass, 0.3}, {aimed, 0.3},      {guided, 0.3}};
+    return {{path, 0, true}, {igi, 0.05, true}, {maps, 0.05},      {progressive, 0.05, true},
+            {pre_pass, 0.3}, {aimed, 0.3},      {aimed_maps, 0.3}, {guided, 0.3}};
 }
 
 namespace {
@@ -342,7 +349,9 @@ class Choosing {
                 fmt::format("none: only path shows the light that medium \"{}\" emits", medium->name));
         }
         if (!by_error() && budget(limits_.seconds) < kLeastTrial) return in_a_second(methods);
+        const std::size_t bases = methods_before_variants(methods);
         for (std::size_t m = 0; m < methods.size(); ++m) {
+            if (m == bases) put_promising_first(std::span(methods).subspan(bases));
             // Trials never take more than their share of the time that the best method needs, since more
             // would not pay off.
             const bool unknown = m == 0 && by_error();
@@ -376,6 +385,30 @@ class Choosing {
         double seconds = kNever;
         for (const Expectation& expectation : expect()) seconds = std::min(seconds, expectation.seconds);
         return seconds;
+    }
+
+    // Returns the number of methods before the first variant of an earlier one.
+    static std::size_t methods_before_variants(const std::vector<Method>& methods) {
+        const auto first = std::find_if(methods.begin(), methods.end(), [&](const Method& method) {
+            const auto same = [&](const Method& other) {
+                return other.settings.index() == method.settings.index();
+            };
+            return &*std::find_if(methods.begin(), methods.end(), same) != &method;
+        });
+        return static_cast<std::size_t>(first - methods.begin());
+    }
+
+    // Orders variants of methods by what is expected of those methods.
+    void put_promising_first(std::span<Method> variants) const {
+        const std::vector<Expectation> expected = expect();
+        const auto of_base = [&](const Method& variant) {
+            for (std::size_t t = 0; t < trials_.size(); ++t) {
+                if (trials_[t]->settings().index() == variant.settings.index()) return expected[t];
+            }
+            return Expectation{kNever, kNever};
+        };
+        std::stable_sort(variants.begin(), variants.end(),
+                         [&](const Method& a, const Method& b) { return better(of_base(a), of_base(b)); });
     }
 
     bool better(const Expectation& a, const Expectation& b) const {
@@ -531,14 +564,15 @@ Expectation best_in(double seconds, const MethodCost& cost) {
         if (samples >= 1 && error < best.error) best = {error, seconds, beyond, work};
     };
     if (cost.kind == MethodCost::Kind::passes) {
-        const double passes = seconds / (cost.prepare + cost.sample);
+        const double passes = (seconds - cost.once) / (cost.prepare + cost.sample);
         if (passes >= 2) offer(passes, cost.beyond * pow(cost.passes / passes, cost.power), 1);
         return best;
     }
-    for (double work = 1; work <= cost.most_work; work *= 2) {
+    double sample = cost.sample;
+    for (double work = 1; work <= cost.most_work; work *= 2, sample += cost.growth * cost.sample) {
         const double prepare = cost.once + cost.prepare * work;
         if (prepare > kMostPreparation * seconds) break;
-        offer((seconds - prepare) / cost.sample, cost.beyond * pow(work, -cost.power), work);
+        offer((seconds - prepare) / sample, cost.beyond * pow(work, -cost.power), work);
     }
     return best;
 }
@@ -555,19 +589,20 @@ Expectation soonest_below(double error, const MethodCost& cost) {
             const double beyond = cost.beyond * pow(cost.passes / passes, cost.power);
             if (beyond > sqr(kBeyondShare) * square || beyond + variance_in(passes, cost) / passes > square)
                 continue;
-            offer(passes, passes * (cost.prepare + cost.sample), beyond, 1);
+            offer(passes, cost.once + passes * (cost.prepare + cost.sample), beyond, 1);
             break;
         }
         return best;
     }
-    for (double work = 1; work <= cost.most_work; work *= 2) {
+    double sample = cost.sample;
+    for (double work = 1; work <= cost.most_work; work *= 2, sample += cost.growth * cost.sample) {
         const double beyond = cost.beyond * pow(work, -cost.power);
         if (beyond > sqr(kBeyondShare) * square) continue;
         // variance_in(n) / n = n^(tail - 1) variance / seen^tail falls with n: tail < 1.
         const double wanted = cost.variance / (square - beyond);
         const double heavy = pow(wanted / pow(cost.seen, cost.tail), 1 / (1 - cost.tail));
         const double samples = std::max(1.0, heavy > cost.seen ? heavy : wanted);
-        offer(samples, cost.once + cost.prepare * work + samples * cost.sample, beyond, work);
+        offer(samples, cost.once + cost.prepare * work + samples * sample, beyond, work);
     }
     return best;
 }

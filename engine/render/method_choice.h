@@ -34,8 +34,8 @@ struct Method {
     // other methods reveals light that they all miss.
     bool always = false;
 };
-// Returns the methods that show the same image as `asked`, the unbiased one first; `asked` alone if there are
-// none.
+// Returns the methods that show the same image as `asked`, the unbiased one first, then the other kinds, then
+// variants of these; `asked` alone if there are none.
 std::vector<Method> methods_like(const IntegratorSettings& asked);
 
 // Chooses by limits.error if there is one, else by limits.seconds. Trials take at most a tenth of the time,
@@ -58,9 +58,10 @@ struct MethodCost {
         maps,    // photons or VPLs are made once; more of them, or more samples, help
         passes,  // every pass makes new photons
     } kind = Kind::rays;
-    double once = 0;      // seconds that do not grow with the work: a pre-pass, guides
-    double prepare = 0;   // seconds of preparation, or of that of a pass
+    double once = 0;      // seconds of preparation that do not grow with the work
+    double prepare = 0;   // seconds of other preparation, or of that of a pass
     double sample = 0;    // seconds for one sample of every pixel, or for all samples of a pass
+    double growth = 0;    // with twice the work, a sample takes longer by this share of `sample`
     double variance = 0;  // of one sample (pass), relative, mean over pixels
     // If rare samples dominate, the variance found by N times as many samples is N^tail times as large. The
     // trial had `seen` samples per pixel of the image, on average far fewer than 1.

@@ -79,7 +79,8 @@ Trial::Trial(const Job& job, const SmallLamps& lamps, const IntegratorSettings& 
       places_(trial_blocks(job.film)) {}
 
 double Trial::prepare_seconds() const {
-    return in_passes() ? preparing_ / std::max(1U, passes_) : preparing_;
+    const double seconds = std::max(0.0, preparing_ - once_);
+    return in_passes() ? seconds / std::max(1U, passes_) : seconds;
 }
 
 double Trial::sample_seconds() const {
@@ -122,13 +123,14 @@ bool Trial::prepare(double seconds) {
                                        Deadline::after(seconds), job_.film.two_halves},
                                       once);
         if (!session_ || quiet.stopped()) return false;
-        if (!in_passes()) {
-            for (const auto& [phase, took] : once.seconds) once_ += took;
-        }
+        once_ = clock.seconds();
     }
     PassStatistics statistics;
     estimator_ = session_->pass(passes_, quiet, statistics);
     preparing_ += clock.seconds();
+    for (const auto& [phase, took] : statistics.seconds) {
+        if (phase == kPilotPhase) once_ += took;
+    }
     // There may have been time for fewer photons than requested.
     if (auto* maps = std::get_if<PhotonMapSettings>(&settings_); maps && statistics.ledger)
         maps->photons = static_cast<std::int64_t>(statistics.ledger->paths_emitted);
@@ -141,6 +143,8 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
     const auto pixels = static_cast<std::size_t>(size.x * size.y);
     if (blocks_.size() < end) blocks_.resize(end, Block(pixels));
     const CameraSampler camera_sampler(job_, seed_, integrator_->samples_per_pass(), &lamps_);
+    // Passes do not depend on each other, so every second one makes a half even where the film has none.
+    const int half_of_pass = in_passes() ? first / (last - first) & 1 : 0;
     const auto add = [this](std::size_t block, std::size_t pixel, double value) {
         blocks_[block].pixels[pixel].add(value);
         blocks_[block].values.push_back(static_cast<float>(value));
@@ -155,10 +159,12 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
             RunningStats seen;
             for (int s = first; s < last; ++s) {
                 SampleAccount account;
-                const Film::Sample sample =
-                    camera_sampler.radiance(*estimator_, camera_sampler.sample(at, s), account);
+                CameraSampler::Sample from = camera_sampler.sample(at, s);
+                if (in_passes()) from.half = half_of_pass;
+                const std::optional<int> half = from.half;
+                const Film::Sample sample = camera_sampler.radiance(*estimator_, std::move(from), account);
                 if (!is_finite(sample.radiance)) continue;
-                if (const auto half = camera_sampler.half(s)) {
+                if (half) {
                     Block::HalfBlur& blur = blocks_[block].blur[pixel][static_cast<std::size_t>(*half)];
                     blur.sum += double{sample.weight} * double{sample.blur};
                     ++blur.samples;

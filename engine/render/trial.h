@@ -35,12 +35,13 @@ class Trial {
 
     const IntegratorSettings& settings() const { return settings_; }
     bool in_passes() const { return integrator_->samples_per_pass() > 0; }
-    // Seconds, with all workers: of preparation (of one pass, if the method works in passes), and of one
-    // sample of one pixel.
-    double prepare_seconds() const;
-    // Returns the part of the preparation that would take as long with more photons or sets of VPLs; 0 in
-    // passes.
+    // Returns the seconds, with all workers, of what is prepared once, however much work follows: a pre-pass,
+    // guides, first radii, the pilot that finds numbers of samples.
     double once_seconds() const { return once_; }
+    // Returns the seconds of all other preparation: of photons or VPLs, which grows with their number, or of
+    // one pass.
+    double prepare_seconds() const;
+    // Returns the seconds of one sample of one pixel.
     double sample_seconds() const;
     // The luminance of the samples of each block's pixels, in the order of trial_blocks(); if the method
     // works in passes, the luminance of each pass.
@@ -50,7 +51,8 @@ class Trial {
         // The block's mean in each pass, if the method works in passes. The pixels of a block share photons,
         // so the mean varies by more than they suggest.
         RunningStats passes;
-        // The sums of Film::Sample::blur over the samples of each half, if the job's film has two.
+        // The sums of Film::Sample::blur over the samples of each half, if the job's film has two, or over
+        // every second pass.
         struct HalfBlur {
             double sum = 0;
             int samples = 0;

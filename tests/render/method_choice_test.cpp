@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <memory>
 
+#include "engine/base/monitor.h"
 #include "engine/render/render.h"
 #include "engine/render/trial.h"
 #include "tests/support/media.h"
@@ -41,6 +44,28 @@ TEST(MethodsLike, QuantityAndLongestPath_AreTheSameForAll) {
         EXPECT_EQ(max_depth_of(method.settings), 3);
     }
     EXPECT_TRUE(std::holds_alternative<PathSettings>(methods[0].settings)) << "the judge has no bias";
+}
+
+// Where the camera sees little of what lamps light, photons go astray unless a pre-pass aims them.
+TEST(MethodsLike, Variants_FollowAllKinds_AndAimPhotonsOfEach) {
+    ProgressiveSettings asked;
+    asked.pre_pass = 1000;
+    const std::vector<Method> methods = methods_like(asked);
+    std::vector<std::size_t> kinds, aimed;
+    for (const Method& method : methods) {
+        const std::size_t kind = method.settings.index();
+        const bool is_new = std::find(kinds.begin(), kinds.end(), kind) == kinds.end();
+        EXPECT_EQ(is_new, kinds.size() < 4 && &method == &methods[kinds.size()]) << "kinds come first";
+        if (is_new) kinds.push_back(kind);
+        IntegratorSettings settings = method.settings;
+        for (const Field& field : fields(settings)) {
+            if (field.name != "prepass") continue;
+            EXPECT_EQ(field.text(), is_new || field.text() == "0" ? "0" : "65536");
+            if (field.text() != "0") aimed.push_back(kind);
+        }
+    }
+    EXPECT_EQ(kinds.size(), 4U);
+    EXPECT_EQ(aimed.size(), 3U) << "all but paths have photons";
 }
 
 // Without compensation or without caustics a part of the light is missing, so VPLs are offered only with
@@ -158,22 +183,56 @@ TEST(Trial, OfPasses_KnowsTheNoiseThatABlocksPixelsShare) {
     EXPECT_LT(by_pixels, 0.5 * squares) << "each by itself";
 }
 
-TEST(Trial, PrePassAndGuides_AreMadeOnce) {
+// A pilot takes as long with any number of photons, and hundreds of times as long as so few.
+TEST(Trial, PilotOfFewPhotons_IsMadeOnce) {
     Monitor silent;
     PhotonMapSettings maps;
-    maps.photons = 10'000;
+    maps.photons = 256;
     maps.direct = DirectMethod::mc;
-    IgiSettings pre_pass;
-    pre_pass.pre_pass = 20'000;
-    for (const IntegratorSettings& settings : {IntegratorSettings(maps), IntegratorSettings(pre_pass)}) {
-        const bool once = std::holds_alternative<IgiSettings>(settings);
-        const Job job = job_of(settings);
+    const Job job = job_of(maps);
+    const SmallLamps lamps(job);
+    Trial trial(job, lamps, maps, 7, Workers{2}, silent);
+    ASSERT_TRUE(trial.run(0.01));
+    EXPECT_GT(trial.prepare_seconds(), 0);
+    EXPECT_GT(trial.once_seconds(), trial.prepare_seconds());
+}
+
+// The first radii come from as many photons as a pass has.
+TEST(Trial, FirstRadii_AreMadeOnce_AndAreNoPartOfAPass) {
+    Monitor silent;
+    ProgressiveSettings settings;
+    settings.photons = 20'000;
+    const Job job = job_of(settings);
+    const SmallLamps lamps(job);
+    Trial trial(job, lamps, settings, 7, Workers{2}, silent);
+    const Stopwatch clock;
+    ASSERT_TRUE(trial.run(0.01));
+    const double once = trial.once_seconds();
+    EXPECT_GT(once, 0);
+    while (trial.passes() < 8) ASSERT_TRUE(trial.run(0.01));
+    EXPECT_EQ(trial.once_seconds(), once);
+    EXPECT_LE(once + trial.passes() * trial.prepare_seconds(), clock.seconds());
+}
+
+// Passes tell their blur with a denoiser and without.
+TEST(Trial, OfPasses_KnowsTheirBlur_WithoutHalvesOfTheFilm) {
+    Monitor silent;
+    ProgressiveSettings settings;
+    settings.photons = 4'000;
+    settings.direct = DirectMethod::map;
+    settings.estimate.radius = 0.3F;  // of a room that is 1 wide
+    Job job = job_of(settings);
+    std::array<double, 2> blur{};
+    for (const bool halves : {false, true}) {
+        job.film.two_halves = halves;
         const SmallLamps lamps(job);
         Trial trial(job, lamps, settings, 7, Workers{2}, silent);
-        ASSERT_TRUE(trial.run(0.01));
-        EXPECT_EQ(trial.once_seconds() > 0, once) << integrator_name(settings);
-        EXPECT_LT(trial.once_seconds(), trial.prepare_seconds()) << integrator_name(settings);
+        while (trial.passes() < 16) ASSERT_TRUE(trial.run(0.01));
+        for (const Trial::Block& block : trial.blocks()) blur[halves] += block.blur2();
     }
+    EXPECT_GT(blur[0], 0);
+    EXPECT_GT(blur[0] / blur[1], 0.67);
+    EXPECT_LT(blur[0] / blur[1], 1.5);
 }
 
 // --- the choice ---

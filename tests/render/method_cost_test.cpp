@@ -79,6 +79,30 @@ TEST(MethodCost, Maps_WhatIsMadeOnce_DoesNotGrowWithTheWork) {
     EXPECT_TRUE(std::isinf(best_in(0.9, cost).error)) << "more than half of the time for what is made once";
 }
 
+// Searches take longer among more photons, so that work is worth less than if they did not.
+TEST(MethodCost, Maps_WhereSamplesTakeLongerAmongMorePhotons_AreFewer) {
+    MethodCost cost = maps(0.01, 8);
+    cost.beyond = 1;  // eight times the photons are best
+    cost.growth = 0.1;
+    const Expectation best = best_in(40, cost);
+    EXPECT_EQ(best.work, 8);
+    const double samples = (40 - 0.08) / (0.5 * 1.3);
+    EXPECT_DOUBLE_EQ(best.error, std::sqrt(1.0 / 8 + 0.01 / samples));
+    const Expectation enough = soonest_below(0.75, cost);
+    EXPECT_EQ(enough.work, 8) << "fewer leave more than half of the error";
+    EXPECT_DOUBLE_EQ(enough.seconds, 0.08 + 0.5 * 1.3) << "one sample";
+}
+
+TEST(MethodCost, Passes_WhatIsMadeOnce_IsNoPartOfAPass) {
+    MethodCost cost = rays(0.5, 0.5);
+    cost.kind = Kind::passes;
+    cost.prepare = 0.5;
+    cost.once = 4;
+    EXPECT_DOUBLE_EQ(best_in(68, cost).error, std::sqrt(0.5 / 64));
+    EXPECT_TRUE(std::isinf(best_in(5.5, cost).error)) << "one pass is left";
+    EXPECT_DOUBLE_EQ(soonest_below(std::sqrt(0.5 / 64), cost).seconds, 68);
+}
+
 TEST(MethodCost, Passes_BothPartsFall) {
     MethodCost cost = rays(0.5, 0.5);
     cost.kind = Kind::passes;
