@@ -28,10 +28,16 @@ constexpr double kSecondLook = 0.35;  // of the trials' time, for the two best m
 constexpr double kFirstLook = 0.5;    // seconds, before the time to an error can be estimated
 // With less time, trials are meaningless and take half of the time available.
 constexpr double kLeastTrial = 0.25;
+// With so much time for trials, each of them has time for a pre-pass, which pays wherever the camera sees a
+// part of the scene and costs little elsewhere.
+constexpr double kAimedTrials = 1;
 
-// Photons of a trial, and most photons of a render; likewise sets of VPLs.
-constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
+// Photons of a trial, if there is time for so many, and most photons of a render. With few photons all
+// methods blur a caustic alike, and samples are cheap.
+constexpr std::int64_t kTrialPhotons = 400'000, kMostPhotons = 25'600'000;
+// Sets of VPLs of a trial, and most of a render; light paths of the trial's Caustic map.
 constexpr int kTrialSets = 16, kMostSets = 4096;
+constexpr std::int64_t kTrialCausticPaths = 50'000;
 constexpr std::int64_t kPrePassPaths = 65'536;
 
 // The share of the squared noise that the denoiser leaves, of any method (measured: 0.05 to 0.15).
@@ -57,7 +63,7 @@ IgiSettings igi_like(const IntegratorSettings& asked) {
     settings.quantity = quantity_of(asked);
     settings.max_depth = max_depth_of(asked);
     settings.nsets = kTrialSets;
-    settings.caustic_paths = kTrialPhotons;
+    settings.caustic_paths = kTrialCausticPaths;
     // Without gather samples no number of VPLs renders all of the light.
     settings.gather_samples = std::max(settings.gather_samples, 1);
     return settings;
@@ -291,7 +297,7 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
 
 }  // namespace
 
-std::vector<Method> methods_like(const IntegratorSettings& asked) {
+std::vector<Method> methods_like(const IntegratorSettings& asked, bool aimed) {
     if (is_its_own(asked)) return {{asked, 0}};
     PathSettings path;
     if (const auto* own = std::get_if<PathSettings>(&asked)) path = *own;
@@ -299,7 +305,7 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     path.max_depth = max_depth_of(asked);
     PhotonMapSettings maps = photon_map_like(asked);
     maps.direct = DirectMethod::mc;
-    maps.pre_pass = 0;
+    maps.pre_pass = aimed ? kPrePassPaths : 0;
     PhotonMapSettings guided = maps, aimed_maps = maps;
     guided.direct = DirectMethod::guided;
     aimed_maps.pre_pass = kPrePassPaths;
@@ -310,14 +316,16 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     IgiSettings igi = igi_like(asked), pre_pass = igi;
     igi.pre_pass = 0;
     pre_pass.pre_pass = kPrePassPaths;
-    // If little of the light reaches the visible surfaces, as in a close view of a caustic, most photons of a
-    // pass are wasted without a pre-pass.
-    ProgressiveSettings aimed = progressive;
-    progressive.pre_pass = 0;
-    aimed.pre_pass = kPrePassPaths;
+    // If little of the light reaches the visible surfaces, as in a close view of a caustic, most photons are
+    // wasted without a pre-pass.
+    progressive.pre_pass = maps.pre_pass;
+    ProgressiveSettings aimed_passes = progressive;
+    aimed_passes.pre_pass = kPrePassPaths;
     // Two passes cannot be shortened, so progressive follows the other methods that are always tried.
-    return {{path, 0, true}, {igi, 0.05, true}, {maps, 0.05},      {progressive, 0.05, true},
-            {pre_pass, 0.3}, {aimed, 0.3},      {aimed_maps, 0.3}, {guided, 0.3}};
+    std::vector<Method> methods{{path, 0, true},           {igi, 0.05, true}, {maps, 0.05},
+                                {progressive, 0.05, true}, {pre_pass, 0.3},   {guided, 0.3}};
+    if (!aimed) methods.insert(methods.end(), {{aimed_passes, 0.3}, {aimed_maps, 0.3}});
+    return methods;
 }
 
 namespace {
@@ -336,7 +344,8 @@ class Choosing {
           monitor_(monitor, by_error() ? Deadline() : Deadline::after(budget(limits.seconds))) {}
 
     std::optional<MethodChoice> choose() {
-        std::vector<Method> methods = methods_like(job_.integrator);
+        const bool aimed = !by_error() && budget(limits_.seconds) >= kAimedTrials;
+        std::vector<Method> methods = methods_like(job_.integrator, aimed);
         if (job_.film.parts && !job_.scene.light_groups().empty()) {
             std::erase_if(methods, [](const Method& method) {
                 return !make_integrator(method.settings)->why_no_light_groups().empty();
@@ -559,20 +568,27 @@ double tail_exponent(std::vector<double> deviations) {
 
 Expectation best_in(double seconds, const MethodCost& cost) {
     Expectation best{kNever, seconds, cost.beyond, 1};
-    const auto offer = [&](double samples, double beyond, double work) {
-        const double error = std::sqrt(beyond + variance_in(samples, cost) / samples);
-        if (samples >= 1 && error < best.error) best = {error, seconds, beyond, work};
+    const auto error_of = [&](double samples, double beyond) {
+        return std::sqrt(beyond + variance_in(samples, cost) / samples);
     };
     if (cost.kind == MethodCost::Kind::passes) {
         const double passes = (seconds - cost.once) / (cost.prepare + cost.sample);
-        if (passes >= 2) offer(passes, cost.beyond * pow(cost.passes / passes, cost.power), 1);
-        return best;
+        if (passes < 2) return best;
+        const double beyond = cost.beyond * pow(cost.passes / passes, cost.power);
+        return {error_of(passes, beyond), seconds, beyond, 1};
     }
-    double sample = cost.sample;
+    // Where methods blur alike, `beyond` is too small: at the tumbler of a close caustic a tenth. More
+    // photons cost little time, so that their number is chosen as if it were larger.
+    constexpr double kCaution = 4;
+    double sample = cost.sample, least = kNever;
     for (double work = 1; work <= cost.most_work; work *= 2, sample += cost.growth * cost.sample) {
         const double prepare = cost.once + cost.prepare * work;
         if (prepare > kMostPreparation * seconds) break;
-        offer((seconds - prepare) / sample, cost.beyond * pow(work, -cost.power), work);
+        const double samples = (seconds - prepare) / sample, beyond = cost.beyond * pow(work, -cost.power);
+        const double cautious = error_of(samples, kCaution * beyond);
+        if (samples < 1 || !(cautious < least)) continue;
+        least = cautious;
+        best = {error_of(samples, beyond), seconds, beyond, work};
     }
     return best;
 }

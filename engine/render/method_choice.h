@@ -35,8 +35,9 @@ struct Method {
     bool always = false;
 };
 // Returns the methods that show the same image as `asked`, the unbiased one first, then the other kinds, then
-// variants of these; `asked` alone if there are none.
-std::vector<Method> methods_like(const IntegratorSettings& asked);
+// variants of these; `asked` alone if there are none. `aimed`: all photons are emitted by an importance
+// pre-pass; otherwise variants alone have one.
+std::vector<Method> methods_like(const IntegratorSettings& asked, bool aimed = false);
 
 // Chooses by limits.error if there is one, else by limits.seconds. Trials take at most a tenth of the time,
 // and are cut when it is over, or a tenth of the time that the best method is expected to need to the error.

@@ -68,6 +68,21 @@ TEST(MethodsLike, Variants_FollowAllKinds_AndAimPhotonsOfEach) {
     EXPECT_EQ(aimed.size(), 3U) << "all but paths have photons";
 }
 
+// With enough time no photons go astray, and no trial is spent on some that do.
+TEST(MethodsLike, Aimed_AllPhotonMapsHaveAPrePass) {
+    int aimed = 0;
+    for (const Method& method : methods_like(PathSettings{}, true)) {
+        if (const auto* maps = std::get_if<PhotonMapSettings>(&method.settings)) {
+            EXPECT_GT(maps->pre_pass, 0);
+            ++aimed;
+        } else if (const auto* passes = std::get_if<ProgressiveSettings>(&method.settings)) {
+            EXPECT_GT(passes->pre_pass, 0);
+            ++aimed;
+        }
+    }
+    EXPECT_EQ(aimed, 3);
+}
+
 // Without compensation or without caustics a part of the light is missing, so VPLs are offered only with
 // both, whatever the settings.
 TEST(MethodsLike, Vpls_AreOfferedWholeOrNotAtAll) {
