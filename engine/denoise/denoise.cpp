@@ -11,7 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/base/stats.h"
 #include "engine/colour/colour_space.h"
-#include "engine/denoise/regression.h"
+#include "engine/denoise/scales.h"
 
 namespace lucerna {
 namespace {
@@ -212,68 +212,6 @@ Plane dependence(const std::array<Image, 2>& halves, double scale, const Workers
     return ratio;
 }
 
-// Returns the median of five numbers.
-inline float median(float a, float b, float c, float d, float e) {
-    const float low = std::max(std::min(a, b), std::min(c, d)),
-                high = std::min(std::max(a, b), std::max(c, d));
-    return std::max(std::min(low, high), std::min(std::max(low, high), e));
-}
-
-// Reduces the trust in a pixel whose variance is much larger than the median around it, that of the medians
-// of five rows of five pixels: it holds light that the others have missed. The pixels are two apart, because
-// the variances are blended over 3 x 3 pixels.
-Plane trust(const V2i& size, const ColourPlanes& variance, const Workers& workers) {
-    constexpr float kMuch = 4, kLeast = 1e-4F;
-    Plane sum(size.x, size.y), of_row(size.x, size.y), trust(size.x, size.y);
-    sum.fill(workers, [&](int x, int y) {
-        return variance[0].row(y)[x] + variance[1].row(y)[x] + variance[2].row(y)[x];
-    });
-    of_row.fill(workers, [&](int x, int y) {
-        const float* const s = sum.row(y) + x;
-        return median(s[-4], s[-2], s[0], s[2], s[4]);
-    });
-    trust.fill(workers, [&](int x, int y) {
-        const auto at = [&of_row, x](int row) { return of_row.row(row)[x]; };
-        const float middle = median(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
-        const float ratio = sum.row(y)[x] / (kMuch * middle + std::numeric_limits<float>::min());
-        return std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
-    });
-    return trust;
-}
-
-// Returns sums over 3 x 3 pixels. Beyond the image's edge, the pixels at the edge count once more.
-Plane around(const Plane& plane, const V2i& size, const Workers& workers) {
-    Plane columns(size.x, size.y), sum(size.x, size.y);
-    columns.fill(workers,
-                 [&](int x, int y) { return plane.row(y - 1)[x] + plane.row(y)[x] + plane.row(y + 1)[x]; });
-    sum.fill(workers, [&](int x, int y) {
-        const float* const row = columns.row(y) + x;
-        return row[-1] + row[0] + row[1];
-    });
-    return sum;
-}
-
-// Sets the guide, the mean luminance of 3 x 3 pixels weighted by their trust, and its variance.
-void set_guide(HalfPlanes& planes, const V2i& size, const ColourPlanes& variance, const Workers& workers) {
-    Plane light(size.x, size.y), noise(size.x, size.y);
-    const ColourPlanes& value = planes.value;
-    light.fill(workers, [&](int x, int y) {
-        return planes.trust.row(y)[x] *
-               (0.25F * (value[0].row(y)[x] + value[2].row(y)[x]) + 0.5F * value[1].row(y)[x]);
-    });
-    noise.fill(workers, [&](int x, int y) {
-        const float deviation =
-            0.25F * (std::sqrt(variance[0].row(y)[x]) + std::sqrt(variance[2].row(y)[x])) +
-            0.5F * std::sqrt(variance[1].row(y)[x]);
-        return sqr(planes.trust.row(y)[x] * deviation);
-    });
-    const Plane trust = around(planes.trust, size, workers);
-    planes.guide = around(light, size, workers);
-    planes.noise = around(noise, size, workers);
-    planes.guide.fill(workers, [&](int x, int y) { return planes.guide.row(y)[x] / trust.row(y)[x]; });
-    planes.noise.fill(workers, [&](int x, int y) { return planes.noise.row(y)[x] / sqr(trust.row(y)[x]); });
-}
-
 // Returns a half's light divided by the albedo, and what its variance determines: that of the pixel's own
 // samples, blended with that of its neighbours where the samples are few.
 HalfPlanes half_planes(const Image& half, const ColourPlanes& albedo, const Plane& dependence, double scale,
@@ -294,7 +232,7 @@ HalfPlanes half_planes(const Image& half, const ColourPlanes& albedo, const Plan
         own.fill(workers, [&](int x, int y) {
             return bounded(double{half.value(x, y, kVariance + channel)} * sqr(divided(x, y)));
         });
-        const Plane sum = around(own, size, workers);
+        const Plane sum = around(own, workers);
         variance[c] = Plane(size.x, size.y);
         variance[c].fill(workers, [&](int x, int y) {
             const float known = std::max(0.0F, half.value(x, y, kSamples) - 1);  // degrees of freedom
@@ -302,8 +240,15 @@ HalfPlanes half_planes(const Image& half, const ColourPlanes& albedo, const Plan
             return std::min(dependence.row(y)[x] * mixed, sqr(kBrightest));
         });
     }
-    planes.trust = trust(size, variance, workers);
-    set_guide(planes, size, variance, workers);
+    planes.variance = std::move(variance);
+    planes.own = planes.own_noise = Plane(size.x, size.y);
+    planes.own.fill(workers, [&](int x, int y) { return guide_of(planes.value, x, y); });
+    // The variance of few samples is often much too small.
+    planes.own_noise.fill(workers, [&](int x, int y) {
+        const float n = std::max(1.0F, half.value(x, y, kSamples));
+        return sqr(guide_deviation(planes.variance, x, y)) + sqr(planes.own.row(y)[x]) / (n * n * n);
+    });
+    set_guide(planes, workers);
     return planes;
 }
 
@@ -356,22 +301,27 @@ Plane luminance_of(const ColourPlanes& colours, const V2i& size, const Workers& 
 
 class Mixer {
   public:
-    // `measured` has the halves as they are; errors are relative to the luminance of `level`.
-    Mixer(const V2i& size, const Shares& shares, Estimate measured, const Estimate& level,
-          const Workers& workers)
+    // `measured` has the halves as they are. Errors are relative to the lesser luminance of two filtered
+    // images: where light has leaked into the dark, errors would look smaller than they are.
+    Mixer(const V2i& size, const Shares& shares, Estimate measured, const Estimate& linear,
+          const Estimate& constant, const Workers& workers)
         : size_(size),
           a_(shares[0]),
           b_(shares[1]),
           workers_(workers),
           measured_(std::move(measured)),
           inverse_scale_(size.x, size.y) {
+        Plane level(size.x, size.y);
         double sum = 0;
+        for_each([&](int x, int y) {
+            level.row(y)[x] = std::min(mean(linear.luminance, x, y), mean(constant.luminance, x, y));
+        });
         for (int y = 0; y < size.y; ++y) {
-            for (int x = 0; x < size.x; ++x) sum += double{mean(level.luminance, x, y)};
+            for (int x = 0; x < size.x; ++x) sum += double{level.row(y)[x]};
         }
         const double average = sum / static_cast<double>(area(size));
         for_each([&](int x, int y) {
-            const double scale = error_scale2(double{mean(level.luminance, x, y)}, average);
+            const double scale = error_scale2(double{level.row(y)[x]}, average);
             // 0 where everything is black
             inverse_scale_.row(y)[x] = scale > 0 ? static_cast<float>(1 / scale) : 0;
         });
@@ -405,22 +355,26 @@ class Mixer {
     }
 
     // Mixes the second into the first with the share that minimises the error: with the errors E and the
-    // difference d of both, it is (E₁ - E₂ + d²)/(2 d²), with both terms summed over the neighbourhood.
+    // difference d of both, it is (E₁ - E₂ + d²)/(2 d²), with both terms summed over the neighbourhood. The
+    // first sum is reduced by its standard error: chance must not bring noise into the first.
     void mix(Estimate& first, const Estimate& second) const {
-        Terms terms{Plane(size_.x, size_.y), Plane(size_.x, size_.y), {}, {}};
+        Terms terms{Plane(size_.x, size_.y), Plane(size_.x, size_.y), {}, {}, {}};
         for_each([&](int x, int y) {
-            terms.difference.row(y)[x] =
+            const float difference =
                 inverse_scale_.row(y)[x] * sqr(mean(first.luminance, x, y) - mean(second.luminance, x, y));
+            terms.difference.row(y)[x] = difference;
+            terms.gain.row(y)[x] = first.error.row(y)[x] - second.error.row(y)[x] + difference;
         });
-        for_each([&](int x, int y) {
-            terms.gain.row(y)[x] =
-                first.error.row(y)[x] - second.error.row(y)[x] + terms.difference.row(y)[x];
-        });
+        Plane squares(size_.x, size_.y);
+        for_each([&](int x, int y) { squares.row(y)[x] = sqr(terms.gain.row(y)[x]); });
         terms.differences = smoothed(terms.difference, size_, kReach, workers_);
         terms.gains = smoothed(terms.gain, size_, kReach, workers_);
+        terms.squares = smoothed(squares, size_, kReach, workers_);
         Plane share(size_.x, size_.y);
         for_each([&](int x, int y) {
-            share.row(y)[x] = best(terms.gains.row(y)[x], terms.differences.row(y)[x]);
+            const auto pixels = static_cast<float>(pixels_along(x, size_.x) * pixels_along(y, size_.y));
+            share.row(y)[x] = best(pixels * terms.gains.row(y)[x], pixels * terms.squares.row(y)[x], pixels,
+                                   pixels * terms.differences.row(y)[x]);
         });
         share = smoothed(share, size_, kSmooth, workers_);
         hold_out(first, second, terms);
@@ -440,34 +394,40 @@ class Mixer {
     static constexpr int kReach = 8, kSmooth = 2;
     static_assert(kReach <= Plane::kRim);
 
-    // Holds the terms of shares by pixel, and their means over the neighbourhood.
+    // Holds the terms of shares by pixel, and their means and the gain's mean square over the neighbourhood.
     struct Terms {
-        Plane gain, difference, gains, differences;
+        Plane gain, difference, gains, differences, squares;
     };
-    static float best(float gained, float squares) {
-        return squares > 0 ? std::clamp(gained / (2 * squares), 0.0F, 1.0F) : 0.0F;
+    // Returns the best share by sums over pixels: of the gain, of its square, and of the squared difference.
+    static float best(float gain, float squares, float pixels, float difference) {
+        const float variance = std::max(0.0F, squares - sqr(gain) / pixels);
+        return difference > 0 ? std::clamp((gain - std::sqrt(variance)) / (2 * difference), 0.0F, 1.0F)
+                              : 0.0F;
+    }
+    // Returns the number of pixels of a neighbourhood along an axis.
+    static int pixels_along(int i, int end) {
+        return std::min(i + kReach, end - 1) - std::max(i - kReach, 0) + 1;
     }
 
     // Mixes the images that are held out, in shares from the neighbourhood without the pixel itself.
     void hold_out(Estimate& first, const Estimate& second, const Terms& terms) const {
-        const auto pixels = [](int i, int end) {
-            return std::min(i + kReach, end - 1) - std::max(i - kReach, 0) + 1;
-        };
         std::vector<float> columns(static_cast<std::size_t>(size_.x));
         for (int x = 0; x < size_.x; ++x)
-            columns[static_cast<std::size_t>(x)] = static_cast<float>(pixels(x, size_.x));
+            columns[static_cast<std::size_t>(x)] = static_cast<float>(pixels_along(x, size_.x));
         for_each_row(workers_, size_, [&](int y) {
             const float *const gain = terms.gain.row(y), *const difference = terms.difference.row(y);
             std::vector<float> share(columns.size()), count(columns.size());
             for (int v = std::max(0, y - kSmooth); v <= std::min(size_.y - 1, y + kSmooth); ++v) {
-                const auto rows = static_cast<float>(pixels(v, size_.y));
-                const float *const gains = terms.gains.row(v), *const squares = terms.differences.row(v);
+                const auto rows = static_cast<float>(pixels_along(v, size_.y));
+                const float *const gains = terms.gains.row(v), *const differences = terms.differences.row(v),
+                                   *const squares = terms.squares.row(v);
                 for (int offset = -kSmooth; offset <= kSmooth; ++offset) {
                     const int begin = std::max(0, -offset), end = std::min(size_.x, size_.x - offset);
                     for (int x = begin; x < end; ++x) {
                         const float n = rows * columns[static_cast<std::size_t>(x + offset)];
                         share[static_cast<std::size_t>(x)] +=
-                            best(n * gains[x + offset] - gain[x], n * squares[x + offset] - difference[x]);
+                            best(n * gains[x + offset] - gain[x], n * squares[x + offset] - sqr(gain[x]),
+                                 std::max(1.0F, n - 1), n * differences[x + offset] - difference[x]);
                         count[static_cast<std::size_t>(x)] += 1;
                     }
                 }
@@ -643,7 +603,7 @@ std::array<Filtered, 2> filtered(const DenoiserInput& input, const FeaturePlanes
     std::array<HalfPlanes, 2> planes;
     for (std::size_t half = 0; half < 2; ++half)
         planes[half] = half_planes(halves[half], features.albedo, dependence, scale, workers);
-    return regress(input.features.width, input.features.height, features, planes, workers);
+    return regress_in_scales(features, planes, workers);
 }
 
 }  // namespace
@@ -659,15 +619,12 @@ Denoised denoise(const DenoiserInput& input, const Workers& workers) {
     const auto estimate = [&](Candidate candidate) {
         return estimate_of(candidates, candidate, features.albedo, size, workers);
     };
-    Estimate result = estimate(Candidate::linear);
-    const Mixer mixer(size, shares, measured(input.halves, scale, workers), result, workers);
+    Estimate result = estimate(Candidate::linear), constant = estimate(Candidate::constant);
+    const Mixer mixer(size, shares, measured(input.halves, scale, workers), result, constant, workers);
     result.error = mixer.error(result.luminance);
     result.held_out = result.luminance;
-    for (const Candidate candidate : {Candidate::constant, Candidate::trusting}) {
-        Estimate other = estimate(candidate);
-        other.error = mixer.error(other.luminance);
-        mixer.mix(result, other);
-    }
+    constant.error = mixer.error(constant.luminance);
+    mixer.mix(result, constant);
     mixer.mix(result, mixer.measured());
 
     Denoised denoised{Image::rgb(size.x, size.y), 0, false};

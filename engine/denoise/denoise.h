@@ -1,7 +1,8 @@
 // Implements a statistical denoiser that states its error.
 //
 // An image's samples form two independent halves A and B. Each is filtered by regression on features
-// (regression.h) with weights that the other did not influence. D_A, the image made of A, is then independent of B, and
+// (regression.h) with weights that the other did not influence. D_A, the image made of A, is then independent
+// of B, and
 //     mean[(D_A - B)² - (A - B)²/2]
 // estimates the squared error of D_A, bias included (if both have as many samples). By such estimates the
 // filtered and the measured image are mixed locally in the shares that minimise the error [Gu et al. 2022],

@@ -28,6 +28,9 @@ class Plane {
           stride_(width + 2 * kRim),
           data_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kRim)) {}
 
+    int width() const { return width_; }
+    int height() const { return height_; }
+
     // Fills every pixel with a function of its place, and the rim with the values at the nearest edge.
     template <typename Value>
     void fill(const Workers& workers, Value&& value) {

@@ -31,6 +31,11 @@ constexpr float kSpread = 3.5F;
 constexpr float kAlbedoStep = 0.7F, kNormalStep = 0.7F, kEmitterStep = 0.3F, kPlaneStep = 4;
 // Largest distance of two values of the guide, whose squared difference is compared to their noise.
 constexpr float kFarthest = 8;
+// A pixel's own value may differ by the root of kChance standard deviations. With a distance of kUnlike more,
+// it is not alike at all.
+constexpr float kChance = 20, kUnlike = 36;
+// Keeps divisors above 0: black next to black is alike.
+constexpr float kAboveZero = 1e-20F;
 // A fit's slopes are damped by this share of the sum of weights, which matters where a feature hardly varies.
 constexpr float kRidge = 1e-3F;
 // A pixel becomes a centre if the weights of all fits that reach it sum up to less.
@@ -214,6 +219,7 @@ class Fitter {
     void compare_patches(const HalfPlanes& half) {
         constexpr float kShare = 1.0F / 9;
         alignas(32) OfWindow distance{};
+        if (half.own.width() > 0) compare_own(half, distance);
         for (int j = -kPatchStep; j <= kPatchStep; j += kPatchStep) {
             for (int i = -kPatchStep; i <= kPatchStep; i += kPatchStep) {
                 const int u = x_ + i, v = y_ + j;
@@ -224,8 +230,7 @@ class Fitter {
                     float* const to = &distance[static_cast<std::size_t>(y * kSide)];
                     for (int x = 0; x < kSide; ++x) {
                         const float both = noises[x] + noise;
-                        // The added constant keeps the divisor above 0: black next to black is alike.
-                        to[x] += std::min((sqr(values[x] - value) - both) / (both + 1e-20F), kFarthest);
+                        to[x] += std::min((sqr(values[x] - value) - both) / (both + kAboveZero), kFarthest);
                     }
                 }
             }
@@ -235,6 +240,19 @@ class Fitter {
             const float* const trust = row(half.trust, y);
             const auto first = static_cast<std::size_t>(y * kSide);
             for (int x = 0; x < kSide; ++x) trusted_[first + x] = likeness_[first + x] * trust[x];
+        }
+    }
+
+    // Adds the squared differences to the centre's own value, as far as these are too large for chance.
+    void compare_own(const HalfPlanes& half, OfWindow& distance) const {
+        const float value = half.own.row(y_)[x_], noise = half.own_noise.row(y_)[x_];
+        for (int y = 0; y < kSide; ++y) {
+            const float *const values = row(half.own, y), *const noises = row(half.own_noise, y);
+            float* const to = &distance[static_cast<std::size_t>(y * kSide)];
+            for (int x = 0; x < kSide; ++x) {
+                const float both = noises[x] + noise + kAboveZero;
+                to[x] += std::clamp(sqr(values[x] - value) / both - kChance, 0.0F, kUnlike);
+            }
         }
     }
 
@@ -269,18 +287,14 @@ class Fitter {
     }
 
     void add_half(std::size_t half) {
-        const ColourPlanes& values = picture_.halves[half].value;
-        std::array<float, 3> means, unused;
-        const auto linear = fit(values, trusted_, means), trusting = fit(values, likeness_, unused);
+        std::array<float, 3> means;
+        const auto fits = fit(picture_.halves[half].value, trusted_, means);
         add_rows(sums_.weights[half], [this](std::size_t i) { return likeness_[i]; });
         Filtered& to = sums_.values[half];
-        const auto plane = [&to](Candidate candidate, std::size_t c) -> Plane& {
-            return to[static_cast<std::size_t>(candidate)][c];
-        };
         for (std::size_t c = 0; c < 3; ++c) {
-            add_rows(plane(Candidate::constant, c), [&](std::size_t i) { return likeness_[i] * means[c]; });
-            add_fit(plane(Candidate::linear, c), linear[c]);
-            add_fit(plane(Candidate::trusting, c), trusting[c]);
+            add_rows(to[static_cast<std::size_t>(Candidate::constant)][c],
+                     [&](std::size_t i) { return likeness_[i] * means[c]; });
+            add_fit(to[static_cast<std::size_t>(Candidate::linear)][c], fits[c]);
         }
     }
     void add_fit(Plane& to, const Terms& factors) const {
@@ -331,16 +345,29 @@ void finish_row(int y, int width, const Plane& weights, Filtered& filtered) {
             for (int x = 0; x < width; ++x) to[x] /= weight[x];
         }
     }
-    for (const Candidate candidate : {Candidate::linear, Candidate::trusting}) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            float* const to = filtered[static_cast<std::size_t>(candidate)][c].row(y);
-            const float* const mean = filtered[static_cast<std::size_t>(Candidate::constant)][c].row(y);
-            for (int x = 0; x < width; ++x) to[x] = std::max(to[x], std::min(mean[x], 0.0F));
-        }
+    for (std::size_t c = 0; c < 3; ++c) {
+        float* const to = filtered[static_cast<std::size_t>(Candidate::linear)][c].row(y);
+        const float* const mean = filtered[static_cast<std::size_t>(Candidate::constant)][c].row(y);
+        for (int x = 0; x < width; ++x) to[x] = std::max(to[x], std::min(mean[x], 0.0F));
     }
 }
 
 }  // namespace
+
+float likeness(const FeaturePlanes& of, int x, int y, const FeaturePlanes& other, int u, int v) {
+    constexpr float kA = 1 / sqr(kAlbedoStep), kN = 1 / sqr(kNormalStep), kE = 1 / sqr(kEmitterStep),
+                    kP = 1 / sqr(kPlaneStep);
+    float of_a = 0, of_n = 0, of_p = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        of_a += sqr(of.albedo[c].row(y)[x] - other.albedo[c].row(v)[u]);
+        of_n += sqr(of.normal[c].row(y)[x] - other.normal[c].row(v)[u]);
+        of_p += of.geometric_normal[c].row(y)[x] * (other.position[c].row(v)[u] - of.position[c].row(y)[x]);
+    }
+    const float of_e = of.emitter.row(y)[x] - other.emitter.row(v)[u];
+    return other.inside.row(v)[u] *
+           weight_of(kA * of_a + kN * of_n + kP * sqr(of.inverse_footprint.row(y)[x] * of_p) +
+                     kE * sqr(of_e));
+}
 
 std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& features,
                                 const std::array<HalfPlanes, 2>& halves, const Workers& workers) {

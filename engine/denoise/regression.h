@@ -32,21 +32,22 @@ struct FeaturePlanes {
 };
 // A half's light divided by the albedo.
 struct HalfPlanes {
-    ColourPlanes value;
+    ColourPlanes value, variance;
+    // The guide of the pixel alone, and its variance. Planes of size 0 if pixels are not compared by it.
+    Plane own, own_noise;
     Plane guide;  // luminance, mean over 3 x 3 pixels
     Plane noise;  // variance of the guide
     Plane trust;  // weight of a pixel in fits, in (0, 1]
 };
 
-// Determines the fit and how pixels count in it.
-enum class Candidate : std::uint8_t {
-    linear,    // linear; pixels count by their likeness times their trust
-    constant,  // the weighted mean, with the same weights
-    trusting   // linear; pixels count by their likeness alone
-};
-inline constexpr std::size_t kCandidates = 3;
+enum class Candidate : std::uint8_t { linear, constant };
+inline constexpr std::size_t kCandidates = 2;
 // Holds the filtered planes of one half, one for each candidate.
 using Filtered = std::array<ColourPlanes, kCandidates>;
+
+// Returns the likeness of a pixel to another one by their features, which may be of different scales: 1 where
+// they are the same.
+float likeness(const FeaturePlanes& of, int x, int y, const FeaturePlanes& other, int u, int v);
 
 // Each half's result depends on that half and the features alone.
 std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& features,

@@ -60,13 +60,10 @@ TEST(Regression, LightThatIsLinearInFeatures_StaysAsItIs) {
         }
     }
     const auto filtered = regress(kWide, kHigh, planes.features, planes.halves, {1});
-    for (const auto candidate :
-         {static_cast<std::size_t>(Candidate::linear), static_cast<std::size_t>(Candidate::trusting)}) {
-        for (int y = 0; y < kHigh; ++y) {
-            for (int x = 0; x < kWide; ++x) {
-                EXPECT_NEAR(filtered[0][candidate][1].row(y)[x], planes.halves[0].value[1].row(y)[x], 0.01F);
-            }
-        }
+    const Plane& linear = filtered[0][static_cast<std::size_t>(Candidate::linear)][1];
+    for (int y = 0; y < kHigh; ++y) {
+        for (int x = 0; x < kWide; ++x)
+            EXPECT_NEAR(linear.row(y)[x], planes.halves[0].value[1].row(y)[x], 0.01F);
     }
 }
 
