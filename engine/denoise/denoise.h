@@ -73,6 +73,6 @@ struct Denoised {
 Denoised denoise(const DenoiserInput& layers, const Workers& workers);
 
 // Estimates the peak memory in bytes per pixel.
-inline constexpr std::size_t kDenoiserBytesPerPixel = 350;
+inline constexpr std::size_t kDenoiserBytesPerPixel = 400;
 
 }  // namespace lucerna
