@@ -268,9 +268,10 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     }
     cost.beyond = beyond_noise(trial, agreed);
     if (trial.in_passes()) {
-        // The difference from other methods is mostly the noise that a block's pixels share, and theirs. The
-        // trial has measured the blur itself.
-        cost.beyond = blur2_of(trial, agreed);
+        // The difference from other methods includes the noise that a block's pixels share, and theirs; the
+        // blur that two passes show is noisy in dim places. Both bound the bias, which is no more than the
+        // smaller one.
+        cost.beyond = std::min(cost.beyond, blur2_of(trial, agreed));
         cost.kind = MethodCost::Kind::passes;
         cost.sample *= make_integrator(trial.settings())->samples_per_pass();
         cost.passes = trial.passes();
@@ -321,9 +322,10 @@ std::vector<Method> methods_like(const IntegratorSettings& asked, bool aimed) {
     progressive.pre_pass = maps.pre_pass;
     ProgressiveSettings aimed_passes = progressive;
     aimed_passes.pre_pass = kPrePassPaths;
-    // Two passes cannot be shortened, so progressive follows the other methods that are always tried.
-    std::vector<Method> methods{{path, 0, true},           {igi, 0.05, true}, {maps, 0.05},
-                                {progressive, 0.05, true}, {pre_pass, 0.3},   {guided, 0.3}};
+    // Two passes cannot be shortened, so progressive follows the other methods that are always tried. It is
+    // the best more often than photonmap, whose pilot may take all of the time that is left.
+    std::vector<Method> methods{{path, 0, true}, {igi, 0.05, true}, {progressive, 0.05, true},
+                                {maps, 0.05},    {pre_pass, 0.3},   {guided, 0.3}};
     if (!aimed) methods.insert(methods.end(), {{aimed_passes, 0.3}, {aimed_maps, 0.3}});
     return methods;
 }

@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::size_t kMostBlocks = 256;
 constexpr double kPreparing = 0.6;  // largest share of a trial's time
+// Two passes over all blocks do not fit into so short a trial, seconds.
+constexpr double kShort = 0.2;
+constexpr std::size_t kBlocksOfShort = 64;
 
 constexpr std::size_t kBlocksAtOnce = 32;  // enough for all threads, few enough to stop in time
 
@@ -90,6 +93,7 @@ double Trial::sample_seconds() const {
 bool Trial::run(double seconds) {
     const Stopwatch clock;
     if (in_passes()) {
+        if (passes_ == 0 && seconds < kShort) places_.resize(std::min(places_.size(), kBlocksOfShort));
         const int samples = integrator_->samples_per_pass();
         double last = 0;
         do {
