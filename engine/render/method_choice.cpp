@@ -184,7 +184,9 @@ double variance_of(const Trial& trial, const Consensus& agreed, bool denoised) {
     for (std::size_t b = 0; b < trial.blocks().size(); ++b)
         sorted.push_back(agreed.share(b, trial.blocks()[b].variance_of_a_sample()));
     std::sort(sorted.begin(), sorted.end());
-    const std::size_t luck = trial.in_passes() || denoised ? sorted.size() / kOneIn : 0;
+    // At least one block, of two or more.
+    const std::size_t few = std::min((sorted.size() + kOneIn - 1) / kOneIn, sorted.size() / 2);
+    const std::size_t luck = trial.in_passes() || denoised ? few : 0;
     RunningStats shares;
     for (std::size_t i = 0; i < sorted.size(); ++i)
         shares.add(sorted[std::min(i, sorted.size() - luck - 1)]);  // luck < their number
