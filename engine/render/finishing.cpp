@@ -1,6 +1,7 @@
 #include "engine/render/finishing.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "engine/base/monitor.h"
@@ -16,11 +17,13 @@ constexpr int kMostSpacing = 4;
 
 }  // namespace
 
-FinishingRates measured_rates(const Workers& workers) {
-    constexpr int kSide = 64;  // pixels
+FinishingRates measured_rates(double pixels, const Workers& workers) {
+    // Small images cost more per pixel, by their rims.
+    constexpr double kLeast = 32, kMost = 128;
+    const auto side = static_cast<int>(std::clamp(std::sqrt(pixels), kLeast, kMost));
     // Features are the same everywhere, so that no pixel is left out of the filters.
-    DenoiserInput input{{Image(kSide, kSide, half_channels()), Image(kSide, kSide, half_channels())},
-                        Image(kSide, kSide, feature_channels())};
+    DenoiserInput input{{Image(side, side, half_channels()), Image(side, side, half_channels())},
+                        Image(side, side, feature_channels())};
     std::uint32_t noise = 1;
     for (Image& half : input.halves) {
         for (std::size_t i = 0; i < half.data.size(); i += kHalfChannels) {
@@ -33,8 +36,8 @@ FinishingRates measured_rates(const Workers& workers) {
     }
     std::fill(input.features.data.begin(), input.features.data.end(), 1.0F);
     constexpr int kSpacing = 4;
-    for (int y = 0; y < kSide; ++y) {
-        for (int x = 0; x < kSide; ++x) {
+    for (int y = 0; y < side; ++y) {
+        for (int x = 0; x < side; ++x) {
             const bool has_none = Film::step_of({x, y}) > 0;
             input.halves[1].value(x, y, kSamples) = 0;
             if (has_none) input.halves[0].value(x, y, kSamples) = 0;
@@ -47,13 +50,13 @@ FinishingRates measured_rates(const Workers& workers) {
     const ProcessorStopwatch filling;
     complete_halves(input.halves, kSpacing, input.features, one);
     // The image itself is filled, too, and its layers.
-    rates.filling = 2 * filling.seconds() / (kSide * kSide);
+    rates.filling = 2 * filling.seconds() / (side * side);
     const ProcessorStopwatch denoising;
     const Denoised denoised = denoise(input, one);
-    rates.denoiser = denoising.seconds() / (kSide * kSide);
+    rates.denoiser = denoising.seconds() / (side * side);
     const ProcessorStopwatch writing;
     exr_bytes(denoised.image);
-    rates.writing = writing.seconds() / (3 * kSide * kSide);
+    rates.writing = writing.seconds() / (3 * side * side);
     return rates;
 }
 

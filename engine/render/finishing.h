@@ -38,8 +38,8 @@ struct FinishingRates {
     double slowdown = 1;
 };
 
-// Measures them, but for the features, on a small image of noise.
-FinishingRates measured_rates(const Workers& workers);
+// Measures them, but for the features, on an image of noise of at most so many pixels.
+FinishingRates measured_rates(double pixels, const Workers& workers);
 
 // The work of the caller after the render: so many images are denoised, so many channels are written to an
 // OpenEXR file, and so many PNG files.

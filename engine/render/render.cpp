@@ -169,15 +169,16 @@ class Run {
         const Stopwatch clock;
         const ProcessorStopwatch processor;
         const bool has_features = image_.wants_features() && take_first_features(left);
-        const double features = image_.wants_features() ? clock.seconds() : 0;
+        const double seconds = clock.seconds(), worked = processor.seconds();
         FinishingRates rates;
-        if (leads()) rates = measured_rates(options_.workers.alone());
-        rates.features = features;
-        rates.slowdown = slowdown(clock.seconds(), processor.seconds());
-        rates = agreed(options_.workers, rates);
         const V2i size = job_.film.rendered_size();
-        finishing_ = plan_finishing(double{1} * size.x * size.y, left, rates,
-                                    job_.film.two_halves && !job_.film.is_part(), options_.later);
+        const double pixels = double{1} * size.x * size.y;
+        if (leads()) rates = measured_rates(pixels, options_.workers.alone());
+        if (image_.wants_features()) rates.features = seconds;
+        rates.slowdown = slowdown(seconds, worked);
+        rates = agreed(options_.workers, rates);
+        finishing_ =
+            plan_finishing(pixels, left, rates, job_.film.two_halves && !job_.film.is_part(), options_.later);
         if (!has_features) finishing_.feature_samples = 0;
         if (can_be_sparse()) finishing_.spacing = std::max(kSparse, finishing_.least_spacing);
         set_end();
