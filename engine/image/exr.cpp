@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <exception>
 #include <fstream>
 #include <initializer_list>
 #include <new>
@@ -202,7 +203,12 @@ void write_into(Imf::OStream& stream, const Image& image) {
 }  // namespace
 
 void write_exr(const std::filesystem::path& file, const Image& image, int threads) {
-    if (threads > std::max(1, Imf::globalThreadCount())) Imf::setGlobalThreadCount(threads);
+    if (threads > std::max(1, Imf::globalThreadCount())) {
+        try {
+            Imf::setGlobalThreadCount(threads);
+        } catch (const std::exception&) {  // no memory for their stacks: this thread compresses alone
+        }
+    }
     replace_file(file, [&](const std::filesystem::path& temporary) {
         // OpenEXR writes the last bytes in a destructor, which cannot report a failure. This stream can.
         std::ofstream stream(temporary, std::ios::binary);
