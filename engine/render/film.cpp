@@ -175,12 +175,6 @@ V3d Film::variance(const Pixel& pixel) const {
     return variance;
 }
 
-std::size_t Film::without_sample() const {
-    std::size_t without = 0;
-    for (std::size_t i = 0; i < size_; ++i) without += count(i) == 0 ? 1 : 0;
-    return without;
-}
-
 int Film::spacing() const {
     int spacing = 1;
     for (int y = 0; y < height_; ++y) {

@@ -66,7 +66,6 @@ class Film {
     static int step_of(const V2i& at) {
         return ((at.x | at.y) & 3) == 0 ? 0 : ((at.x | at.y) & 1) == 0 ? 1 : 2;
     }
-    std::size_t without_sample() const;  // pixels
     // Returns the spacing of the finest lattice of pixels, 1, 2 or 4 pixels, that all have a sample; 4 if
     // there is none.
     int spacing() const;

@@ -41,8 +41,8 @@ struct FinishingRates {
 // Measures them, but for the features, on an image of noise of at most so many pixels.
 FinishingRates measured_rates(double pixels, const Workers& workers);
 
-// The work of the caller after the render: so many images are denoised, so many channels are written to an
-// OpenEXR file, and so many PNG files.
+// States the caller's work after the render: how many images it denoises, and how many channels of an OpenEXR
+// file and how many PNG files it writes.
 struct LaterWork {
     double denoised = 0, channels = 0, pictures = 0;
 };

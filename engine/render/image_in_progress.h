@@ -85,7 +85,6 @@ class ImageInProgress {
     const Film& film() const { return film_; }
     const std::optional<LayerFilms>& layer_films() const { return layer_films_; }
     const Features& features() const { return features_; }  // empty if none were taken
-    int samples_per_pass() const { return samples_per_pass_; }
     // The input of the denoiser; of a film of two halves.
     DenoiserInput denoiser_input() const;
 

@@ -123,9 +123,8 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
     // The filters need pixels beyond the edges of a crop, which `lucerna merge` has.
     const bool denoises = result.denoiser_input && denoising->denoises && !job.film.is_part();
     const int apart = std::max(spacing, denoising->spacing);
-    if (denoises && apart > 1) {
+    if (denoises && apart > 1)
         add_denoised(error, denoise_lattice(*result.denoiser_input, apart, workers), result);
-    }
     fill(image.film(), spacing, features, workers, result);
     if (denoises && apart == 1) add_denoised(error, denoise(*result.denoiser_input, workers), result);
     return result;

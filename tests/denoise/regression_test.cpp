@@ -107,7 +107,7 @@ TEST(Regression, LightThatIsNowhereNegative_StaysSo) {
     EXPECT_GT(at_zero, 0) << "some fits fell below";
 }
 
-// What is made of one half does not depend on the other, so that the other can judge it.
+// An image that is made of one half does not depend on the other half, which can therefore judge it.
 TEST(Regression, AHalf_DoesNotInfluenceTheOther) {
     Planes planes = wall(4);
     std::mt19937 random(5);
