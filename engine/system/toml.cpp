@@ -72,12 +72,16 @@ void check_escapes(std::string_view text, std::size_t at, std::size_t end, const
 // Refuses what toml++ accepts and cannot handle. It makes a table in a table for each dot of a key and
 // destroys these by recursion, and only limits how deep lists and tables in braces are nested. It classifies
 // characters beyond ASCII by code that it marks as unreachable; TOML has them in strings and comments alone.
+// A quote in the midst of a name or value begins no string for toml++, which then classifies what follows.
 void check(std::string_view text, const std::string& file) {
-    constexpr std::string_view kMark = "\xef\xbb\xbf";
+    constexpr std::string_view kMark = "\xef\xbb\xbf", kBeforeStrings = " \t\r\n=[{,.";
+    const std::size_t begin = text.starts_with(kMark) ? kMark.size() : 0;
     int dots = 0;
-    for (std::size_t at = text.starts_with(kMark) ? kMark.size() : 0; at < text.size();) {
+    for (std::size_t at = begin; at < text.size();) {
         const char c = text[at];
         if (c == '"' || c == '\'') {
+            if (at > begin && kBeforeStrings.find(text[at - 1]) == std::string_view::npos)
+                refuse_at(text, at, file, "a quote in the midst of a name or value");
             const std::size_t end = end_of_string(text, at);
             check_escapes(text, at, end, file);
             at = end;

@@ -83,6 +83,11 @@ TEST(Toml, CharactersBeyondAscii_BelongInStringsAndComments) {
     EXPECT_THAT(error_of([&] { table_of("a = \"\"\"b \\\n \xc2\xb5\"\"\""); }),
                 AllOf(StartsWith("rig.toml:2:2"), HasSubstr("after a backslash")));
     EXPECT_THAT(error_of([&] { table_of("a = \"\\\xc2\xb5\""); }), StartsWith("rig.toml:1:7"));
+    EXPECT_THAT(error_of([&] { table_of("title = -\"Choi\r\n\xcf\xbb"); }),
+                AllOf(StartsWith("rig.toml:1:10"), HasSubstr("quote in the midst")));
+    for (const char* text :
+         {"a = 19T\"\xc2\xb5m\"", "a\"\xc2\xb5\" = 1", "a = 'b''\xc2\xb5'", "a = 1'\xc2\xb5'"})
+        EXPECT_THAT(error_of([&] { table_of(text); }), HasSubstr("quote in the midst")) << text;
     EXPECT_EQ(table_of("\xef\xbb\xbf\"\xc2\xb5\" = 'a\xc2\xb5' # \xc2\xb5\n").text("\xc2\xb5"), "a\xc2\xb5");
 }
 
