@@ -40,38 +40,6 @@ float bounded(double square) {
     return static_cast<float>(std::min(square, sqr(double{kBrightest})));
 }
 
-template <typename Body>
-void for_each_row(const Workers& workers, const V2i& size, Body&& body) {
-    parallel_each(workers, static_cast<std::size_t>(size.y), Plane::rows_at_a_time(size.x),
-                  [&body](std::size_t y) { body(static_cast<int>(y)); });
-}
-
-// Returns means over squares of half side `reach`, clipped at the image's rim. The rim of `from` must be 0.
-Plane smoothed(const Plane& from, const V2i& size, int reach, const Workers& workers) {
-    const auto pixels = [reach](int i, int end) {
-        return static_cast<float>(std::min(end - 1, i + reach) - std::max(0, i - reach) + 1);
-    };
-    Plane across(size.x, size.y), result(size.x, size.y);
-    for_each_row(workers, size, [&](int y) {
-        const float* const in = from.row(y);
-        float* const out = across.row(y);
-        for (int offset = -reach; offset <= reach; ++offset) {
-            for (int x = 0; x < size.x; ++x) out[x] += in[x + offset];
-        }
-        for (int x = 0; x < size.x; ++x) out[x] /= pixels(x, size.x);
-    });
-    for_each_row(workers, size, [&](int y) {
-        float* const out = result.row(y);
-        for (int v = std::max(0, y - reach); v <= std::min(size.y - 1, y + reach); ++v) {
-            const float* const in = across.row(v);
-            for (int x = 0; x < size.x; ++x) out[x] += in[x];
-        }
-        const float share = 1 / pixels(y, size.y);
-        for (int x = 0; x < size.x; ++x) out[x] *= share;
-    });
-    return result;
-}
-
 // --- input of the filter ---
 
 // Fills three planes from three consecutive channels.

@@ -62,6 +62,12 @@ class Plane {
     int width_ = 0, height_ = 0, stride_ = 0;
     std::vector<float> data_;
 };
+template <typename Body>
+void for_each_row(const Workers& workers, const V2i& size, Body&& body) {
+    parallel_each(workers, static_cast<std::size_t>(size.y), Plane::rows_at_a_time(size.x),
+                  [&body](std::size_t y) { body(static_cast<int>(y)); });
+}
+
 using ColourPlanes = std::array<Plane, 3>;
 
 }  // namespace lucerna

@@ -44,6 +44,31 @@ Plane trust(const ColourPlanes& variance, const Workers& workers) {
 
 }  // namespace
 
+Plane smoothed(const Plane& from, const V2i& size, int reach, const Workers& workers) {
+    const auto pixels = [reach](int i, int end) {
+        return static_cast<float>(std::min(end - 1, i + reach) - std::max(0, i - reach) + 1);
+    };
+    Plane across(size.x, size.y), result(size.x, size.y);
+    for_each_row(workers, size, [&](int y) {
+        const float* const in = from.row(y);
+        float* const out = across.row(y);
+        for (int offset = -reach; offset <= reach; ++offset) {
+            for (int x = 0; x < size.x; ++x) out[x] += in[x + offset];
+        }
+        for (int x = 0; x < size.x; ++x) out[x] /= pixels(x, size.x);
+    });
+    for_each_row(workers, size, [&](int y) {
+        float* const out = result.row(y);
+        for (int v = std::max(0, y - reach); v <= std::min(size.y - 1, y + reach); ++v) {
+            const float* const in = across.row(v);
+            for (int x = 0; x < size.x; ++x) out[x] += in[x];
+        }
+        const float share = 1 / pixels(y, size.y);
+        for (int x = 0; x < size.x; ++x) out[x] *= share;
+    });
+    return result;
+}
+
 float guide_of(const ColourPlanes& value, int x, int y) {
     return 0.25F * (value[0].row(y)[x] + value[2].row(y)[x]) + 0.5F * value[1].row(y)[x];
 }
@@ -86,7 +111,8 @@ namespace {
 constexpr int kScales = 3, kLeastSide = 16;
 // Limits the change that a coarser scale makes to the light of a finer one, as a share of it. Noise that is
 // left at low frequencies is well below this; what is more comes from a neighbourhood of different light.
-constexpr float kMostChange = 0.3F;
+constexpr float kMostChange = 0.3F, kMostDeviations = 2;
+constexpr int kReachOfNoise = 7;
 
 // Returns means over 2 x 2 pixels, times a factor. Where the last column or row has no neighbour, it counts
 // twice.
@@ -184,12 +210,21 @@ std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
     std::array<Filtered, 2> coarse = regress_in_scales(
         coarse_features, {halved(halves[0], workers), halved(halves[1], workers)}, scales - 1, workers);
     std::vector<std::pair<const Plane*, Plane*>> planes;
-    for (std::size_t half = 0; half < 2; ++half) {
-        for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t c = 0; c < 3; ++c) {
+        const std::array<Plane, 2> before{halved(fine[0][kLinear][c], workers),
+                                          halved(fine[1][kLinear][c], workers)};
+        const V2i size(before[0].width(), before[0].height());
+        Plane noise(size.x, size.y);
+        for_each_row(workers, size, [&](int y) {
+            for (int x = 0; x < size.x; ++x)
+                noise.row(y)[x] = 0.5F * sqr(before[0].row(y)[x] - before[1].row(y)[x]);
+        });
+        noise = smoothed(noise, size, kReachOfNoise, workers);
+        for (std::size_t half = 0; half < 2; ++half) {
             Plane &to = fine[half][kLinear][c], &change = coarse[half][kLinear][c];
-            const Plane before = halved(to, workers);
             change.fill(workers, [&](int x, int y) {
-                const float was = before.row(y)[x], most = kMostChange * std::fabs(was);
+                const float was = before[half].row(y)[x],
+                            most = kMostChange * std::fabs(was) + kMostDeviations * std::sqrt(noise.row(y)[x]);
                 return std::clamp(change.row(y)[x] - was, -most, most);
             });
             planes.emplace_back(&change, &to);
