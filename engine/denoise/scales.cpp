@@ -113,6 +113,7 @@ constexpr int kScales = 3, kLeastSide = 16;
 // left at low frequencies is well below this; what is more comes from a neighbourhood of different light.
 constexpr float kMostChange = 0.3F, kMostDeviations = 2;
 constexpr int kReachOfNoise = 7;
+constexpr float kLeastLeft = 0.1F;
 
 // Returns means over 2 x 2 pixels, times a factor. Where the last column or row has no neighbour, it counts
 // twice.
@@ -165,7 +166,7 @@ class Upsampler {
     void add(int y, const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
         const int width = fine_.emitter.width();
         const auto size = static_cast<std::size_t>(width);
-        std::vector<float> sum(size);
+        std::vector<float> sum(size), changes(size * planes.size());
         std::array<std::vector<float>, 4> weights;
         const int rows[2] = {y / 2, y % 2 == 0 ? y / 2 - 1 : y / 2 + 1};
         for (std::size_t k = 0; k < 4; ++k) {
@@ -176,12 +177,17 @@ class Upsampler {
         }
         for (std::size_t k = 0; k < 4; ++k) {
             for (std::size_t i = 0; i < size; ++i) weights[k][i] /= std::max(sum[i], kLeastWeight);
-            for (const auto& [from, to] : planes) {
-                const float* const in = from->row(rows[k / 2]);
-                float* const out = to->row(y);
+            for (std::size_t p = 0; p < planes.size(); ++p) {
+                const float* const in = planes[p].first->row(rows[k / 2]);
+                float* const out = &changes[p * size];
                 for (int x = 0; x < width; ++x)
                     out[x] += weights[k][static_cast<std::size_t>(x)] * in[column(x, k % 2 == 1)];
             }
+        }
+        for (std::size_t p = 0; p < planes.size(); ++p) {
+            float* const out = planes[p].second->row(y);
+            for (std::size_t i = 0; i < size; ++i)
+                out[i] = std::max(out[i] + changes[p * size + i], std::min(out[i], kLeastLeft * out[i]));
         }
     }
 
