@@ -166,12 +166,10 @@ V3d Film::variance(const Pixel& pixel) const {
     if (pixel.count < 2) return V3d(0.0);
     const double n = pixel.count, weight2 = sqr(double{kind_.weight});
     V3d variance;
-    for (int c = 0; c < 3; ++c) {
-        // This is the variance of w (L - mean L), whose mean is the covariance; it neglects the scatter of
-        // the covariance itself.
-        const double covariance = double{pixel.covariance_sum[c]} / (n - 1);
-        variance[c] = std::max(0.0, weight2 * sqr(double{pixel.root_m2[c]}) / (n - 1) - sqr(covariance)) / n;
-    }
+    // This is the mean square of w (L - mean L). It includes the square of the covariance of w and L, by which
+    // the filtered pixel differs from the mean of L: little, and an estimate of it from few samples of weights
+    // of both signs may exceed all of the variance.
+    for (int c = 0; c < 3; ++c) variance[c] = weight2 * sqr(double{pixel.root_m2[c]}) / ((n - 1) * n);
     return variance;
 }
 
