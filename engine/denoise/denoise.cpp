@@ -267,6 +267,10 @@ Plane luminance_of(const ColourPlanes& colours, const V2i& size, const Workers& 
     return result;
 }
 
+// Standard errors by which a gain must be known before one filtered image is mixed into the other, or before the
+// measured one is: its fireflies would show.
+constexpr float kCaution = 1, kCautionWithNoise = 2;
+
 class Mixer {
   public:
     // `measured` has the halves as they are. Errors are relative to the lesser luminance of two filtered
@@ -324,8 +328,8 @@ class Mixer {
 
     // Mixes the second into the first with the share that minimises the error: with the errors E and the
     // difference d of both, it is (E₁ - E₂ + d²)/(2 d²), with both terms summed over the neighbourhood. The
-    // first sum is reduced by its standard error: chance must not bring noise into the first.
-    void mix(Estimate& first, const Estimate& second) const {
+    // first sum is reduced by `caution` standard errors: chance must not bring noise into the first.
+    void mix(Estimate& first, const Estimate& second, float caution) const {
         Terms terms{Plane(size_.x, size_.y), Plane(size_.x, size_.y), {}, {}, {}};
         for_each([&](int x, int y) {
             const float difference =
@@ -342,10 +346,10 @@ class Mixer {
         for_each([&](int x, int y) {
             const auto pixels = static_cast<float>(pixels_along(x, size_.x) * pixels_along(y, size_.y));
             share.row(y)[x] = best(pixels * terms.gains.row(y)[x], pixels * terms.squares.row(y)[x], pixels,
-                                   pixels * terms.differences.row(y)[x]);
+                                   pixels * terms.differences.row(y)[x], caution);
         });
         share = smoothed(share, size_, kSmooth, workers_);
-        hold_out(first, second, terms);
+        hold_out(first, second, terms, caution);
         for_each([&](int x, int y) {
             const float s = share.row(y)[x];
             float& error = first.error.row(y)[x];
@@ -367,9 +371,9 @@ class Mixer {
         Plane gain, difference, gains, differences, squares;
     };
     // Returns the best share by sums over pixels: of the gain, of its square, and of the squared difference.
-    static float best(float gain, float squares, float pixels, float difference) {
+    static float best(float gain, float squares, float pixels, float difference, float caution) {
         const float variance = std::max(0.0F, squares - sqr(gain) / pixels);
-        return difference > 0 ? std::clamp((gain - std::sqrt(variance)) / (2 * difference), 0.0F, 1.0F)
+        return difference > 0 ? std::clamp((gain - caution * std::sqrt(variance)) / (2 * difference), 0.0F, 1.0F)
                               : 0.0F;
     }
     // Returns the number of pixels of a neighbourhood along an axis.
@@ -378,7 +382,7 @@ class Mixer {
     }
 
     // Mixes the images that are held out, in shares from the neighbourhood without the pixel itself.
-    void hold_out(Estimate& first, const Estimate& second, const Terms& terms) const {
+    void hold_out(Estimate& first, const Estimate& second, const Terms& terms, float caution) const {
         std::vector<float> columns(static_cast<std::size_t>(size_.x));
         for (int x = 0; x < size_.x; ++x)
             columns[static_cast<std::size_t>(x)] = static_cast<float>(pixels_along(x, size_.x));
@@ -395,7 +399,7 @@ class Mixer {
                         const float n = rows * columns[static_cast<std::size_t>(x + offset)];
                         share[static_cast<std::size_t>(x)] +=
                             best(n * gains[x + offset] - gain[x], n * squares[x + offset] - sqr(gain[x]),
-                                 std::max(1.0F, n - 1), n * differences[x + offset] - difference[x]);
+                                 std::max(1.0F, n - 1), n * differences[x + offset] - difference[x], caution);
                         count[static_cast<std::size_t>(x)] += 1;
                     }
                 }
@@ -592,8 +596,8 @@ Denoised denoise(const DenoiserInput& input, const Workers& workers) {
     result.error = mixer.error(result.luminance);
     result.held_out = result.luminance;
     constant.error = mixer.error(constant.luminance);
-    mixer.mix(result, constant);
-    mixer.mix(result, mixer.measured());
+    mixer.mix(result, constant, kCaution);
+    mixer.mix(result, mixer.measured(), kCautionWithNoise);
 
     Denoised denoised{Image::rgb(size.x, size.y), 0, false};
     denoised.image.space = input.halves[0].space;
