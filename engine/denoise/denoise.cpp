@@ -267,8 +267,8 @@ Plane luminance_of(const ColourPlanes& colours, const V2i& size, const Workers& 
     return result;
 }
 
-// Standard errors by which a gain must be known before one filtered image is mixed into the other, or before the
-// measured one is: its fireflies would show.
+// Standard errors by which a gain must be known before one filtered image is mixed into the other, or before
+// the measured one is: its fireflies would show.
 constexpr float kCaution = 1, kCautionWithNoise = 2;
 
 class Mixer {
@@ -330,21 +330,20 @@ class Mixer {
     // difference d of both, it is (E₁ - E₂ + d²)/(2 d²), with both terms summed over the neighbourhood. The
     // first sum is reduced by `caution` standard errors: chance must not bring noise into the first.
     void mix(Estimate& first, const Estimate& second, float caution) const {
-        Terms terms{Plane(size_.x, size_.y), Plane(size_.x, size_.y), {}, {}, {}};
+        Terms terms{Plane(size_.x, size_.y), Plane(size_.x, size_.y), Plane(size_.x, size_.y), {}, {}, {}};
         for_each([&](int x, int y) {
             const float difference =
                 inverse_scale_.row(y)[x] * sqr(mean(first.luminance, x, y) - mean(second.luminance, x, y));
             terms.difference.row(y)[x] = difference;
             terms.gain.row(y)[x] = first.error.row(y)[x] - second.error.row(y)[x] + difference;
         });
-        Plane squares(size_.x, size_.y);
-        for_each([&](int x, int y) { squares.row(y)[x] = sqr(terms.gain.row(y)[x]); });
+        for_each([&](int x, int y) { terms.square.row(y)[x] = sqr(terms.gain.row(y)[x]); });
         terms.differences = smoothed(terms.difference, size_, kReach, workers_);
         terms.gains = smoothed(terms.gain, size_, kReach, workers_);
-        terms.squares = smoothed(squares, size_, kReach, workers_);
+        terms.squares = smoothed(terms.square, size_, kReach, workers_);
         Plane share(size_.x, size_.y);
         for_each([&](int x, int y) {
-            const auto pixels = static_cast<float>(pixels_along(x, size_.x) * pixels_along(y, size_.y));
+            const float pixels = pixels_about(x, y, kReach);
             share.row(y)[x] = best(pixels * terms.gains.row(y)[x], pixels * terms.squares.row(y)[x], pixels,
                                    pixels * terms.differences.row(y)[x], caution);
         });
@@ -368,49 +367,40 @@ class Mixer {
 
     // Holds the terms of shares by pixel, and their means and the gain's mean square over the neighbourhood.
     struct Terms {
-        Plane gain, difference, gains, differences, squares;
+        Plane gain, square, difference, gains, squares, differences;
     };
     // Returns the best share by sums over pixels: of the gain, of its square, and of the squared difference.
     static float best(float gain, float squares, float pixels, float difference, float caution) {
         const float variance = std::max(0.0F, squares - sqr(gain) / pixels);
-        return difference > 0 ? std::clamp((gain - caution * std::sqrt(variance)) / (2 * difference), 0.0F, 1.0F)
-                              : 0.0F;
+        return difference > 0
+                   ? std::clamp((gain - caution * std::sqrt(variance)) / (2 * difference), 0.0F, 1.0F)
+                   : 0.0F;
     }
-    // Returns the number of pixels of a neighbourhood along an axis.
-    static int pixels_along(int i, int end) {
-        return std::min(i + kReach, end - 1) - std::max(i - kReach, 0) + 1;
+    // Returns the number of pixels of a square of this half side.
+    float pixels_about(int x, int y, int reach) const {
+        const auto along = [reach](int i, int end) {
+            return std::min(i + reach, end - 1) - std::max(i - reach, 0) + 1;
+        };
+        return static_cast<float>(along(x, size_.x) * along(y, size_.y));
     }
 
-    // Mixes the images that are held out, in shares from the neighbourhood without the pixel itself.
+    // Mixes the images that are held out, in shares from the neighbourhood without the pixel itself and those
+    // nearest to it, whose filtered values have samples in common with its own.
     void hold_out(Estimate& first, const Estimate& second, const Terms& terms, float caution) const {
-        std::vector<float> columns(static_cast<std::size_t>(size_.x));
-        for (int x = 0; x < size_.x; ++x)
-            columns[static_cast<std::size_t>(x)] = static_cast<float>(pixels_along(x, size_.x));
-        for_each_row(workers_, size_, [&](int y) {
-            const float *const gain = terms.gain.row(y), *const difference = terms.difference.row(y);
-            std::vector<float> share(columns.size()), count(columns.size());
-            for (int v = std::max(0, y - kSmooth); v <= std::min(size_.y - 1, y + kSmooth); ++v) {
-                const auto rows = static_cast<float>(pixels_along(v, size_.y));
-                const float *const gains = terms.gains.row(v), *const differences = terms.differences.row(v),
-                                   *const squares = terms.squares.row(v);
-                for (int offset = -kSmooth; offset <= kSmooth; ++offset) {
-                    const int begin = std::max(0, -offset), end = std::min(size_.x, size_.x - offset);
-                    for (int x = begin; x < end; ++x) {
-                        const float n = rows * columns[static_cast<std::size_t>(x + offset)];
-                        share[static_cast<std::size_t>(x)] +=
-                            best(n * gains[x + offset] - gain[x], n * squares[x + offset] - sqr(gain[x]),
-                                 std::max(1.0F, n - 1), n * differences[x + offset] - difference[x], caution);
-                        count[static_cast<std::size_t>(x)] += 1;
-                    }
-                }
-            }
+        const Plane gains = smoothed(terms.gain, size_, kSmooth, workers_),
+                    squares = smoothed(terms.square, size_, kSmooth, workers_),
+                    differences = smoothed(terms.difference, size_, kSmooth, workers_);
+        for_each([&](int x, int y) {
+            const float all = pixels_about(x, y, kReach), own = pixels_about(x, y, kSmooth);
+            const auto others = [&](const Plane& of_all, const Plane& of_own) {
+                return all * of_all.row(y)[x] - own * of_own.row(y)[x];
+            };
+            const float share =
+                best(others(terms.gains, gains), others(terms.squares, squares), std::max(1.0F, all - own),
+                     others(terms.differences, differences), caution);
             for (std::size_t half = 0; half < 2; ++half) {
-                float* const to = first.held_out[half].row(y);
-                const float* const other = second.luminance[half].row(y);
-                for (int x = 0; x < size_.x; ++x) {
-                    const auto i = static_cast<std::size_t>(x);
-                    to[x] += share[i] / count[i] * (other[x] - to[x]);
-                }
+                float& to = first.held_out[half].row(y)[x];
+                to += share * (second.luminance[half].row(y)[x] - to);
             }
         });
     }

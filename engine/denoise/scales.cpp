@@ -111,7 +111,7 @@ namespace {
 constexpr int kScales = 3, kLeastSide = 16;
 // Limits the change that a coarser scale makes to the light of a finer one, as a share of it. Noise that is
 // left at low frequencies is well below this; what is more comes from a neighbourhood of different light.
-constexpr float kMostChange = 0.3F, kMostDeviations = 2;
+constexpr float kMostChange = 0.3F, kMostDeviations = 1.5;
 constexpr int kReachOfNoise = 7;
 constexpr float kLeastLeft = 0.1F;
 
@@ -223,14 +223,14 @@ std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
         Plane noise(size.x, size.y);
         for_each_row(workers, size, [&](int y) {
             for (int x = 0; x < size.x; ++x)
-                noise.row(y)[x] = 0.5F * sqr(before[0].row(y)[x] - before[1].row(y)[x]);
+                noise.row(y)[x] = std::fabs(before[0].row(y)[x] - before[1].row(y)[x]);
         });
         noise = smoothed(noise, size, kReachOfNoise, workers);
         for (std::size_t half = 0; half < 2; ++half) {
             Plane &to = fine[half][kLinear][c], &change = coarse[half][kLinear][c];
             change.fill(workers, [&](int x, int y) {
                 const float was = before[half].row(y)[x],
-                            most = kMostChange * std::fabs(was) + kMostDeviations * std::sqrt(noise.row(y)[x]);
+                            most = kMostChange * std::fabs(was) + kMostDeviations * noise.row(y)[x];
                 return std::clamp(change.row(y)[x] - was, -most, most);
             });
             planes.emplace_back(&change, &to);

@@ -166,10 +166,16 @@ V3d Film::variance(const Pixel& pixel) const {
     if (pixel.count < 2) return V3d(0.0);
     const double n = pixel.count, weight2 = sqr(double{kind_.weight});
     V3d variance;
-    // This is the mean square of w (L - mean L). It includes the square of the covariance of w and L, by which
-    // the filtered pixel differs from the mean of L: little, and an estimate of it from few samples of weights
-    // of both signs may exceed all of the variance.
-    for (int c = 0; c < 3; ++c) variance[c] = weight2 * sqr(double{pixel.root_m2[c]}) / ((n - 1) * n);
+    for (int c = 0; c < 3; ++c) {
+        // The variance of w (L - mean L) is its mean square less the square of its mean, the covariance of w
+        // and L. An estimate of the latter from few samples is mostly noise, and may be as large as the
+        // former, so only what exceeds four times the variance of that estimate is subtracted.
+        const double of_light = sqr(double{pixel.root_m2[c]}) / (n - 1), square = weight2 * of_light;
+        const double covariance = double{pixel.covariance_sum[c]} / (n - 1);
+        const double of_product = square - std::max(0.0, sqr(covariance) - 4 * square / n);
+        // The scatter of the mean weight adds to it.
+        variance[c] = (of_product + (weight2 - 1) * of_light / (n - 1)) / n;
+    }
     return variance;
 }
 

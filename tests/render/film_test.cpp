@@ -55,6 +55,37 @@ TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
     EXPECT_NEAR(variance.mean() / value.variance(), 1, 0.15);
 }
 
+// With two samples, of which one meets light, the covariance of weights and radiances is as uncertain as it
+// is large. The variance must nevertheless be right on average, and never 0.
+TEST(Film, SignedWeightsOfFewSamples_HaveTheirVariance) {
+    constexpr int kPixels = 20'000;
+    constexpr float kWeight = 1.5F, kPositive = 5.0F / 6;
+    for (const int samples : {2, 4, 16}) {
+        Film film(kPixels, 1, {.weight = kWeight});
+        Sampler sampler(19, Purpose::test, 0, static_cast<std::uint64_t>(samples));
+        std::vector<bool> lit(kPixels);
+        for (int x = 0; x < kPixels; ++x) {
+            for (int s = 0; s < samples; ++s) {
+                const float radiance = sampler.next() < 0.1F ? 10.0F : 0.0F;
+                if (radiance > 0) lit[static_cast<std::size_t>(x)] = true;
+                film.add(x, 0, Rgb(radiance), sampler.next() < kPositive ? kWeight : -kWeight);
+            }
+        }
+        const Image image = film.develop(1);
+        RunningStats value, variance;
+        for (int x = 0; x < kPixels; ++x) {
+            value.add(double{image.value(x, 0, 0)});
+            variance.add(double{image.value(x, 0, 3)});
+            if (lit[static_cast<std::size_t>(x)] && image.value(x, 0, 0) != 10) {
+                EXPECT_GT(image.value(x, 0, 3), 0) << x;
+            }
+        }
+        EXPECT_TRUE(testing::agrees(value, 1));
+        EXPECT_GT(variance.mean() / value.variance(), 0.85) << samples;
+        EXPECT_LT(variance.mean() / value.variance(), 1.2) << samples;
+    }
+}
+
 // If all samples of a pass are alike they carry the information of one. The variance between passes is the
 // observed one; the variance between samples would be too small by their number.
 TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
