@@ -12,31 +12,26 @@
 namespace lucerna {
 namespace {
 
-// Returns the median of five numbers.
-inline float median(float a, float b, float c, float d, float e) {
-    const float low = std::max(std::min(a, b), std::min(c, d)),
-                high = std::min(std::max(a, b), std::max(c, d));
-    return std::max(std::min(low, high), std::min(std::max(low, high), e));
-}
-
-// Reduces the trust in a pixel whose variance is much larger than the median around it, that of the medians
-// of five rows of five pixels: it holds light that the others have missed. The pixels are two apart, because
-// the variances are blended over 3 x 3 pixels.
+// Reduces the trust in a pixel whose variance is much larger than the mean of those around it, of five rows of five
+// pixels: it holds light that the others have missed. The pixels are two apart, because the variances are
+// blended over 3 x 3 pixels.
 Plane trust(const ColourPlanes& variance, const Workers& workers) {
-    constexpr float kMuch = 4, kLeast = 1e-4F;
+    constexpr float kMuch = 4, kLeast = 1e-4F, kOthers = 24;
     const int width = variance[0].width(), height = variance[0].height();
-    Plane sum(width, height), of_row(width, height), trust(width, height);
-    sum.fill(workers, [&](int x, int y) {
+    Plane own(width, height), of_row(width, height), trust(width, height);
+    own.fill(workers, [&](int x, int y) {
         return variance[0].row(y)[x] + variance[1].row(y)[x] + variance[2].row(y)[x];
     });
+    const auto sum_of_five = [](float a, float b, float c, float d, float e) { return a + b + c + d + e; };
     of_row.fill(workers, [&](int x, int y) {
-        const float* const s = sum.row(y) + x;
-        return median(s[-4], s[-2], s[0], s[2], s[4]);
+        const float* const s = own.row(y) + x;
+        return sum_of_five(s[-4], s[-2], s[0], s[2], s[4]);
     });
     trust.fill(workers, [&](int x, int y) {
         const auto at = [&of_row, x](int row) { return of_row.row(row)[x]; };
-        const float middle = median(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
-        const float ratio = sum.row(y)[x] / (kMuch * middle + std::numeric_limits<float>::min());
+        const float here = own.row(y)[x], all = sum_of_five(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
+        const float others = std::max(0.0F, all - here) / kOthers;
+        const float ratio = here / (kMuch * others + std::numeric_limits<float>::min());
         return std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
     });
     return trust;
