@@ -12,9 +12,9 @@
 namespace lucerna {
 namespace {
 
-// Reduces the trust in a pixel whose variance is much larger than the mean of those around it, of five rows of five
-// pixels: it holds light that the others have missed. The pixels are two apart, because the variances are
-// blended over 3 x 3 pixels.
+// Reduces the trust in a pixel whose variance is much larger than the mean of those around it, of five rows
+// of five pixels: it holds light that the others have missed. The pixels are two apart, because the variances
+// are blended over 3 x 3 pixels.
 Plane trust(const ColourPlanes& variance, const Workers& workers) {
     constexpr float kMuch = 4, kLeast = 1e-4F, kOthers = 24;
     const int width = variance[0].width(), height = variance[0].height();
@@ -29,7 +29,8 @@ Plane trust(const ColourPlanes& variance, const Workers& workers) {
     });
     trust.fill(workers, [&](int x, int y) {
         const auto at = [&of_row, x](int row) { return of_row.row(row)[x]; };
-        const float here = own.row(y)[x], all = sum_of_five(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
+        const float here = own.row(y)[x],
+                    all = sum_of_five(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
         const float others = std::max(0.0F, all - here) / kOthers;
         const float ratio = here / (kMuch * others + std::numeric_limits<float>::min());
         return std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
@@ -106,7 +107,7 @@ namespace {
 constexpr int kScales = 3, kLeastSide = 16;
 // Limits the change that a coarser scale makes to the light of a finer one, as a share of it. Noise that is
 // left at low frequencies is well below this; what is more comes from a neighbourhood of different light.
-constexpr float kMostChange = 0.3F, kMostDeviations = 1.5;
+constexpr float kMostChange = 0.3F, kMostDeviations = 2;
 constexpr int kReachOfNoise = 7;
 constexpr float kLeastLeft = 0.1F;
 
