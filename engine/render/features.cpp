@@ -105,6 +105,9 @@ class Means {
 // Number of samples of every pixel; more are taken only where these disagree.
 constexpr int kFirstSamples = 4;
 
+// Number of samples of a pixel at an edge between pixels.
+constexpr int kMostAtEdges = 8;
+
 // Returns whether the samples of a pixel disagree, at an edge or in a texture as fine as pixels.
 bool disagree(const Means<kFeatureChannels>& means) {
     // Limits of standard errors, relative for albedo and depth.
@@ -138,41 +141,99 @@ std::vector<std::string> more_channels() {
     return names;
 }
 
+// Takes samples of pixels, and writes what they see.
+class Looker {
+  public:
+    Looker(const Job& job, std::uint64_t seed)
+        : scene_(job.scene), sampler_(job, seed, 0, nullptr), axes_(camera_axes(job.camera)) {}
+
+    // Takes `least` samples of a pixel, and up to `most` if these disagree.
+    void look(int x, int y, int least, int most, Features& features) const {
+        Means<kFeatures> means;
+        Means<kInCamera> in_camera;
+        std::vector<std::uint32_t> objects, materials;
+        for (int s = 0; s < most; ++s) {
+            if (s == least && !disagree(means)) break;
+            const Seen seen = first_surface(scene_, sampler_.sample({x, y}, s).ray);
+            means.add({seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x, seen.normal.y,
+                       seen.normal.z, seen.position.x, seen.position.y, seen.position.z, seen.depth,
+                       seen.geometric_normal.x, seen.geometric_normal.y, seen.geometric_normal.z,
+                       seen.emitter});
+            in_camera.add({axes_[0].dot(seen.normal), axes_[1].dot(seen.normal), axes_[2].dot(seen.normal)});
+            objects.push_back(seen.object);
+            materials.push_back(seen.material);
+        }
+        float* const to = &features.image.data[features.image.index(x, y)];
+        float* more = &features.more.data[features.more.index(x, y)];
+        for (std::size_t i = 0; i < kFeatures; ++i) to[i] = means.mean(i), *more++ = means.variance(i);
+        for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.mean(i);
+        for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.variance(i);
+        *more++ = static_cast<float>(most_frequent(objects));
+        *more++ = static_cast<float>(most_frequent(materials));
+    }
+
+  private:
+    const Scene& scene_;
+    CameraSampler sampler_;
+    std::array<V3f, 3> axes_;
+};
+
+// Returns whether an edge lies between two pixels.
+bool differ(const Features& features, const V2i& a, const V2i& b) {
+    // Limits of the differences of normals and albedos.
+    constexpr float kNormalStep = 0.2F, kAlbedoStep = 0.15F;
+    const auto difference = [&](std::size_t channel) {
+        const int c = static_cast<int>(channel);
+        return features.image.value(a.x, a.y, c) - features.image.value(b.x, b.y, c);
+    };
+    float of_normals = 0, of_albedos = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+        of_normals += sqr(difference(kNormal + c));
+        of_albedos = std::max(of_albedos, std::fabs(difference(kAlbedo + c)));
+    }
+    if (of_normals > sqr(kNormalStep) || of_albedos > kAlbedoStep || difference(kEmitter) != 0) return true;
+    for (const std::size_t id : {kMore - 2, kMore - 1}) {
+        const int c = static_cast<int>(id);
+        if (features.more.value(a.x, a.y, c) != features.more.value(b.x, b.y, c)) return true;
+    }
+    return false;
+}
+
+std::vector<V2i> pixels_at_edges(const Features& features) {
+    const int width = features.image.width, height = features.image.height;
+    std::vector<std::uint8_t> is_at_edge(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    const auto at = [width](const V2i& p) {
+        return static_cast<std::size_t>(p.y) * static_cast<std::size_t>(width) +
+               static_cast<std::size_t>(p.x);
+    };
+    std::vector<V2i> pixels;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            for (const V2i& next : {V2i(x + 1, y), V2i(x, y + 1)}) {
+                if (next.x < width && next.y < height && differ(features, {x, y}, next))
+                    is_at_edge[at({x, y})] = is_at_edge[at(next)] = 1;
+            }
+        }
+    }
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            if (is_at_edge[at({x, y})]) pixels.emplace_back(x, y);
+        }
+    }
+    return pixels;
+}
+
 }  // namespace
 
 Features render_features(const Job& job, std::uint64_t seed, int most_samples, const Workers& workers,
                          Monitor& monitor) {
     const V2i size = job.film.rendered_size();
     Features features{{size.x, size.y, feature_channels()}, {size.x, size.y, more_channels()}};
-    const CameraSampler sampler(job, seed, 0, nullptr);
-    const std::array<V3f, 3> axes = camera_axes(job.camera);
+    const Looker looker(job, seed);
     const auto look = [&](std::int64_t row) {
         if (monitor.stopped()) return;
-        const auto y = static_cast<int>(row);
-        std::vector<std::uint32_t> objects, materials;
-        for (int x = 0; x < size.x; ++x) {
-            Means<kFeatures> means;
-            Means<kInCamera> in_camera;
-            objects.clear(), materials.clear();
-            for (int s = 0; s < most_samples; ++s) {
-                if (s == kFirstSamples && !disagree(means)) break;
-                const Seen seen = first_surface(job.scene, sampler.sample({x, y}, s).ray);
-                means.add({seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x, seen.normal.y,
-                           seen.normal.z, seen.position.x, seen.position.y, seen.position.z, seen.depth,
-                           seen.geometric_normal.x, seen.geometric_normal.y, seen.geometric_normal.z,
-                           seen.emitter});
-                in_camera.add({axes[0].dot(seen.normal), axes[1].dot(seen.normal), axes[2].dot(seen.normal)});
-                objects.push_back(seen.object);
-                materials.push_back(seen.material);
-            }
-            float* const to = &features.image.data[features.image.index(x, y)];
-            float* more = &features.more.data[features.more.index(x, y)];
-            for (std::size_t i = 0; i < kFeatures; ++i) to[i] = means.mean(i), *more++ = means.variance(i);
-            for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.mean(i);
-            for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.variance(i);
-            *more++ = static_cast<float>(most_frequent(objects));
-            *more++ = static_cast<float>(most_frequent(materials));
-        }
+        for (int x = 0; x < size.x; ++x)
+            looker.look(x, static_cast<int>(row), kFirstSamples, most_samples, features);
     };
     const auto row_of = [&](Image& image, std::int64_t row) {
         return std::span(image.data)
@@ -185,6 +246,20 @@ Features render_features(const Job& job, std::uint64_t seed, int most_samples, c
             archive(of_image, more);
         });
     return features;
+}
+
+void refine_features(const Job& job, std::uint64_t seed, double samples, Features& features,
+                     const Workers& workers, Monitor& monitor) {
+    const std::vector<V2i> pixels = pixels_at_edges(features);
+    if (pixels.empty()) return;
+    const int each =
+        static_cast<int>(std::min<double>(samples / static_cast<double>(pixels.size()), kMostAtEdges));
+    if (each < 2) return;
+    const Looker looker(job, seed);
+    parallel_chunks(workers.alone(), static_cast<std::int64_t>(pixels.size()), [&](std::int64_t i) {
+        const V2i& pixel = pixels[static_cast<std::size_t>(i)];
+        if (!monitor.stopped()) looker.look(pixel.x, pixel.y, each, each, features);
+    });
 }
 
 }  // namespace lucerna

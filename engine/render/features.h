@@ -27,4 +27,9 @@ struct Features {
 Features render_features(const Job& job, std::uint64_t seed, int most_samples, const Workers& workers,
                          Monitor& monitor);
 
+// Takes about so many more samples, at pixels of `features`, with one sample each, that differ from their
+// neighbours. Two or more of a pixel show which part of it lies on which side of an edge.
+void refine_features(const Job& job, std::uint64_t seed, double samples, Features& features,
+                     const Workers& workers, Monitor& monitor);
+
 }  // namespace lucerna

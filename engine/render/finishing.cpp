@@ -79,13 +79,10 @@ Finishing plan_finishing(double pixels, double seconds, const FinishingRates& ra
     Finishing plan;
     const double first_features = rates.features;
     if (first_features > 0) {
-        const double fit = kFeatures * seconds / first_features;
-        plan.feature_samples = fit >= kSamplesWithEdges ? kMostFeatureSamples
-                               : fit >= 4               ? 4
-                               : fit >= 2               ? 2
-                                                        : 1;
-        if (plan.feature_samples > 1)
-            plan.feature_seconds = first_features * std::min<double>(plan.feature_samples, kSamplesWithEdges);
+        const double most = kFeatures * seconds, all = kSamplesWithEdges * first_features;
+        plan.feature_samples = most >= all ? kMostFeatureSamples : 1;
+        plan.feature_seconds = std::min(most, all);
+        if (plan.feature_samples == 1) plan.edge_samples = most / first_features * pixels;
     }
     const double all_pixels = pixels * rates.slowdown / rates.threads;
     plan.fill_seconds = all_pixels * rates.filling;

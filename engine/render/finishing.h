@@ -17,6 +17,7 @@ struct Finishing {
     // `least_spacing` is that of the plan.
     int spacing = 1, least_spacing = 1;
     int feature_samples = kMostFeatureSamples;
+    double edge_samples = 0;         // of refine_features(), all pixels together
     double feature_seconds = 0;      // of the features that are still to be taken
     double fill_seconds = 0;         // of complete_halves() and FeatureFilter, while pixels have no sample
     double all_denoise_seconds = 0;  // of all pixels

@@ -114,6 +114,10 @@ void ImageInProgress::take_features(int most_samples, Monitor& monitor) {
     feature_samples_ = most_samples;
 }
 
+void ImageInProgress::refine_features(double samples, Monitor& monitor) {
+    if (feature_samples_ == 1) lucerna::refine_features(job_, seed_, samples, features_, workers_, monitor);
+}
+
 void ImageInProgress::take_features_of(ImageInProgress& other) {
     features_ = std::move(other.features_);
     feature_samples_ = other.feature_samples_;

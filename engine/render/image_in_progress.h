@@ -53,6 +53,9 @@ class ImageInProgress {
     // Takes features with up to so many samples of each pixel (render_features()), unless there are some of
     // as many. Collective.
     void take_features(int most_samples, Monitor& monitor);
+    // Takes about so many more samples at edges where there is one sample of each pixel
+    // (lucerna::refine_features()).
+    void refine_features(double samples, Monitor& monitor);
     // Takes over those of another image of the same job.
     void take_features_of(ImageInProgress& other);
     void forget_features();

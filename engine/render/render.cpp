@@ -179,7 +179,7 @@ class Run {
         rates = agreed(options_.workers, rates);
         finishing_ =
             plan_finishing(pixels, left, rates, job_.film.two_halves && !job_.film.is_part(), options_.later);
-        if (!has_features) finishing_.feature_samples = 0;
+        if (!has_features) finishing_.feature_samples = 0, finishing_.edge_samples = 0;
         if (can_be_sparse()) finishing_.spacing = std::max(kSparse, finishing_.least_spacing);
         set_end();
     }
@@ -213,7 +213,7 @@ class Run {
     bool take_all_features() {
         const TimedPhase timed(looking_);
         image_.take_features(kMostFeatureSamples, monitor_);
-        finishing_.feature_seconds = 0;
+        finishing_.feature_seconds = finishing_.edge_samples = 0;
         if (ends_in_time()) set_end();
         return !monitor_.stopped();
     }
@@ -223,6 +223,7 @@ class Run {
         const bool must = job_.film.parts && job_.receivers.empty();
         if (image_.wants_features()) {
             image_.take_features(std::max(finishing_.feature_samples, must ? 1 : 0), monitor_);
+            if (finishing_.edge_samples > 0) image_.refine_features(finishing_.edge_samples, monitor_);
         } else if (!is_whole() && can_be_sparse()) {
             take_first_features(options_.limits.seconds);
         }

@@ -181,15 +181,17 @@ TEST(Finishing, Plan_KeepsToItsShares) {
     EXPECT_TRUE(all.denoises);
     EXPECT_EQ(all.spacing, 1);
     EXPECT_EQ(all.feature_samples, kMostFeatureSamples);
+    EXPECT_EQ(all.edge_samples, 0);
     EXPECT_DOUBLE_EQ(all.seconds(), 0.6 + 0.05 + 1 + 0.5);
-    // Ten times as slow: one sample of each pixel for the features, which there is already, and every
-    // fourth pixel is denoised.
+    // Ten times as slow: more samples at edges alone take 8 % of the time, and every fourth pixel is
+    // denoised.
     rates.features = 1, rates.slowdown = 10;
     const Finishing less = plan_finishing(1e6, 10, rates, true, later);
     EXPECT_TRUE(less.denoises);
     EXPECT_EQ(less.spacing, 2);
     EXPECT_EQ(less.feature_samples, 1);
-    EXPECT_EQ(less.feature_seconds, 0);
+    EXPECT_DOUBLE_EQ(less.feature_seconds, 0.8);
+    EXPECT_DOUBLE_EQ(less.edge_samples, 0.8e6);
     EXPECT_DOUBLE_EQ(less.denoise_seconds(), 10.0 / 4);
     EXPECT_DOUBLE_EQ(less.later_seconds, 5);
     const Finishing measured = plan_finishing(1e6, 10, {}, false, {});
