@@ -39,9 +39,17 @@ class Plane {
                           const auto y = static_cast<int>(row_number);
                           float* const to = row(y);
                           for (int x = 0; x < width_; ++x) to[x] = value(x, y);
-                          std::fill_n(to - kRim, kRim, to[0]);
-                          std::fill_n(to + width_, kRim, to[width_ - 1]);
                       });
+        extend();
+    }
+
+    // Fills the rim with the values at the nearest edge.
+    void extend() {
+        for (int y = 0; y < height_; ++y) {
+            float* const of_row = row(y);
+            std::fill_n(of_row - kRim, kRim, of_row[0]);
+            std::fill_n(of_row + width_, kRim, of_row[width_ - 1]);
+        }
         const auto copy_row = [this](int from, int to) {
             std::copy_n(row(from) - kRim, stride_, row(to) - kRim);
         };

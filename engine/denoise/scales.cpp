@@ -22,7 +22,7 @@ inline float median(float a, float b, float c, float d, float e) {
 // Reduces the trust in a pixel whose variance is much larger than the median around it, that of the medians
 // of five rows of five pixels: it holds light that the others have missed. The pixels are two apart, because
 // the variances are blended over 3 x 3 pixels.
-Plane trust(const ColourPlanes& variance, const Workers& workers) {
+Plane trust(const ColourPlanes& variance, const Plane& sampled, const Workers& workers) {
     constexpr float kMuch = 4, kLeast = 1e-4F;
     const int width = variance[0].width(), height = variance[0].height();
     Plane sum(width, height), of_row(width, height), trust(width, height);
@@ -37,7 +37,7 @@ Plane trust(const ColourPlanes& variance, const Workers& workers) {
         const auto at = [&of_row, x](int row) { return of_row.row(row)[x]; };
         const float middle = median(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
         const float ratio = sum.row(y)[x] / (kMuch * middle + std::numeric_limits<float>::min());
-        return std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
+        return sampled.row(y)[x] * std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
     });
     return trust;
 }
@@ -67,7 +67,7 @@ Plane around(const Plane& plane, const Workers& workers) {
 void set_guide(HalfPlanes& planes, const Workers& workers) {
     const ColourPlanes& variance = planes.variance;
     const int width = variance[0].width(), height = variance[0].height();
-    planes.trust = trust(variance, workers);
+    planes.trust = trust(variance, planes.sampled, workers);
     Plane light(width, height), noise(width, height);
     light.fill(workers, [&](int x, int y) { return planes.trust.row(y)[x] * guide_of(planes.value, x, y); });
     noise.fill(workers, [&](int x, int y) {
@@ -88,21 +88,55 @@ constexpr int kScales = 3, kLeastSide = 16;
 // left at low frequencies is well below this; what is more comes from a neighbourhood of different light.
 constexpr float kMostChange = 0.3F;
 
-// Returns means over 2 x 2 pixels, times a factor. Where the last column or row has no neighbour, it counts
-// twice.
-Plane halved(const Plane& fine, const Workers& workers, float factor = 1) {
-    Plane coarse((fine.width() + 1) / 2, (fine.height() + 1) / 2);
-    const float share = 0.25F * factor;
-    coarse.fill(workers, [&](int x, int y) {
-        const int u = 2 * x, v = 2 * y;
-        const int right = std::min(u + 1, fine.width() - 1), below = std::min(v + 1, fine.height() - 1);
-        return share * (fine.row(v)[u] + fine.row(v)[right] + fine.row(below)[u] + fine.row(below)[right]);
-    });
+// Makes a plane of half the size. body(x, left, right) gives pixel x of a row by the columns of its fine
+// pixels; of_row(upper, lower) returns such a body for the rows of these. Where the last column or row has no
+// neighbour, it counts twice.
+template <typename OfRow>
+Plane made_of_2_x_2(int width, int height, const Workers& workers, OfRow&& of_row) {
+    Plane coarse((width + 1) / 2, (height + 1) / 2);
+    parallel_each(workers, static_cast<std::size_t>(coarse.height()), Plane::rows_at_a_time(width),
+                  [&](std::size_t row) {
+                      const auto y = static_cast<int>(row);
+                      const auto body = of_row(2 * y, std::min(2 * y + 1, height - 1));
+                      float* const to = coarse.row(y);
+                      for (int x = 0; x < width / 2; ++x) to[x] = body(2 * x, 2 * x + 1);
+                      if (width % 2 == 1) to[width / 2] = body(width - 1, width - 1);
+                  });
+    coarse.extend();
     return coarse;
 }
-ColourPlanes halved(const ColourPlanes& fine, const Workers& workers, float factor = 1) {
-    return {halved(fine[0], workers, factor), halved(fine[1], workers, factor),
-            halved(fine[2], workers, factor)};
+
+// Returns means over 2 x 2 pixels, times a factor.
+Plane halved(const Plane& fine, const Workers& workers, float factor = 1) {
+    const float share = 0.25F * factor;
+    return made_of_2_x_2(fine.width(), fine.height(), workers, [&fine, share](int upper, int lower) {
+        const float *const up = fine.row(upper), *const down = fine.row(lower);
+        return [up, down, share](int left, int right) {
+            return share * (up[left] + up[right] + down[left] + down[right]);
+        };
+    });
+}
+ColourPlanes halved(const ColourPlanes& fine, const Workers& workers) {
+    return {halved(fine[0], workers), halved(fine[1], workers), halved(fine[2], workers)};
+}
+
+// Returns means over 2 x 2 pixels of light or, if is_variance is set, their variances. Pixels are weighted.
+Plane halved(const Plane& fine, const Plane& weight, bool is_variance, const Workers& workers) {
+    return made_of_2_x_2(fine.width(), fine.height(), workers, [&, is_variance](int upper, int lower) {
+        const float *const up = fine.row(upper), *const down = fine.row(lower);
+        const float *const of_up = weight.row(upper), *const of_down = weight.row(lower);
+        return [=](int left, int right) {
+            const float a = of_up[left], b = of_up[right], c = of_down[left], d = of_down[right];
+            const float all = 1 / (a + b + c + d);
+            return is_variance ? (sqr(a * all) * up[left] + sqr(b * all) * up[right] +
+                                  sqr(c * all) * down[left] + sqr(d * all) * down[right])
+                               : all * (a * up[left] + b * up[right] + c * down[left] + d * down[right]);
+        };
+    });
+}
+ColourPlanes halved(const ColourPlanes& fine, const Plane& weight, bool is_variance, const Workers& workers) {
+    return {halved(fine[0], weight, is_variance, workers), halved(fine[1], weight, is_variance, workers),
+            halved(fine[2], weight, is_variance, workers)};
 }
 
 FeaturePlanes halved(const FeaturePlanes& fine, const Workers& workers) {
@@ -119,13 +153,15 @@ FeaturePlanes halved(const FeaturePlanes& fine, const Workers& workers) {
 
 HalfPlanes halved(const HalfPlanes& fine, const Workers& workers) {
     HalfPlanes coarse;
-    coarse.value = halved(fine.value, workers);
-    coarse.variance = halved(fine.variance, workers, 0.25F);
+    coarse.value = halved(fine.value, fine.sampled, false, workers);
+    coarse.variance = halved(fine.variance, fine.sampled, true, workers);
+    coarse.own = halved(fine.own, fine.sampled, false, workers);
+    coarse.own_noise = halved(fine.own_noise, fine.sampled, true, workers);
+    coarse.sampled = halved(fine.sampled, workers, 4);
+    coarse.sampled.fill(workers, [&](int x, int y) { return std::min(1.0F, coarse.sampled.row(y)[x]); });
     set_guide(coarse, workers);
-    coarse.own = halved(fine.own, workers);
-    coarse.own_noise = halved(fine.own_noise, workers, 0.25F);
     // The energy of fireflies, which finer scales distrust, is spread here.
-    coarse.trust.fill(workers, [](int /*x*/, int /*y*/) { return 1.0F; });
+    coarse.trust = coarse.sampled;
     return coarse;
 }
 
@@ -133,44 +169,108 @@ HalfPlanes halved(const HalfPlanes& fine, const Workers& workers) {
 // holds it and the nearest others.
 class Upsampler {
   public:
-    Upsampler(const FeaturePlanes& fine, const FeaturePlanes& coarse) : fine_(fine), coarse_(coarse) {}
+    Upsampler(const FeaturePlanes& fine, const FeaturePlanes& coarse)
+        : fine_(planes_of(fine)), coarse_(planes_of(coarse)) {}
 
     // Adds the upsampled planes to row y of others.
     void add(int y, const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
-        const int width = fine_.emitter.width();
-        const auto size = static_cast<std::size_t>(width);
-        std::vector<float> sum(size);
-        std::array<std::vector<float>, 4> weights;
-        const int rows[2] = {y / 2, y % 2 == 0 ? y / 2 - 1 : y / 2 + 1};
-        for (std::size_t k = 0; k < 4; ++k) {
-            weights[k].resize(size);
-            set_weights(y, rows[k / 2], k % 2 == 1, weights[k]);
-            const float share = (k / 2 == 0 ? 0.75F : 0.25F) * (k % 2 == 0 ? 0.75F : 0.25F);
-            for (std::size_t i = 0; i < size; ++i) sum[i] += weights[k][i] *= share;
-        }
-        for (std::size_t k = 0; k < 4; ++k) {
-            for (std::size_t i = 0; i < size; ++i) weights[k][i] /= std::max(sum[i], kLeastWeight);
-            for (const auto& [from, to] : planes) {
-                const float* const in = from->row(rows[k / 2]);
-                float* const out = to->row(y);
-                for (int x = 0; x < width; ++x)
-                    out[x] += weights[k][static_cast<std::size_t>(x)] * in[column(x, k % 2 == 1)];
-            }
+        const int width = fine_[0]->width();
+        // Pixels of even and of odd columns have their nearest other columns on different sides.
+        for (const int parity : {0, 1}) {
+            const int pixels = (width + 1 - parity) / 2;
+            for (int begin = 0; begin < pixels; begin += kBlock)
+                add_block(y, parity, begin, std::min(kBlock, pixels - begin), planes);
         }
     }
 
   private:
     // Where the sum of weights is less, there is nothing alike, and nothing is added.
     static constexpr float kLeastWeight = 0.05F;
-    static int column(int x, bool other) { return x / 2 + (other ? 2 * (x % 2) - 1 : 0); }
+    static constexpr int kBlock = 64;
+    using Block = std::array<float, kBlock>;  // a local one aliases no plane, so that loops are vectorised
+    enum : std::uint8_t {
+        kColours = 0,
+        kNormals = 3,
+        kPlaces = 6,
+        kPlanes = 9,
+        kLamp = 12,
+        kNear,
+        kIn,
+        kAll
+    };
+    using Planes = std::array<const Plane*, kAll>;
 
-    void set_weights(int y, int row, bool other, std::vector<float>& weights) const {
-        for (int x = 0; x < fine_.emitter.width(); ++x)
-            weights[static_cast<std::size_t>(x)] = likeness(fine_, x, y, coarse_, column(x, other), row);
+    static Planes planes_of(const FeaturePlanes& of) {
+        return {&of.albedo[0],
+                &of.albedo[1],
+                &of.albedo[2],
+                &of.normal[0],
+                &of.normal[1],
+                &of.normal[2],
+                &of.position[0],
+                &of.position[1],
+                &of.position[2],
+                &of.geometric_normal[0],
+                &of.geometric_normal[1],
+                &of.geometric_normal[2],
+                &of.emitter,
+                &of.inverse_footprint,
+                &of.inside};
     }
 
-    const FeaturePlanes& fine_;
-    const FeaturePlanes& coarse_;
+    // Adds to `pixels` pixels of row y, whose coarse columns begin at `begin`.
+    void add_block(int y, int parity, int begin, int pixels,
+                   const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
+        std::array<Block, kAll> here;
+        for (std::size_t i = 0; i < kAll; ++i) {
+            const float* const from = fine_[i]->row(y) + parity + 2 * begin;
+            for (int x = 0; x < pixels; ++x) here[i][static_cast<std::size_t>(x)] = from[2 * x];
+        }
+        const int rows[2] = {y / 2, y % 2 == 0 ? y / 2 - 1 : y / 2 + 1};
+        const int columns[2] = {begin, begin + 2 * parity - 1};
+        std::array<Block, 4> weights;
+        Block sum{};
+        for (std::size_t k = 0; k < 4; ++k) {
+            set_weights(here, rows[k / 2], columns[k % 2], pixels, weights[k]);
+            const float share = (k / 2 == 0 ? 0.75F : 0.25F) * (k % 2 == 0 ? 0.75F : 0.25F);
+            for (std::size_t x = 0; x < kBlock; ++x) sum[x] += weights[k][x] *= share;
+        }
+        for (std::size_t x = 0; x < kBlock; ++x) sum[x] = 1 / std::max(sum[x], kLeastWeight);
+        for (const auto& [from, to] : planes) {
+            Block change{};
+            for (std::size_t k = 0; k < 4; ++k) {
+                const float* const in = from->row(rows[k / 2]) + columns[k % 2];
+                for (int x = 0; x < pixels; ++x) {
+                    const auto i = static_cast<std::size_t>(x);
+                    change[i] += weights[k][i] * sum[i] * in[x];
+                }
+            }
+            float* const out = to->row(y) + parity + 2 * begin;
+            for (int x = 0; x < pixels; ++x) out[2 * x] += change[static_cast<std::size_t>(x)];
+        }
+    }
+
+    // Sets the likeness of the block's pixels to those of a coarse row from column `begin` on, and 0 beyond.
+    void set_weights(const std::array<Block, kAll>& here, int row, int begin, int pixels,
+                     Block& weights) const {
+        std::array<const float*, kAll> there;
+        for (std::size_t i = 0; i < kAll; ++i) there[i] = coarse_[i]->row(row) + begin;
+        Block result{};
+        for (int x = 0; x < pixels; ++x) {
+            const auto i = static_cast<std::size_t>(x);
+            float of_a = 0, of_n = 0, of_p = 0;
+            for (std::size_t c = 0; c < 3; ++c) {
+                of_a += sqr(there[kColours + c][x] - here[kColours + c][i]);
+                of_n += sqr(there[kNormals + c][x] - here[kNormals + c][i]);
+                of_p += here[kPlanes + c][i] * (there[kPlaces + c][x] - here[kPlaces + c][i]);
+            }
+            result[i] = there[kIn][x] * weight_of(feature_distance(of_a, of_n, here[kNear][i] * of_p,
+                                                                   there[kLamp][x] - here[kLamp][i]));
+        }
+        weights = result;
+    }
+
+    Planes fine_, coarse_;
 };
 
 std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
@@ -188,10 +288,16 @@ std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
         for (std::size_t c = 0; c < 3; ++c) {
             Plane &to = fine[half][kLinear][c], &change = coarse[half][kLinear][c];
             const Plane before = halved(to, workers);
-            change.fill(workers, [&](int x, int y) {
-                const float was = before.row(y)[x], most = kMostChange * std::fabs(was);
-                return std::clamp(change.row(y)[x] - was, -most, most);
-            });
+            parallel_each(workers, static_cast<std::size_t>(before.height()),
+                          Plane::rows_at_a_time(width / 2), [&](std::size_t row) {
+                              const float* const was = before.row(static_cast<int>(row));
+                              float* const by = change.row(static_cast<int>(row));
+                              for (int x = 0; x < before.width(); ++x) {
+                                  const float most = kMostChange * std::fabs(was[x]);
+                                  by[x] = std::clamp(by[x] - was[x], -most, most);
+                              }
+                          });
+            change.extend();
             planes.emplace_back(&change, &to);
         }
     }
