@@ -39,9 +39,17 @@ class Plane {
                           const auto y = static_cast<int>(row_number);
                           float* const to = row(y);
                           for (int x = 0; x < width_; ++x) to[x] = value(x, y);
-                          std::fill_n(to - kRim, kRim, to[0]);
-                          std::fill_n(to + width_, kRim, to[width_ - 1]);
                       });
+        extend();
+    }
+
+    // Fills the rim with the values at the nearest edge.
+    void extend() {
+        for (int y = 0; y < height_; ++y) {
+            float* const of_row = row(y);
+            std::fill_n(of_row - kRim, kRim, of_row[0]);
+            std::fill_n(of_row + width_, kRim, of_row[width_ - 1]);
+        }
         const auto copy_row = [this](int from, int to) {
             std::copy_n(row(from) - kRim, stride_, row(to) - kRim);
         };
@@ -62,12 +70,57 @@ class Plane {
     int width_ = 0, height_ = 0, stride_ = 0;
     std::vector<float> data_;
 };
+using ColourPlanes = std::array<Plane, 3>;
+
+inline V2i size_of(const Plane& plane) {
+    return {plane.width(), plane.height()};
+}
+
 template <typename Body>
 void for_each_row(const Workers& workers, const V2i& size, Body&& body) {
     parallel_each(workers, static_cast<std::size_t>(size.y), Plane::rows_at_a_time(size.x),
                   [&body](std::size_t y) { body(static_cast<int>(y)); });
 }
 
-using ColourPlanes = std::array<Plane, 3>;
+// Returns how many of the pixels within `reach` of pixel i lie in [0, end).
+inline int pixels_along(int i, int end, int reach) {
+    return std::min(end - 1, i + reach) - std::max(0, i - reach) + 1;
+}
+
+// Returns sums over squares of half side `reach`. The rim of `from` must be 0, and so is that of the sums.
+inline Plane sums(const Plane& from, int reach, const Workers& workers) {
+    const V2i size = size_of(from);
+    Plane across(size.x, size.y), result(size.x, size.y);
+    for_each_row(workers, size, [&](int y) {
+        const float* const in = from.row(y);
+        float* const out = across.row(y);
+        for (int offset = -reach; offset <= reach; ++offset) {
+            for (int x = 0; x < size.x; ++x) out[x] += in[x + offset];
+        }
+    });
+    for_each_row(workers, size, [&](int y) {
+        float* const out = result.row(y);
+        for (int v = std::max(0, y - reach); v <= std::min(size.y - 1, y + reach); ++v) {
+            const float* const in = across.row(v);
+            for (int x = 0; x < size.x; ++x) out[x] += in[x];
+        }
+    });
+    return result;
+}
+
+// Returns means over such squares, clipped at the image's rim.
+inline Plane smoothed(const Plane& from, int reach, const Workers& workers) {
+    const V2i size = size_of(from);
+    Plane result = sums(from, reach, workers);
+    std::vector<float> columns(static_cast<std::size_t>(size.x));
+    for (int x = 0; x < size.x; ++x)
+        columns[static_cast<std::size_t>(x)] = static_cast<float>(pixels_along(x, size.x, reach));
+    for_each_row(workers, size, [&](int y) {
+        float* const to = result.row(y);
+        const auto rows = static_cast<float>(pixels_along(y, size.y, reach));
+        for (std::size_t x = 0; x < columns.size(); ++x) to[x] /= rows * columns[x];
+    });
+    return result;
+}
 
 }  // namespace lucerna

@@ -26,9 +26,6 @@ static_assert(kBefore + kPatchStep <= Plane::kRim);
 
 // Standard deviation, in pixels, of the weights by distance.
 constexpr float kSpread = 3.5F;
-// These differences of two pixels' features count as 1: albedo, normals, share of emitters, and the distance
-// of one position from the other's tangent plane, in footprints.
-constexpr float kAlbedoStep = 0.7F, kNormalStep = 0.7F, kEmitterStep = 0.3F, kPlaneStep = 4;
 // Largest distance of two values of the guide, whose squared difference is compared to their noise.
 constexpr float kFarthest = 8;
 // A pixel's own value may differ by the root of kChance standard deviations. With a distance of kUnlike more,
@@ -55,12 +52,6 @@ const Lanes& lanes(const Terms& terms) {
 constexpr float kPixelStep = 0.125F;  // the terms x and y per pixel
 
 using OfWindow = std::array<float, kPixels>;
-
-// Approximates exp(-d) for small d; 0 from d = 4 on.
-inline float weight_of(float d) {
-    const float t = std::max(0.0F, 1 - 0.25F * std::max(0.0F, d));
-    return sqr(sqr(t));
-}
 
 // Solves the symmetric, positive definite system A x = b for three right sides by A = L D Lᵀ. A and b are
 // overwritten, b by the solutions.
@@ -166,8 +157,6 @@ class Fitter {
 
     // Compares the window's pixels to the centre by their features.
     void compare_features() {
-        constexpr float kA = 1 / sqr(kAlbedoStep), kN = 1 / sqr(kNormalStep), kE = 1 / sqr(kEmitterStep),
-                        kP = 1 / sqr(kPlaneStep);
         const FeaturePlanes& f = picture_.features;
         const auto a = centre(f.albedo), n = centre(f.normal), g = centre(f.geometric_normal),
                    p = centre(f.position);
@@ -183,8 +172,7 @@ class Fitter {
                 const float of_n = sqr(ns[0][x] - n[0]) + sqr(ns[1][x] - n[1]) + sqr(ns[2][x] - n[2]);
                 const float of_p =
                     near * (g[0] * (ps[0][x] - p[0]) + g[1] * (ps[1][x] - p[1]) + g[2] * (ps[2][x] - p[2]));
-                const float d = kA * of_a + kN * of_n + kP * sqr(of_p) + kE * sqr(es[x] - e);
-                to[x] = falloff[x] * inside[x] * weight_of(d);
+                to[x] = falloff[x] * inside[x] * weight_of(feature_distance(of_a, of_n, of_p, es[x] - e));
             }
         }
         alike_ = alike;
@@ -353,21 +341,6 @@ void finish_row(int y, int width, const Plane& weights, Filtered& filtered) {
 }
 
 }  // namespace
-
-float likeness(const FeaturePlanes& of, int x, int y, const FeaturePlanes& other, int u, int v) {
-    constexpr float kA = 1 / sqr(kAlbedoStep), kN = 1 / sqr(kNormalStep), kE = 1 / sqr(kEmitterStep),
-                    kP = 1 / sqr(kPlaneStep);
-    float of_a = 0, of_n = 0, of_p = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-        of_a += sqr(of.albedo[c].row(y)[x] - other.albedo[c].row(v)[u]);
-        of_n += sqr(of.normal[c].row(y)[x] - other.normal[c].row(v)[u]);
-        of_p += of.geometric_normal[c].row(y)[x] * (other.position[c].row(v)[u] - of.position[c].row(y)[x]);
-    }
-    const float of_e = of.emitter.row(y)[x] - other.emitter.row(v)[u];
-    return other.inside.row(v)[u] *
-           weight_of(kA * of_a + kN * of_n + kP * sqr(of.inverse_footprint.row(y)[x] * of_p) +
-                     kE * sqr(of_e));
-}
 
 std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& features,
                                 const std::array<HalfPlanes, 2>& halves, const Workers& workers) {

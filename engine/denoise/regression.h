@@ -9,11 +9,13 @@
 // itself.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
 #include "engine/base/parallel.h"
+#include "engine/base/vec.h"
 #include "engine/denoise/plane.h"
 
 namespace lucerna {
@@ -37,6 +39,8 @@ struct HalfPlanes {
     Plane own, own_noise;
     Plane guide;  // luminance, mean over 3 x 3 pixels
     Plane noise;  // variance of the guide
+    // Is 1, or much less for pixels without a sample, which have been filled from others.
+    Plane sampled;
     Plane trust;  // weight of a pixel in fits, in (0, 1]
 };
 
@@ -45,9 +49,21 @@ inline constexpr std::size_t kCandidates = 2;
 // Holds the filtered planes of one half, one for each candidate.
 using Filtered = std::array<ColourPlanes, kCandidates>;
 
-// Returns the likeness of a pixel to another one by their features, which may be of different scales: 1 where
-// they are the same.
-float likeness(const FeaturePlanes& of, int x, int y, const FeaturePlanes& other, int u, int v);
+// Approximates exp(-d) for small d; 0 from d = 4 on.
+inline float weight_of(float d) {
+    const float t = std::max(0.0F, 1 - 0.25F * std::max(0.0F, d));
+    return sqr(sqr(t));
+}
+
+// Returns the distance of two pixels by their features: by the squared differences of their albedos and
+// normals, by the distance, in footprints, of one position from the other's tangent plane, and by the
+// difference of their shares of emitters. weight_of() of it is 1 where they are the same.
+inline float feature_distance(float albedo2, float normal2, float plane, float emitter) {
+    // These differences count as 1.
+    constexpr float kAlbedoStep = 0.7F, kNormalStep = 0.7F, kEmitterStep = 0.3F, kPlaneStep = 4;
+    return albedo2 * (1 / sqr(kAlbedoStep)) + normal2 * (1 / sqr(kNormalStep)) +
+           sqr(plane) * (1 / sqr(kPlaneStep)) + sqr(emitter) * (1 / sqr(kEmitterStep));
+}
 
 // Each half's result depends on that half and the features alone.
 std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& features,

@@ -15,7 +15,7 @@ namespace {
 // Reduces the trust in a pixel whose variance is much larger than the mean of those around it, of five rows
 // of five pixels: it holds light that the others have missed. The pixels are two apart, because the variances
 // are blended over 3 x 3 pixels.
-Plane trust(const ColourPlanes& variance, const Workers& workers) {
+Plane trust(const ColourPlanes& variance, const Plane& sampled, const Workers& workers) {
     constexpr float kMuch = 4, kLeast = 1e-4F, kOthers = 24;
     const int width = variance[0].width(), height = variance[0].height();
     Plane own(width, height), of_row(width, height), trust(width, height);
@@ -33,37 +33,12 @@ Plane trust(const ColourPlanes& variance, const Workers& workers) {
                     all = sum_of_five(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
         const float others = std::max(0.0F, all - here) / kOthers;
         const float ratio = here / (kMuch * others + std::numeric_limits<float>::min());
-        return std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
+        return sampled.row(y)[x] * std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
     });
     return trust;
 }
 
 }  // namespace
-
-Plane smoothed(const Plane& from, const V2i& size, int reach, const Workers& workers) {
-    const auto pixels = [reach](int i, int end) {
-        return static_cast<float>(std::min(end - 1, i + reach) - std::max(0, i - reach) + 1);
-    };
-    Plane across(size.x, size.y), result(size.x, size.y);
-    for_each_row(workers, size, [&](int y) {
-        const float* const in = from.row(y);
-        float* const out = across.row(y);
-        for (int offset = -reach; offset <= reach; ++offset) {
-            for (int x = 0; x < size.x; ++x) out[x] += in[x + offset];
-        }
-        for (int x = 0; x < size.x; ++x) out[x] /= pixels(x, size.x);
-    });
-    for_each_row(workers, size, [&](int y) {
-        float* const out = result.row(y);
-        for (int v = std::max(0, y - reach); v <= std::min(size.y - 1, y + reach); ++v) {
-            const float* const in = across.row(v);
-            for (int x = 0; x < size.x; ++x) out[x] += in[x];
-        }
-        const float share = 1 / pixels(y, size.y);
-        for (int x = 0; x < size.x; ++x) out[x] *= share;
-    });
-    return result;
-}
 
 float guide_of(const ColourPlanes& value, int x, int y) {
     return 0.25F * (value[0].row(y)[x] + value[2].row(y)[x]) + 0.5F * value[1].row(y)[x];
@@ -88,7 +63,7 @@ Plane around(const Plane& plane, const Workers& workers) {
 void set_guide(HalfPlanes& planes, const Workers& workers) {
     const ColourPlanes& variance = planes.variance;
     const int width = variance[0].width(), height = variance[0].height();
-    planes.trust = trust(variance, workers);
+    planes.trust = trust(variance, planes.sampled, workers);
     Plane light(width, height), noise(width, height);
     light.fill(workers, [&](int x, int y) { return planes.trust.row(y)[x] * guide_of(planes.value, x, y); });
     noise.fill(workers, [&](int x, int y) {
@@ -111,21 +86,55 @@ constexpr float kMostChange = 0.3F, kMostDeviations = 2;
 constexpr int kReachOfNoise = 7;
 constexpr float kLeastLeft = 0.1F;
 
-// Returns means over 2 x 2 pixels, times a factor. Where the last column or row has no neighbour, it counts
-// twice.
-Plane halved(const Plane& fine, const Workers& workers, float factor = 1) {
-    Plane coarse((fine.width() + 1) / 2, (fine.height() + 1) / 2);
-    const float share = 0.25F * factor;
-    coarse.fill(workers, [&](int x, int y) {
-        const int u = 2 * x, v = 2 * y;
-        const int right = std::min(u + 1, fine.width() - 1), below = std::min(v + 1, fine.height() - 1);
-        return share * (fine.row(v)[u] + fine.row(v)[right] + fine.row(below)[u] + fine.row(below)[right]);
-    });
+// Makes a plane of half the size. body(x, left, right) gives pixel x of a row by the columns of its fine
+// pixels; of_row(upper, lower) returns such a body for the rows of these. Where the last column or row has no
+// neighbour, it counts twice.
+template <typename OfRow>
+Plane made_of_2_x_2(int width, int height, const Workers& workers, OfRow&& of_row) {
+    Plane coarse((width + 1) / 2, (height + 1) / 2);
+    parallel_each(workers, static_cast<std::size_t>(coarse.height()), Plane::rows_at_a_time(width),
+                  [&](std::size_t row) {
+                      const auto y = static_cast<int>(row);
+                      const auto body = of_row(2 * y, std::min(2 * y + 1, height - 1));
+                      float* const to = coarse.row(y);
+                      for (int x = 0; x < width / 2; ++x) to[x] = body(2 * x, 2 * x + 1);
+                      if (width % 2 == 1) to[width / 2] = body(width - 1, width - 1);
+                  });
+    coarse.extend();
     return coarse;
 }
-ColourPlanes halved(const ColourPlanes& fine, const Workers& workers, float factor = 1) {
-    return {halved(fine[0], workers, factor), halved(fine[1], workers, factor),
-            halved(fine[2], workers, factor)};
+
+// Returns means over 2 x 2 pixels, times a factor.
+Plane halved(const Plane& fine, const Workers& workers, float factor = 1) {
+    const float share = 0.25F * factor;
+    return made_of_2_x_2(fine.width(), fine.height(), workers, [&fine, share](int upper, int lower) {
+        const float *const up = fine.row(upper), *const down = fine.row(lower);
+        return [up, down, share](int left, int right) {
+            return share * (up[left] + up[right] + down[left] + down[right]);
+        };
+    });
+}
+ColourPlanes halved(const ColourPlanes& fine, const Workers& workers) {
+    return {halved(fine[0], workers), halved(fine[1], workers), halved(fine[2], workers)};
+}
+
+// Returns means over 2 x 2 pixels of light or, if is_variance is set, their variances. Pixels are weighted.
+Plane halved(const Plane& fine, const Plane& weight, bool is_variance, const Workers& workers) {
+    return made_of_2_x_2(fine.width(), fine.height(), workers, [&, is_variance](int upper, int lower) {
+        const float *const up = fine.row(upper), *const down = fine.row(lower);
+        const float *const of_up = weight.row(upper), *const of_down = weight.row(lower);
+        return [=](int left, int right) {
+            const float a = of_up[left], b = of_up[right], c = of_down[left], d = of_down[right];
+            const float all = 1 / (a + b + c + d);
+            return is_variance ? (sqr(a * all) * up[left] + sqr(b * all) * up[right] +
+                                  sqr(c * all) * down[left] + sqr(d * all) * down[right])
+                               : all * (a * up[left] + b * up[right] + c * down[left] + d * down[right]);
+        };
+    });
+}
+ColourPlanes halved(const ColourPlanes& fine, const Plane& weight, bool is_variance, const Workers& workers) {
+    return {halved(fine[0], weight, is_variance, workers), halved(fine[1], weight, is_variance, workers),
+            halved(fine[2], weight, is_variance, workers)};
 }
 
 FeaturePlanes halved(const FeaturePlanes& fine, const Workers& workers) {
@@ -142,13 +151,15 @@ FeaturePlanes halved(const FeaturePlanes& fine, const Workers& workers) {
 
 HalfPlanes halved(const HalfPlanes& fine, const Workers& workers) {
     HalfPlanes coarse;
-    coarse.value = halved(fine.value, workers);
-    coarse.variance = halved(fine.variance, workers, 0.25F);
+    coarse.value = halved(fine.value, fine.sampled, false, workers);
+    coarse.variance = halved(fine.variance, fine.sampled, true, workers);
+    coarse.own = halved(fine.own, fine.sampled, false, workers);
+    coarse.own_noise = halved(fine.own_noise, fine.sampled, true, workers);
+    coarse.sampled = halved(fine.sampled, workers, 4);
+    coarse.sampled.fill(workers, [&](int x, int y) { return std::min(1.0F, coarse.sampled.row(y)[x]); });
     set_guide(coarse, workers);
-    coarse.own = halved(fine.own, workers);
-    coarse.own_noise = halved(fine.own_noise, workers, 0.25F);
     // The energy of fireflies, which finer scales distrust, is spread here.
-    coarse.trust.fill(workers, [](int /*x*/, int /*y*/) { return 1.0F; });
+    coarse.trust = coarse.sampled;
     return coarse;
 }
 
@@ -156,49 +167,112 @@ HalfPlanes halved(const HalfPlanes& fine, const Workers& workers) {
 // holds it and the nearest others.
 class Upsampler {
   public:
-    Upsampler(const FeaturePlanes& fine, const FeaturePlanes& coarse) : fine_(fine), coarse_(coarse) {}
+    Upsampler(const FeaturePlanes& fine, const FeaturePlanes& coarse)
+        : fine_(planes_of(fine)), coarse_(planes_of(coarse)) {}
 
     // Adds the upsampled planes to row y of others.
     void add(int y, const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
-        const int width = fine_.emitter.width();
-        const auto size = static_cast<std::size_t>(width);
-        std::vector<float> sum(size), changes(size * planes.size());
-        std::array<std::vector<float>, 4> weights;
-        const int rows[2] = {y / 2, y % 2 == 0 ? y / 2 - 1 : y / 2 + 1};
-        for (std::size_t k = 0; k < 4; ++k) {
-            weights[k].resize(size);
-            set_weights(y, rows[k / 2], k % 2 == 1, weights[k]);
-            const float share = (k / 2 == 0 ? 0.75F : 0.25F) * (k % 2 == 0 ? 0.75F : 0.25F);
-            for (std::size_t i = 0; i < size; ++i) sum[i] += weights[k][i] *= share;
-        }
-        for (std::size_t k = 0; k < 4; ++k) {
-            for (std::size_t i = 0; i < size; ++i) weights[k][i] /= std::max(sum[i], kLeastWeight);
-            for (std::size_t p = 0; p < planes.size(); ++p) {
-                const float* const in = planes[p].first->row(rows[k / 2]);
-                float* const out = &changes[p * size];
-                for (int x = 0; x < width; ++x)
-                    out[x] += weights[k][static_cast<std::size_t>(x)] * in[column(x, k % 2 == 1)];
-            }
-        }
-        for (std::size_t p = 0; p < planes.size(); ++p) {
-            float* const out = planes[p].second->row(y);
-            for (std::size_t i = 0; i < size; ++i)
-                out[i] = std::max(out[i] + changes[p * size + i], std::min(out[i], kLeastLeft * out[i]));
+        const int width = fine_[0]->width();
+        // Pixels of even and of odd columns have their nearest other columns on different sides.
+        for (const int parity : {0, 1}) {
+            const int pixels = (width + 1 - parity) / 2;
+            for (int begin = 0; begin < pixels; begin += kBlock)
+                add_block(y, parity, begin, std::min(kBlock, pixels - begin), planes);
         }
     }
 
   private:
     // Where the sum of weights is less, there is nothing alike, and nothing is added.
     static constexpr float kLeastWeight = 0.05F;
-    static int column(int x, bool other) { return x / 2 + (other ? 2 * (x % 2) - 1 : 0); }
+    static constexpr int kBlock = 64;
+    using Block = std::array<float, kBlock>;  // a local one aliases no plane, so that loops are vectorised
+    enum : std::uint8_t {
+        kColours = 0,
+        kNormals = 3,
+        kPlaces = 6,
+        kPlanes = 9,
+        kLamp = 12,
+        kNear,
+        kIn,
+        kAll
+    };
+    using Planes = std::array<const Plane*, kAll>;
 
-    void set_weights(int y, int row, bool other, std::vector<float>& weights) const {
-        for (int x = 0; x < fine_.emitter.width(); ++x)
-            weights[static_cast<std::size_t>(x)] = likeness(fine_, x, y, coarse_, column(x, other), row);
+    static Planes planes_of(const FeaturePlanes& of) {
+        return {&of.albedo[0],
+                &of.albedo[1],
+                &of.albedo[2],
+                &of.normal[0],
+                &of.normal[1],
+                &of.normal[2],
+                &of.position[0],
+                &of.position[1],
+                &of.position[2],
+                &of.geometric_normal[0],
+                &of.geometric_normal[1],
+                &of.geometric_normal[2],
+                &of.emitter,
+                &of.inverse_footprint,
+                &of.inside};
     }
 
-    const FeaturePlanes& fine_;
-    const FeaturePlanes& coarse_;
+    // Adds to `pixels` pixels of row y, whose coarse columns begin at `begin`.
+    void add_block(int y, int parity, int begin, int pixels,
+                   const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
+        std::array<Block, kAll> here;
+        for (std::size_t i = 0; i < kAll; ++i) {
+            const float* const from = fine_[i]->row(y) + parity + 2 * begin;
+            for (int x = 0; x < pixels; ++x) here[i][static_cast<std::size_t>(x)] = from[2 * x];
+        }
+        const int rows[2] = {y / 2, y % 2 == 0 ? y / 2 - 1 : y / 2 + 1};
+        const int columns[2] = {begin, begin + 2 * parity - 1};
+        std::array<Block, 4> weights;
+        Block sum{};
+        for (std::size_t k = 0; k < 4; ++k) {
+            set_weights(here, rows[k / 2], columns[k % 2], pixels, weights[k]);
+            const float share = (k / 2 == 0 ? 0.75F : 0.25F) * (k % 2 == 0 ? 0.75F : 0.25F);
+            for (std::size_t x = 0; x < kBlock; ++x) sum[x] += weights[k][x] *= share;
+        }
+        for (std::size_t x = 0; x < kBlock; ++x) sum[x] = 1 / std::max(sum[x], kLeastWeight);
+        for (const auto& [from, to] : planes) {
+            Block change{};
+            for (std::size_t k = 0; k < 4; ++k) {
+                const float* const in = from->row(rows[k / 2]) + columns[k % 2];
+                for (int x = 0; x < pixels; ++x) {
+                    const auto i = static_cast<std::size_t>(x);
+                    change[i] += weights[k][i] * sum[i] * in[x];
+                }
+            }
+            float* const out = to->row(y) + parity + 2 * begin;
+            for (int x = 0; x < pixels; ++x) {
+                const float was = out[2 * x];
+                out[2 * x] =
+                    std::max(was + change[static_cast<std::size_t>(x)], std::min(was, kLeastLeft * was));
+            }
+        }
+    }
+
+    // Sets the likeness of the block's pixels to those of a coarse row from column `begin` on, and 0 beyond.
+    void set_weights(const std::array<Block, kAll>& here, int row, int begin, int pixels,
+                     Block& weights) const {
+        std::array<const float*, kAll> there;
+        for (std::size_t i = 0; i < kAll; ++i) there[i] = coarse_[i]->row(row) + begin;
+        Block result{};
+        for (int x = 0; x < pixels; ++x) {
+            const auto i = static_cast<std::size_t>(x);
+            float of_a = 0, of_n = 0, of_p = 0;
+            for (std::size_t c = 0; c < 3; ++c) {
+                of_a += sqr(there[kColours + c][x] - here[kColours + c][i]);
+                of_n += sqr(there[kNormals + c][x] - here[kNormals + c][i]);
+                of_p += here[kPlanes + c][i] * (there[kPlaces + c][x] - here[kPlaces + c][i]);
+            }
+            result[i] = there[kIn][x] * weight_of(feature_distance(of_a, of_n, here[kNear][i] * of_p,
+                                                                   there[kLamp][x] - here[kLamp][i]));
+        }
+        weights = result;
+    }
+
+    Planes fine_, coarse_;
 };
 
 std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
@@ -221,7 +295,7 @@ std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
             for (int x = 0; x < size.x; ++x)
                 noise.row(y)[x] = std::fabs(before[0].row(y)[x] - before[1].row(y)[x]);
         });
-        noise = smoothed(noise, size, kReachOfNoise, workers);
+        noise = smoothed(noise, kReachOfNoise, workers);
         for (std::size_t half = 0; half < 2; ++half) {
             Plane &to = fine[half][kLinear][c], &change = coarse[half][kLinear][c];
             change.fill(workers, [&](int x, int y) {

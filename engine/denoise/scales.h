@@ -16,13 +16,10 @@ namespace lucerna {
 // all colours is taken to be the same.
 float guide_of(const ColourPlanes& value, int x, int y);
 float guide_deviation(const ColourPlanes& variance, int x, int y);
-// Sets the trust, the guide and its noise, which the value and the variance determine.
+// Sets the trust, the guide and its noise, which the value, the variance and what is sampled determine.
 void set_guide(HalfPlanes& half, const Workers& workers);
 // Returns sums over 3 x 3 pixels. Beyond the edge of the image, the pixels at the edge count once more.
 Plane around(const Plane& plane, const Workers& workers);
-
-// Returns means over squares of half side `reach`, clipped at the image's rim. The rim of `from` must be 0.
-Plane smoothed(const Plane& from, const V2i& size, int reach, const Workers& workers);
 
 std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
                                           const std::array<HalfPlanes, 2>& halves, const Workers& workers);
