@@ -201,6 +201,49 @@ TEST(Denoise, LampsOfAPixel_AreNotSpreadOverTheDark) {
     EXPECT_LT(error, 2 * measured_error(picture));
 }
 
+// Of light that few samples meet, most pixels hold nothing and have no variance, so those that hold it
+// look like outliers, and clusters of dark pixels like shadows. They are noise: nothing is lost, and no
+// clouds are left.
+TEST(Denoise, LightThatFewSamplesMeet_IsNeitherLostNorInClouds) {
+    Picture picture = walls();
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    constexpr float kChance = 0.03F;
+    constexpr int kSamplesOfHalf = 2;
+    double measured = 0;
+    for (Image& half : picture.layers.halves) {
+        for (int y = 0; y < kHigh; ++y) {
+            for (int x = 0; x < kWide; ++x) {
+                const float albedo = picture.layers.features.value(x, y, kAlbedo);
+                picture.truth.set_rgb(x, y, Rgb(albedo));
+                int met = 0;
+                for (int s = 0; s < kSamplesOfHalf; ++s) met += uniform(random) < kChance ? 1 : 0;
+                const float share = static_cast<float>(met) / kSamplesOfHalf;
+                const float variance = share * (1 - share) / (kSamplesOfHalf - 1) * sqr(albedo / kChance);
+                for (int c = 0; c < 3; ++c) {
+                    half.value(x, y, kLight + c) = share * albedo / kChance;
+                    half.value(x, y, kVariance + c) = variance;
+                }
+                half.value(x, y, kSamples) = kSamplesOfHalf;
+                measured += double{share / kChance} / (2 * kWide * kHigh);
+            }
+        }
+    }
+    const Image image = denoise(picture.layers, {}).image;
+    double sum = 0;
+    float least = INFINITY;
+    for (int y = 0; y < kHigh; ++y) {
+        for (int x = 0; x < kWide; ++x) {
+            const float light = image.value(x, y, 1) / picture.layers.features.value(x, y, kAlbedo);
+            sum += double{light} / (kWide * kHigh);
+            least = std::min(least, light);
+        }
+    }
+    EXPECT_NEAR(sum / measured, 0.95, 0.1);
+    EXPECT_GT(least, 0.2);
+    EXPECT_LT(error_of(picture, image), 0.3);
+}
+
 // The stated error is meaningful only if the halves are independent: for one half given twice it is nearly
 // zero.
 TEST(Denoise, OfHalvesThatAreTheSame_SaysTooLittle) {

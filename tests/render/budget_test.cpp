@@ -198,7 +198,7 @@ TEST(Finishing, Plan_KeepsToItsShares) {
     EXPECT_EQ(measured.seconds(), 0) << "without a denoiser";
     // Each of three light groups is denoised after the render.
     rates.slowdown = 1, later.denoised = 3;
-    EXPECT_DOUBLE_EQ(plan_finishing(1e6, 10, rates, false, later).seconds(), 0.05 + 3 + 0.5);
+    EXPECT_DOUBLE_EQ(plan_finishing(1e6, 10, rates, false, later).seconds(), 0.8 + 0.05 + 3 + 0.5);
 }
 
 TEST(DeadlineMonitor, AfterTheDeadline_IsStopped) {

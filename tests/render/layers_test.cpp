@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/base/stats.h"
+#include "engine/render/features.h"
 #include "engine/render/render.h"
 #include "tests/support/materials.h"
 #include "tests/support/media.h"
@@ -481,6 +482,44 @@ TEST(Features, OfAnEdge_AreOfMoreSamples) {
         const double p = (double{features.value(x, 4, kAlbedo + 1)} - 0.1) / 0.4;
         EXPECT_NEAR(p * (1 - p) * 0.16 / double{more.value(x, 4, variance)}, 15, 1e-3) << x;
     }
+}
+
+// In little time there is one sample of each pixel. Edges between pixels then get more, and nothing else
+// does.
+TEST(Features, OfOneSample_AreRefinedAtEdges) {
+    SceneMaker make;
+    make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.5F)));
+    make.quad({-10, 0, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.1F)));
+    make.light(make_point_light({0, 0, 0}, Rgb(1)));
+    const Job job =
+        testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 9, 9, 60), PathSettings{}, 32);
+    Monitor silent;
+    const Features first = render_features(job, 3, 1, Workers{1}, silent);
+    Features features = first;
+    refine_features(job, 3, 1000, features, Workers{2}, silent);
+    const int albedo = kAlbedo + 1;
+    const auto variance = static_cast<int>(find_channel(features.more, "albedo.variance.G").value());
+    int refined = 0;
+    for (int y = 0; y < 9; ++y) {
+        for (int x = 0; x < 9; ++x) {
+            const double p = (double{features.image.value(x, y, albedo)} - 0.1) / 0.4;
+            if (y == 4) {
+                // Eight samples: 7 in place of the 15 of the test above.
+                EXPECT_NEAR(p * (1 - p) * 0.16, 7 * double{features.more.value(x, y, variance)}, 1e-6) << x;
+                refined += features.image.value(x, y, albedo) != first.image.value(x, y, albedo) ? 1 : 0;
+            } else {
+                EXPECT_EQ(features.image.value(x, y, albedo), first.image.value(x, y, albedo));
+            }
+            if (y < 3 || y > 5) {
+                EXPECT_EQ(features.image.value(x, y, kPosition), first.image.value(x, y, kPosition));
+            }
+        }
+    }
+    EXPECT_GE(refined, 8);
+    // There is no time for two samples of every pixel at an edge.
+    Features same = first;
+    refine_features(job, 3, 20, same, Workers{2}, silent);
+    EXPECT_EQ(same.image.data, first.image.data);
 }
 
 }  // namespace layers_test
