@@ -5,7 +5,6 @@
 #include <span>
 
 #include "engine/base/error.h"
-#include "engine/image/pictures.h"
 #include "engine/system/files.h"
 
 namespace lucerna {
@@ -27,7 +26,6 @@ void require_writable(const std::filesystem::path& file, std::string_view suffix
         input_error(at, "cannot be written: {} is not a folder", folder.string());
     }
     require_replaceable(file);
-    if (suffix_of(file) == ".png") pictures(file);  // the library that writes it must be available
 }
 
 void CommandFiles::reads(const std::filesystem::path& file) {

@@ -68,8 +68,8 @@ bool is_credible(const std::filesystem::path& file, const PictureHeader& header)
 
 const Pictures& pictures(const std::filesystem::path& file,
                          const std::vector<std::filesystem::path>& folders) {
-    const Module module{"liblucerna_pictures.so", "lucerna_pictures_3", "pictures need"};
-    return *reinterpret_cast<decltype(&lucerna_pictures_3)>(load_module(module, {file.string()}, folders))();
+    const Module module{"liblucerna_pictures.so", "lucerna_pictures_4", "pictures need"};
+    return *reinterpret_cast<decltype(&lucerna_pictures_4)>(load_module(module, {file.string()}, folders))();
 }
 
 }  // namespace lucerna

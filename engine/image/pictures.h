@@ -1,10 +1,10 @@
 // Reads and writes picture files of every usual format by a library that is loaded on first use.
 //
 // OpenImageIO knows the formats, but it loads some 260 shared libraries, which takes a quarter of a second
-// before main(). Commands that use no picture should not wait for that. The code that calls it is therefore
-// in the shared library liblucerna_pictures.so (engine/pictures/). This header is the interface to it: plain
-// types, and pictures(), which loads it. The callers of this interface decide what the numbers mean and which
-// are refused.
+// before main(). Commands that use no picture, or only write a PNG (write_png()), should not wait for that.
+// The code that calls it is therefore in the shared library liblucerna_pictures.so (engine/pictures/). This
+// header is the interface to it: plain types, and pictures(), which loads it. The callers of this interface
+// decide what the numbers mean and which are refused.
 #pragma once
 
 #include <array>
@@ -130,8 +130,6 @@ class Pictures {
     virtual std::unique_ptr<PictureReader> open(const std::filesystem::path& file, PictureUse use) const = 0;
     // Makes a cache of at most `bytes`, with tiles of 64 × 64 pixels even for files that are not tiled.
     virtual std::unique_ptr<TileCache> tiles(std::size_t bytes) const = 0;
-    // Returns the bytes of a file. Throws std::runtime_error.
-    virtual std::vector<unsigned char> encode(const PictureToWrite& picture) const = 0;
     // Writes in place, in the picture's format, whatever the file's suffix. Throws std::runtime_error.
     virtual void write(const std::filesystem::path& file, const PictureToWrite& picture) const = 0;
     // Draws at `scale` times the drawing's own size. `font` is the font family of its text. Throws
@@ -177,4 +175,4 @@ PngColours check_png_chunks(const std::filesystem::path& file);
 
 // This is the only function that liblucerna_pictures.so exports. The number changes with the types above, so
 // that a library of another version is refused.
-extern "C" const lucerna::Pictures* lucerna_pictures_3();
+extern "C" const lucerna::Pictures* lucerna_pictures_4();

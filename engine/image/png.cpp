@@ -1,33 +1,42 @@
-// Writes pictures for displays.
-#include <algorithm>
-#include <cstdint>
+// Writes pictures for displays, by libpng: OpenImageIO (engine/image/pictures.h) takes a quarter of a second to load.
+#include <fmt/format.h>
+#include <png.h>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "engine/base/error.h"
 #include "engine/colour/tone.h"
 #include "engine/image/image.h"
-#include "engine/image/pictures.h"
 #include "engine/system/files.h"
 
 namespace lucerna {
 namespace {
 
-// Holds the 8-bit values of a picture.
-struct Bytes {
-    int width, height;
-    std::vector<std::uint8_t> rgb;
+// Returns the bytes of a PNG file of 8-bit sRGB values, row by row from the top.
+std::vector<unsigned char> encoded(int width, int height, const std::vector<std::uint8_t>& rgb) {
+    png_image header{};
+    header.version = PNG_IMAGE_VERSION;
+    header.width = static_cast<png_uint_32>(width), header.height = static_cast<png_uint_32>(height);
+    header.format = PNG_FORMAT_RGB;
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
+    std::vector<unsigned char> bytes(size);
+    if (png_image_write_to_memory(&header, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
+        throw std::runtime_error(fmt::format("libpng: {}", std::data(header.message)));
+    bytes.resize(size);
+    return bytes;
+}
 
-    PictureToWrite png() const {
-        return {PictureFormat::png, PictureUse::colour, width, height, 3, std::span<const std::uint8_t>(rgb)};
-    }
-};
-
-void write_bytes(const std::filesystem::path& file, const Bytes& bytes) {
-    const Pictures* const formats = &pictures(file);
-    replace_file(file,
-                 [&](const std::filesystem::path& temporary) { formats->write(temporary, bytes.png()); });
+void write_bytes(const std::filesystem::path& file, const std::vector<unsigned char>& bytes) {
+    const std::array parts{std::as_bytes(std::span(bytes))};
+    replace_file(file, parts);
 }
 
 template <typename Map>
-Bytes mapped(const Image& image, Map&& map) {
+std::vector<unsigned char> mapped(const Image& image, Map&& map) {
     std::vector<std::uint8_t> bytes;
     bytes.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
     for (int y = 0; y < image.height; ++y) {
@@ -39,7 +48,7 @@ Bytes mapped(const Image& image, Map&& map) {
             }
         }
     }
-    return {image.width, image.height, std::move(bytes)};
+    return encoded(image.width, image.height, bytes);
 }
 
 }  // namespace
@@ -53,7 +62,7 @@ void write_png_display(const std::filesystem::path& file, const Image& image) {
 }
 
 std::vector<unsigned char> png_bytes(const Image& image) {
-    return pictures("picture.png").encode(mapped(image, [](const Rgb& c) { return c; }).png());
+    return mapped(image, [](const Rgb& c) { return c; });
 }
 
 }  // namespace lucerna

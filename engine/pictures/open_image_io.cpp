@@ -158,7 +158,8 @@ class OpenImageIo final : public Pictures {
         return std::make_unique<Cache>(bytes);
     }
 
-    std::vector<unsigned char> encode(const PictureToWrite& picture) const override {
+    void write(const std::filesystem::path& file, const PictureToWrite& picture) const override {
+        // Encodes in memory first, because the writers of PNG and TIFF do not report a full disk.
         auto out = OIIO::ImageOutput::create(name_of(picture.format));
         if (!out) throw std::runtime_error(OIIO::geterror());
         std::vector<unsigned char> bytes;
@@ -178,11 +179,6 @@ class OpenImageIo final : public Pictures {
                     throw std::runtime_error(out->geterror());
             },
             picture.values);
-        return bytes;
-    }
-    void write(const std::filesystem::path& file, const PictureToWrite& picture) const override {
-        // Encodes in memory first, because the writers of PNG and TIFF do not report a full disk.
-        const std::vector<unsigned char> bytes = encode(picture);
         std::ofstream stream(file, std::ios::binary);
         stream.exceptions(std::ios::badbit | std::ios::failbit);
         stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -196,7 +192,7 @@ class OpenImageIo final : public Pictures {
 }  // namespace
 }  // namespace lucerna
 
-extern "C" const lucerna::Pictures* lucerna_pictures_3() {
+extern "C" const lucerna::Pictures* lucerna_pictures_4() {
     static const lucerna::OpenImageIo all;
     return &all;
 }

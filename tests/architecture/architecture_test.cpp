@@ -62,6 +62,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<Imf", {"engine/image/exr.cpp", "lights/light_field_io.cpp"}},
     {"<mpi.h>", {"engine/mpi/open_mpi.cpp"}},
     {"<OpenImageIO/", {"engine/pictures/open_image_io.cpp"}},
+    {"<png.h>", {"engine/image/png.cpp"}},
     {"<librsvg/", {"engine/pictures/svg.cpp"}},
     {"<fontconfig/", {"engine/pictures/svg.cpp"}},
     {"<dlfcn.h>",

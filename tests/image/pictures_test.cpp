@@ -62,10 +62,10 @@ TEST(Pictures, AnotherVersion_IsRefused) {
     std::ifstream in(here / kLibrary, std::ios::binary);
     std::string bytes(std::istreambuf_iterator<char>(in), {});
     // Every occurrence of the entry's name in the string tables is replaced by that of a future version.
-    const std::string entry = "lucerna_pictures_3";
+    const std::string entry = "lucerna_pictures_4";
     int found = 0;
     for (std::size_t at = bytes.find(entry); at != bytes.npos; at = bytes.find(entry, at + 1), ++found) {
-        bytes[at + entry.size() - 1] = '4';
+        bytes[at + entry.size() - 1] = '5';
     }
     ASSERT_GT(found, 0);
     std::ofstream(folder / kLibrary, std::ios::binary) << bytes;

@@ -223,7 +223,7 @@ void act(const FalsecolourCommand& command, const CommandContext& context) {
     CommandFiles files;
     files.reads(command.image);
     files.writes(command.output, "", "-o");
-    pictures(command.output);  // an .svg contains a PNG
+    if (suffix == ".png") pictures(command.output);  // the library that draws it must be available
 
     const Image image = read_exr(command.image);
     ShownValues shown = values_of(image, command);

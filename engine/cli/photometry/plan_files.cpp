@@ -4,6 +4,7 @@
 
 #include "engine/base/error.h"
 #include "engine/image/image.h"
+#include "engine/image/pictures.h"
 #include "engine/system/files.h"
 #include "engine/text/plain_text.h"
 
@@ -53,6 +54,7 @@ void declare_plan(const std::filesystem::path& file, CommandFiles& files) {
     if (!is_png(file) && suffix_of(file) != ".svg")
         input_error({file.string()}, "a plan's name must end in .svg or .png");
     files.writes(file, "", "--plan");
+    if (is_png(file)) pictures(file);  // the library that draws it must be available
 }
 
 void write_plan(const std::filesystem::path& file, const PlanFigure& plan) {
