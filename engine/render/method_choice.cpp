@@ -258,11 +258,11 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     cost.variance = variance_of(trial, agreed, job.film.two_halves);
     const std::vector<double> deviations = deviations_of(trial, agreed);
     cost.seen = static_cast<double>(deviations.size()) / pixels;
-    cost.tail = tail_exponent(deviations);
     if (job.film.two_halves) {
-        cost.variance *= kLeftByDenoiser;
         // The denoiser recognises rare samples by their variance, and their remainder does not grow.
-        cost.tail = 0;
+        cost.variance *= kLeftByDenoiser;
+    } else if (!trial.in_passes()) {
+        cost.tail = tail_exponent(deviations);  // passes have no rare samples
     }
     if (family_of(trial.settings()) == kRays) {
         cost.variance += variance_of_missed_light(trial, agreed);
