@@ -22,6 +22,7 @@ std::vector<unsigned char> encoded(int width, int height, const std::vector<std:
     header.version = PNG_IMAGE_VERSION;
     header.width = static_cast<png_uint_32>(width), header.height = static_cast<png_uint_32>(height);
     header.format = PNG_FORMAT_RGB;
+    header.flags = PNG_IMAGE_FLAG_FAST;  // a third of the time, for half as many bytes again
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
     std::vector<unsigned char> bytes(size);
     if (png_image_write_to_memory(&header, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0)

@@ -28,7 +28,6 @@ void fill(const Film& film, int spacing, const Image& features, const Workers& w
     if (result.parts) images.push_back(&*result.parts);
     if (result.chance) images.push_back(&*result.chance);
     filter.fill(images);
-    if (result.denoiser_input) complete_halves(result.denoiser_input->halves, spacing, features, workers);
 }
 
 // Returns every `spacing`-th pixel of every `spacing`-th row.
@@ -126,6 +125,9 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
     if (denoises && apart > 1)
         add_denoised(error, denoise_lattice(*result.denoiser_input, apart, workers), result);
     fill(image.film(), spacing, features, workers, result);
+    // Halves that are neither stored nor filtered in all pixels stay as they are.
+    if (result.denoiser_input && (apart == 1 || job.film.parts))
+        complete_halves(result.denoiser_input->halves, spacing, features, workers);
     if (denoises && apart == 1) add_denoised(error, denoise(*result.denoiser_input, workers), result);
     return result;
 }
