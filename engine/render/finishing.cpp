@@ -49,8 +49,8 @@ FinishingRates measured_rates(double pixels, const Workers& workers) {
     rates.threads = workers.threads;
     const ProcessorStopwatch filling;
     complete_halves(input.halves, kSpacing, input.features, one);
-    // The image itself is filled, too, and its layers.
-    rates.filling = 2 * filling.seconds() / (side * side);
+    // The image and the picture are filled, which have about as many channels as the halves.
+    rates.filling = filling.seconds() / (side * side);
     const ProcessorStopwatch denoising;
     const Denoised denoised = denoise(input, one);
     // The film is developed, and its error estimated, in about a third of that time.
