@@ -130,7 +130,9 @@ std::string variance_name(const std::string& name) {
     return dot == name.npos ? "variance." + name : name.substr(0, dot) + ".variance" + name.substr(dot);
 }
 
-std::vector<std::string> more_channels() {
+// Returns all of them, or the ids alone.
+std::vector<std::string> more_channels(bool all) {
+    if (!all) return {"id.object", "id.material"};
     const std::vector<std::string> in_camera{"Nc.X", "Nc.Y", "Nc.Z"};
     std::vector<std::string> names;
     for (const std::string& name : feature_channels()) names.push_back(variance_name(name));
@@ -165,9 +167,12 @@ class Looker {
         }
         float* const to = &features.image.data[features.image.index(x, y)];
         float* more = &features.more.data[features.more.index(x, y)];
-        for (std::size_t i = 0; i < kFeatures; ++i) to[i] = means.mean(i), *more++ = means.variance(i);
-        for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.mean(i);
-        for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.variance(i);
+        for (std::size_t i = 0; i < kFeatures; ++i) to[i] = means.mean(i);
+        if (features.more.channels.size() == kMore) {
+            for (std::size_t i = 0; i < kFeatures; ++i) *more++ = means.variance(i);
+            for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.mean(i);
+            for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.variance(i);
+        }
         *more++ = static_cast<float>(most_frequent(objects));
         *more++ = static_cast<float>(most_frequent(materials));
     }
@@ -192,8 +197,8 @@ bool differ(const Features& features, const V2i& a, const V2i& b) {
         of_albedos = std::max(of_albedos, std::fabs(difference(kAlbedo + c)));
     }
     if (of_normals > sqr(kNormalStep) || of_albedos > kAlbedoStep || difference(kEmitter) != 0) return true;
-    for (const std::size_t id : {kMore - 2, kMore - 1}) {
-        const int c = static_cast<int>(id);
+    const auto channels = static_cast<int>(features.more.channels.size());
+    for (const int c : {channels - 2, channels - 1}) {
         if (features.more.value(a.x, a.y, c) != features.more.value(b.x, b.y, c)) return true;
     }
     return false;
@@ -228,7 +233,7 @@ std::vector<V2i> pixels_at_edges(const Features& features) {
 Features render_features(const Job& job, std::uint64_t seed, int most_samples, const Workers& workers,
                          Monitor& monitor) {
     const V2i size = job.film.rendered_size();
-    Features features{{size.x, size.y, feature_channels()}, {size.x, size.y, more_channels()}};
+    Features features{{size.x, size.y, feature_channels()}, {size.x, size.y, more_channels(job.film.parts)}};
     const Looker looker(job, seed);
     const auto look = [&](std::int64_t row) {
         if (monitor.stopped()) return;

@@ -14,8 +14,9 @@ namespace lucerna {
 
 struct Features {
     Image image;  // feature_channels() of engine/denoise/denoise.h
-    // Channels that a denoiser does not use: the variances of these means, under their names with "variance"
-    // before the last part (albedo.variance.R, variance.Z); and
+    // Channels that a denoiser does not use; without layers (FilmSettings::parts) the ids alone: the
+    // variances of these means, under their names with "variance" before the last part (albedo.variance.R,
+    // variance.Z); and
     //   Nc.X .Y .Z   N in the camera's axes, right, up and towards the viewer, also with variances
     //   id.object    Scene::object_of() of the object that most samples of the pixel see; 0: the sky
     //   id.material  likewise the number of its material, from 1, in the order of the scene's text

@@ -491,8 +491,9 @@ TEST(Features, OfOneSample_AreRefinedAtEdges) {
     make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.5F)));
     make.quad({-10, 0, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.1F)));
     make.light(make_point_light({0, 0, 0}, Rgb(1)));
-    const Job job =
+    Job job =
         testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 9, 9, 60), PathSettings{}, 32);
+    job.film.parts = true;
     Monitor silent;
     const Features first = render_features(job, 3, 1, Workers{1}, silent);
     Features features = first;
