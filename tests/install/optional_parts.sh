@@ -17,7 +17,7 @@ expect() { # TEXT OUTPUT
 
 without=$(configured -DLUCERNA_TESTS=OFF -DCMAKE_DISABLE_FIND_PACKAGE_MPI=ON -DOIIO_LIBRARY=OFF)
 expect "MPI was not found: this build has no renders by several processes" "$without"
-expect "OpenImageIO was not found: this build has no picture files" "$without"
+expect "OpenImageIO was not found: this build has no pictures to read" "$without"
 expect "Build files have been written" "$without"
 
 without=$(configured -DLUCERNA_TESTS=OFF -DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON)
