@@ -82,8 +82,12 @@ namespace {
 constexpr int kScales = 3, kLeastSide = 16;
 // Limits the change that a coarser scale makes to the light of a finer one, as a share of it. Noise that is
 // left at low frequencies is well below this; what is more comes from a neighbourhood of different light.
-constexpr float kMostChange = 0.3F, kMostDeviations = 2;
+constexpr float kMostChange = 0.3F;
+// Where much noise is left, the change may also be so many mean differences of the two halves' filtered
+// light, over squares of half side kReachOfNoise.
+constexpr float kMostDeviations = 2;
 constexpr int kReachOfNoise = 7;
+// The least share of a pixel's light that a change leaves: a darker surrounding must not make it negative.
 constexpr float kLeastLeft = 0.1F;
 
 // Makes a plane of half the size. body(x, left, right) gives pixel x of a row by the columns of its fine
@@ -92,14 +96,12 @@ constexpr float kLeastLeft = 0.1F;
 template <typename OfRow>
 Plane made_of_2_x_2(int width, int height, const Workers& workers, OfRow&& of_row) {
     Plane coarse((width + 1) / 2, (height + 1) / 2);
-    parallel_each(workers, static_cast<std::size_t>(coarse.height()), Plane::rows_at_a_time(width),
-                  [&](std::size_t row) {
-                      const auto y = static_cast<int>(row);
-                      const auto body = of_row(2 * y, std::min(2 * y + 1, height - 1));
-                      float* const to = coarse.row(y);
-                      for (int x = 0; x < width / 2; ++x) to[x] = body(2 * x, 2 * x + 1);
-                      if (width % 2 == 1) to[width / 2] = body(width - 1, width - 1);
-                  });
+    for_each_row(workers, size_of(coarse), [&](int y) {
+        const auto body = of_row(2 * y, std::min(2 * y + 1, height - 1));
+        float* const to = coarse.row(y);
+        for (int x = 0; x < width / 2; ++x) to[x] = body(2 * x, 2 * x + 1);
+        if (width % 2 == 1) to[width / 2] = body(width - 1, width - 1);
+    });
     coarse.extend();
     return coarse;
 }
@@ -289,7 +291,7 @@ std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
     for (std::size_t c = 0; c < 3; ++c) {
         const std::array<Plane, 2> before{halved(fine[0][kLinear][c], workers),
                                           halved(fine[1][kLinear][c], workers)};
-        const V2i size(before[0].width(), before[0].height());
+        const V2i size = size_of(before[0]);
         Plane noise(size.x, size.y);
         for_each_row(workers, size, [&](int y) {
             for (int x = 0; x < size.x; ++x)
@@ -307,8 +309,7 @@ std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
         }
     }
     const Upsampler upsampler(features, coarse_features);
-    parallel_each(workers, static_cast<std::size_t>(height), Plane::rows_at_a_time(width),
-                  [&](std::size_t row) { upsampler.add(static_cast<int>(row), planes); });
+    for_each_row(workers, {width, height}, [&](int y) { upsampler.add(y, planes); });
     return fine;
 }
 

@@ -142,8 +142,8 @@ void write_values(const std::filesystem::path& file, PictureFormat format, const
     }
     const Pictures* const formats = &pictures(file);
     replace_file(file, [&](const std::filesystem::path& temporary) {
-        formats->write(temporary, {format, PictureUse::measurement, size.x, size.y, photograph.channels,
-                                   std::span<const Stored>(values)});
+        formats->write(temporary,
+                       {format, size.x, size.y, photograph.channels, std::span<const Stored>(values)});
     });
 }
 

@@ -106,10 +106,9 @@ class TileCache {
 
 enum class PictureFormat : std::uint8_t { png, tiff, exr };
 
-// Describes a picture to be written: row by row from the top, channels interleaved.
+// Describes a measurement to be written: row by row from the top, channels interleaved.
 struct PictureToWrite {
     PictureFormat format;
-    PictureUse use;
     int width, height, channels;
     std::variant<std::span<const std::uint8_t>, std::span<const std::uint16_t>, std::span<const float>>
         values;

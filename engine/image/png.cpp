@@ -1,6 +1,5 @@
 // Writes pictures for displays, by libpng: OpenImageIO (engine/image/pictures.h) takes a quarter of a second
 // to load.
-#include <fmt/format.h>
 #include <png.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/colour/tone.h"
@@ -17,7 +17,8 @@
 namespace lucerna {
 namespace {
 
-// Returns the bytes of a PNG file of 8-bit sRGB values, row by row from the top.
+// Returns the bytes of a PNG file of 8-bit sRGB values, row by row from the top. Throws InputError where PNG
+// or libpng allows no such size.
 std::vector<unsigned char> encoded(int width, int height, const std::vector<std::uint8_t>& rgb) {
     png_image header{};
     header.version = PNG_IMAGE_VERSION;
@@ -27,7 +28,8 @@ std::vector<unsigned char> encoded(int width, int height, const std::vector<std:
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
     std::vector<unsigned char> bytes(size);
     if (png_image_write_to_memory(&header, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
-        throw std::runtime_error(fmt::format("libpng: {}", std::data(header.message)));
+        input_error({}, "a picture of {} x {} pixels cannot be written as PNG: {}", width, height,
+                    std::data(header.message));
     bytes.resize(size);
     return bytes;
 }

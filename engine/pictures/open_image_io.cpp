@@ -169,10 +169,8 @@ class OpenImageIo final : public Pictures {
             [&](auto values) {
                 const OIIO::TypeDesc type = kTypeOf<typename decltype(values)::value_type>;
                 OIIO::ImageSpec spec(picture.width, picture.height, picture.channels, type);
-                if (picture.use == PictureUse::measurement) {
-                    spec.attribute("compression", "zip");
-                    spec.attribute("oiio:ColorSpace", "Linear");
-                }
+                spec.attribute("compression", "zip");
+                spec.attribute("oiio:ColorSpace", "Linear");
                 assert(values.size() == spec.image_pixels() * static_cast<std::size_t>(spec.nchannels));
                 if (!out->open(name_of(picture.format), spec) || !out->write_image(type, values.data()) ||
                     !out->close())

@@ -11,6 +11,7 @@
 #include "engine/denoise/denoise.h"
 #include "engine/ranks/shared_work.h"
 #include "engine/render/film.h"
+#include "engine/render/finishing.h"
 #include "engine/render/tiles.h"
 
 namespace lucerna {
@@ -153,7 +154,9 @@ class Looker {
     void look(int x, int y, int least, int most, Features& features) const {
         Means<kFeatures> means;
         Means<kInCamera> in_camera;
-        std::vector<std::uint32_t> objects, materials;
+        std::array<std::uint32_t, kMostFeatureSamples> objects, materials;
+        assert(most <= kMostFeatureSamples);
+        std::size_t seen_samples = 0;
         for (int s = 0; s < most; ++s) {
             if (s == least && !disagree(means)) break;
             const Seen seen = first_surface(scene_, sampler_.sample({x, y}, s).ray);
@@ -162,8 +165,8 @@ class Looker {
                        seen.geometric_normal.x, seen.geometric_normal.y, seen.geometric_normal.z,
                        seen.emitter});
             in_camera.add({axes_[0].dot(seen.normal), axes_[1].dot(seen.normal), axes_[2].dot(seen.normal)});
-            objects.push_back(seen.object);
-            materials.push_back(seen.material);
+            objects[seen_samples] = seen.object;
+            materials[seen_samples++] = seen.material;
         }
         float* const to = &features.image.data[features.image.index(x, y)];
         float* more = &features.more.data[features.more.index(x, y)];
@@ -173,8 +176,8 @@ class Looker {
             for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.mean(i);
             for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.variance(i);
         }
-        *more++ = static_cast<float>(most_frequent(objects));
-        *more++ = static_cast<float>(most_frequent(materials));
+        *more++ = static_cast<float>(most_frequent(std::span(objects).first(seen_samples)));
+        *more++ = static_cast<float>(most_frequent(std::span(materials).first(seen_samples)));
     }
 
   private:

@@ -125,8 +125,8 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
     if (denoises && apart > 1)
         add_denoised(error, denoise_lattice(*result.denoiser_input, apart, workers), result);
     fill(image.film(), spacing, features, workers, result);
-    // Halves that are neither stored nor filtered in all pixels stay as they are.
-    if (result.denoiser_input && (apart == 1 || job.film.parts))
+    // Halves that have been filtered on a lattice alone, and are not stored, stay as they are.
+    if (result.denoiser_input && (!denoises || apart == 1 || job.film.parts))
         complete_halves(result.denoiser_input->halves, spacing, features, workers);
     if (denoises && apart == 1) add_denoised(error, denoise(*result.denoiser_input, workers), result);
     return result;

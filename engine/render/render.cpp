@@ -179,7 +179,10 @@ class Run {
         rates = agreed(options_.workers, rates);
         finishing_ =
             plan_finishing(pixels, left, rates, job_.film.two_halves && !job_.film.is_part(), options_.later);
-        if (!has_features) finishing_.feature_samples = 0, finishing_.edge_samples = 0;
+        if (!has_features) {
+            finishing_.feature_samples = 0;
+            finishing_.feature_seconds = finishing_.edge_samples = 0;
+        }
         if (can_be_sparse()) finishing_.spacing = std::max(kSparse, finishing_.least_spacing);
         set_end();
     }

@@ -201,9 +201,8 @@ TEST(Denoise, LampsOfAPixel_AreNotSpreadOverTheDark) {
     EXPECT_LT(error, 2 * measured_error(picture));
 }
 
-// Of light that few samples meet, most pixels hold nothing and have no variance, so those that hold it
-// look like outliers, and clusters of dark pixels like shadows. They are noise: nothing is lost, and no
-// clouds are left.
+// If few samples meet the light, most pixels hold none of it and have no variance. Those that hold it then
+// look like outliers, and clusters of dark pixels look like shadows.
 TEST(Denoise, LightThatFewSamplesMeet_IsNeitherLostNorInClouds) {
     Picture picture = walls();
     std::mt19937 random(11);

@@ -104,8 +104,7 @@ TEST(Pictures, Written_SayOfThemselvesWhatTheyAre) {
     const std::vector<std::uint16_t> words{0, 1, 256, 65535, 7, 8};
     const Pictures* const formats = &pictures(folder / "a");
     // The format is detected by content: the file has no suffix.
-    formats->write(folder / "a", {PictureFormat::tiff, PictureUse::measurement, 3, 2, 1,
-                                  std::span<const std::uint16_t>(words)});
+    formats->write(folder / "a", {PictureFormat::tiff, 3, 2, 1, std::span<const std::uint16_t>(words)});
     const auto in = formats->open(folder / "a", PictureUse::measurement);
     const PictureHeader& header = in->header();
     EXPECT_EQ(header.width, 3);
@@ -130,8 +129,7 @@ TEST(Pictures, TilesOfAFile_OutliveTheirCache) {
     std::vector<std::uint8_t> bytes(100 * 70 * 3);
     for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * 31 % 251);
     const Pictures* const formats = &pictures(folder / "a.png");
-    formats->write(folder / "a.png", {PictureFormat::png, PictureUse::colour, 100, 70, 3,
-                                      std::span<const std::uint8_t>(bytes)});
+    formats->write(folder / "a.png", {PictureFormat::png, 100, 70, 3, std::span<const std::uint8_t>(bytes)});
     std::unique_ptr<TileCache> cache = formats->tiles(std::size_t{1} << 20);
     const auto picture = cache->open(folder / "a.png", {0, 3});
     std::array<std::uint8_t, 12> corner{};  // the corner where four tiles meet

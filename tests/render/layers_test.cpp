@@ -462,15 +462,19 @@ TEST(Features, OfAWallAhead_AreItsPlaceAndNormal) {
     EXPECT_EQ(of(4, 0, "id.material"), 2);
 }
 
-// A pixel that sees one surface receives four feature samples, one that an edge crosses sixteen.
-TEST(Features, OfAnEdge_AreOfMoreSamples) {
+// Returns a view of two panels, whose common edge crosses the middle one of nine rows.
+Job two_panels() {
     SceneMaker make;
-    // Two panels have a common edge that crosses the middle one of nine rows.
     make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.5F)));
     make.quad({-10, 0, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.1F)));
     make.light(make_point_light({0, 0, 0}, Rgb(1)));
-    Job job =
-        testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 9, 9, 60), PathSettings{}, 32);
+    return testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 9, 9, 60), PathSettings{},
+                             32);
+}
+
+// A pixel that sees one surface receives four feature samples, one that an edge crosses sixteen.
+TEST(Features, OfAnEdge_AreOfMoreSamples) {
+    Job job = two_panels();
     job.film.parts = job.film.two_halves = true;
     const RenderResult result = rendered(job);
     const Image &features = result.denoiser_input->features, &more = *result.parts;
@@ -487,12 +491,7 @@ TEST(Features, OfAnEdge_AreOfMoreSamples) {
 // In little time there is one sample of each pixel. Edges between pixels then get more, and nothing else
 // does.
 TEST(Features, OfOneSample_AreRefinedAtEdges) {
-    SceneMaker make;
-    make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.5F)));
-    make.quad({-10, 0, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.1F)));
-    make.light(make_point_light({0, 0, 0}, Rgb(1)));
-    Job job =
-        testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 9, 9, 60), PathSettings{}, 32);
+    Job job = two_panels();
     job.film.parts = true;
     Monitor silent;
     const Features first = render_features(job, 3, 1, Workers{1}, silent);
