@@ -138,10 +138,6 @@ class Light {
     // is known. An estimate of 0 does not prove that nothing arrives.
     virtual std::optional<float> arriving(const V3f& /*x*/) const { return std::nullopt; }
 
-    // For a point light whose file states a luminous opening, returns the opening's projected area along w
-    // (unit, away from the light) [m²], > 0; otherwise none.
-    virtual std::optional<double> projected_opening(const V3f& /*w*/) const { return std::nullopt; }
-
     // Returns true if only sample_Li() can find this light (point, spot, distant).
     virtual bool is_delta() const { return false; }
     // Returns true if sample_Li(), Le() and Le_on_surface() find nothing: only particles carry this light.

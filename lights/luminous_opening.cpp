@@ -27,9 +27,17 @@ LuminousOpening::LuminousOpening(Shape body, double along_c0, double along_c90,
     side_heights = heights;
 }
 
-double LuminousOpening::projected_area(const V3d& w) const {
+std::array<double, 2> LuminousOpening::heights_towards(const V3d& w) const {
     // The C90 plane holds -y.
     const double height_x = side_heights[w.x > 0 ? 0 : 2], height_y = side_heights[w.y < 0 ? 1 : 3];
+    const double across2 = w.x * w.x + w.y * w.y;
+    if (shape == Shape::box || height_x == height_y || !(across2 > 0)) return {height_x, height_y};
+    const double height = (height_x * w.x * w.x + height_y * w.y * w.y) / across2;
+    return {height, height};
+}
+
+double LuminousOpening::projected_area(const V3d& w) const {
+    const auto [height_x, height_y] = heights_towards(w);
     switch (shape) {
         case Shape::box:
             return size.x * size.y * std::fabs(w.z) + size.y * height_x * std::fabs(w.x) +
@@ -38,12 +46,8 @@ double LuminousOpening::projected_area(const V3d& w) const {
             return cylinder(size.x, size.y, size.z, w.x, w.y, w.z);
         case Shape::cylinder_along_c90:
             return cylinder(size.y, size.x, size.z, w.y, w.x, w.z);
-        case Shape::cylinder_upright: {
-            const double across2 = w.x * w.x + w.y * w.y;
-            const double height =
-                across2 > 0 ? (height_x * w.x * w.x + height_y * w.y * w.y) / across2 : size.z;
-            return cylinder(height, size.x, size.y, w.z, w.x, w.y);
-        }
+        case Shape::cylinder_upright:
+            return cylinder(height_x, size.x, size.y, w.z, w.x, w.y);
         case Shape::ellipsoid:
             break;
     }

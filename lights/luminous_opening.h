@@ -42,6 +42,9 @@ struct LuminousOpening {
 
     // Returns the projected area along w (unit, in the lamp's frame, away from the lamp) [m²].
     double projected_area(const V3d& w) const;
+    // Returns the luminous heights of the sides perpendicular to C0-C180 and to C90-C270 that face w [m].
+    // Both are the same number unless the body is a box.
+    std::array<double, 2> heights_towards(const V3d& w) const;
     // Returns the least and the largest projected area over both directions of the three axes. The largest is
     // 0 if no opening is stated or if it is a line.
     std::pair<double, double> faces() const;

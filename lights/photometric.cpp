@@ -9,7 +9,6 @@
 #include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "lights/photometric_cell.h"
-#include "lights/shaped_point.h"
 
 namespace lucerna {
 namespace {
@@ -134,8 +133,7 @@ std::optional<PhotometricWeb::Drawn> PhotometricWeb::draw(const V2f& u) const {
     if (!(pdf > 0)) return std::nullopt;  // the edge of the lit directions
     const double polar = polar_[i] + t * cell.step.width;
     const double azimuth = grid_.azimuth.front() * kRadiansPerDegree + azimuth_[j] + s * cell.azimuth_width;
-    const V3d w = sin(polar) * (cos(azimuth) * zero_ + sin(azimuth) * quarter_) +
-                  cos(polar) * pole_;
+    const V3d w = sin(polar) * (cos(azimuth) * zero_ + sin(azimuth) * quarter_) + cos(polar) * pole_;
     return Drawn{V3f(w).normalized(), Rgb(static_cast<float>(value)), pdf};
 }
 
@@ -167,14 +165,6 @@ std::vector<double> even_angles(double step, double whole) {
 
 }  // namespace
 
-std::optional<double> PhotometricWeb::projected_opening(const V3d& w) const {
-    const LuminousOpening& opening = info_.opening;
-    const auto [least, largest] = opening.faces();
-    if (!(largest > 0)) return std::nullopt;
-    const double area = opening.projected_area(w);
-    return least > 0 ? area : std::max(area, 0.01 * largest);
-}
-
 PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double azimuth_step) {
     PhotometricGrid grid{
         PhotometricPlanes::c, even_angles(polar_step, 180), even_angles(azimuth_step, 360), {}};
@@ -186,13 +176,6 @@ PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double az
         }
     }
     return PhotometricWeb(std::move(grid), web.info());
-}
-
-std::unique_ptr<Light> make_photometric_light(std::string_view kind,
-                                              std::shared_ptr<const PhotometricWeb> web, const V3f& position,
-                                              const LightAxes& axes, const Rgb& scale, FluxUnit unit) {
-    return std::make_unique<ShapedPointLight<PhotometricWeb>>(kind, std::move(web), position, axes, scale,
-                                                              unit);
 }
 
 }  // namespace lucerna

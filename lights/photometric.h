@@ -79,11 +79,6 @@ class PhotometricWeb {
     double flux() const { return cells_.total(); }
     double peak() const { return peak_; }  // [cd]
 
-    // Returns the projected area of the luminous opening along w (unit, lamp's frame) [m²], or none if no
-    // opening is stated. A flat opening has no projected area in its own plane, where files still state a
-    // little light, so the result is at least 1 % of its face.
-    std::optional<double> projected_opening(const V3d& w) const;
-
     // The interface of a shape of a point light (shaped_point.h); values are grey, in cd.
     Rgb at(const V3f& w) const { return Rgb(static_cast<float>(intensity(V3d(w)))); }
     Rgb integral() const { return Rgb(static_cast<float>(flux())); }
@@ -119,12 +114,19 @@ PhotometricWeb scaled(const PhotometricWeb& web, double factor);
 // steps must divide 180 and 360; throws InputError if they do not.
 PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double azimuth_step);
 
-// Makes the lamp a point light at `position` (relative to the scene's origin) with the lamp's `axes` in the
-// world. Its light is multiplied by the colour `scale`, which also converts candela to W/sr where the light
-// counts in W. `kind` is "ies" or "ldt".
+// Places a lamp in the scene.
+struct LampPlace {
+    V3f position;     // of the middle of the opening, relative to the scene's origin
+    LightAxes axes;   // of the lamp, in the world
+    float metre = 1;  // length of a metre of the file in scene units, > 0
+};
+
+// Makes a light that shines from the luminous opening of the web's file or, if the web states none with an
+// area, from a point. Its light is multiplied by the colour `scale`, which also converts candela to W/sr
+// where the light counts in W. `kind` is "ies" or "ldt".
 std::unique_ptr<Light> make_photometric_light(std::string_view kind,
-                                              std::shared_ptr<const PhotometricWeb> web, const V3f& position,
-                                              const LightAxes& axes, const Rgb& scale,
+                                              std::shared_ptr<const PhotometricWeb> web,
+                                              const LampPlace& place, const Rgb& scale,
                                               FluxUnit unit = FluxUnit::lumen);
 
 // Returns the far field of a measured lamp's file.

@@ -48,10 +48,6 @@ class ScaledLight final : public Light {
     std::optional<LightBounds> bounds() const override { return light_->bounds(); }
     std::span<const LightBounds> part_bounds() const override { return light_->part_bounds(); }
     std::optional<float> arriving(const V3f& x) const override { return light_->arriving(x); }
-
-    std::optional<double> projected_opening(const V3f& w) const override {
-        return light_->projected_opening(w);
-    }
     bool is_delta() const override { return light_->is_delta(); }
     bool only_particles() const override { return light_->only_particles(); }
     bool has_impostor() const override { return light_->has_impostor(); }

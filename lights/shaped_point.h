@@ -46,11 +46,6 @@ class ShapedPointLight final : public Light {
         return sample_Li_from_point(position_, x, scale_ * shape_->at(axes_.to_local(V3f(way / r))));
     }
     std::optional<LightBounds> bounds() const override { return LightBounds{Box3f(position_)}; }
-    std::optional<double> projected_opening(const V3f& w) const override {
-        if constexpr (requires { shape_->projected_opening(V3d(w)); })
-            return shape_->projected_opening(V3d(axes_.to_local(w)));
-        return std::nullopt;
-    }
 
   private:
     std::string_view kind_;

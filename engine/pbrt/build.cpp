@@ -116,8 +116,9 @@ struct LightMaker {
                                      unit());
     }
     std::unique_ptr<Light> operator()(const PhotometricSpec& s) const {
-        return make_photometric_light(s.kind, s.web, to_scene(s.position, parts.origin), s.axes,
-                                      s.scale * factor, stated.value_or(FluxUnit::lumen));
+        return make_photometric_light(
+            s.kind, s.web, {to_scene(s.position, parts.origin), s.axes, static_cast<float>(s.metre)},
+            s.scale * factor, stated.value_or(FluxUnit::lumen));
     }
     MeasuredSettings settings_of(const MeasuredSettings& lamp) const {
         MeasuredSettings settings = lamp;
@@ -127,25 +128,26 @@ struct LightMaker {
     }
     std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
         const MeasuredSettings settings = settings_of(s.settings);
-        return at_a_point(settings, make_measured_light(settings, workers, monitor));
+        return as_far_field(settings, make_measured_light(settings, workers, monitor));
     }
     std::unique_ptr<Light> operator()(const RayFileSpec& s) const {
         RayLightSettings settings = s.settings;
         settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
-        return at_a_point(settings, make_ray_light(settings, monitor));
+        return as_far_field(settings, make_ray_light(settings, monitor));
     }
     // If far_field is set, returns the light of the lamp's photometric file with the same flux and colour, at
-    // the origin of the lamp's frame.
+    // the origin of the lamp's frame. It shines from the opening that the file states, if any.
     template <typename Settings>
-    std::unique_ptr<Light> at_a_point(const Settings& settings, std::unique_ptr<Light> lamp) const {
+    std::unique_ptr<Light> as_far_field(const Settings& settings, std::unique_ptr<Light> lamp) const {
         if (!far_field) return lamp;
         const auto web = std::make_shared<const PhotometricWeb>(far_field(settings.file));
         const M44d& m = settings.world_from_light;
         const auto axis = [&m](int row) { return V3f(V3d(m[row][0], m[row][1], m[row][2]).normalized()); };
         // The web has flux, because one without is rejected when it is made.
         const Rgb scale = lamp->flux() / static_cast<float>(web->flux());
-        return make_photometric_light("ies", web, V3f(m.translation()), {axis(0), axis(1), axis(2)}, scale,
-                                      lamp->unit());
+        const auto metre = static_cast<float>(V3d(m[0][0], m[0][1], m[0][2]).length());
+        return make_photometric_light("ies", web, {V3f(m.translation()), {axis(0), axis(1), axis(2)}, metre},
+                                      scale, lamp->unit());
     }
     std::unique_ptr<Light> operator()(const AreaSpec& s) const {
         if (s.lamp) return lamp_on_shape(s);
@@ -170,8 +172,8 @@ struct LightMaker {
             shape.quadrics.push_back(parts.quadrics[s.index]);
         else
             shape.meshes.push_back(parts.meshes[mesh_of[s.index]]);
-        return at_a_point(settings, make_measured_light(settings, workers, monitor,
-                                                        make_traced_shape(std::move(shape), parts.origin)));
+        return as_far_field(settings, make_measured_light(settings, workers, monitor,
+                                                          make_traced_shape(std::move(shape), parts.origin)));
     }
 };
 

@@ -122,8 +122,9 @@ struct PhotometricSpec {
     std::string_view kind;  // "ies" or "ldt"
     V3d position;
     LightAxes axes;
-    std::shared_ptr<const PhotometricWeb> web;
-    Rgb scale;  // multiplies the candela of the web
+    double metre;                               // length of the file's metre in the world
+    std::shared_ptr<const PhotometricWeb> web;  // without an opening if the lamp shines from a point
+    Rgb scale;                                  // multiplies the candela of the web
 };
 struct MeasuredSpec {
     MeasuredSettings settings;  // world_from_light not yet relative to the origin

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/pbrt/light_params.h"
 #include "lights/cell_table.h"
 #include "lights/photometric_files.h"
@@ -320,7 +321,8 @@ void read_ray_file(Reading& reading, Params& params) {
     reading.draft.lights.push_back({.place = params.place(), .spec = RayFileSpec{lamp}, .file = lamp.file});
 }
 
-// Lamps from photometric files: LightSource "ies" and "ldt", far-field point lights, in lumens.
+// Lamps from photometric files: LightSource "ies" and "ldt", far fields that shine from the luminous opening
+// or a point, in lumens.
 //
 // The lamp's frame is that of light fields: nadir (γ = 0) is +z, the plane C0 contains +x, C90 contains -y.
 // The current transformation places it, so a hanging lamp is rotated until its z points down, as for pbrt's
@@ -348,6 +350,29 @@ double factor_of_file(const LampUnit& unit, const std::filesystem::path& file, c
     }
 }
 
+PhotometricWeb read_web(Reading& reading, const std::string& kind, const std::filesystem::path& file,
+                        const Place& place) {
+    try {
+        PlacedMonitor monitor(reading, place);
+        return kind == "ies" ? read_ies(file, monitor) : read_ldt(file, monitor);
+    } catch (const InputError& error) {
+        fail(place, "{}", printable(error.what()));
+    }
+}
+
+// Removes the web's opening if the lamp shall shine from a point.
+void read_emission_of(Params& params, PhotometricWeb& web, const std::filesystem::path& file) {
+    const bool has_opening = web.info().opening.faces().second > 0;
+    const std::string name = params.string("emission", has_opening ? "opening" : "point");
+    if (name == "point") return web.set_opening({});
+    const Place& place = params.place_of("emission");
+    if (name != "opening") fail(place, "emission \"{}\" is unknown; expected opening or point", shown(name));
+    if (!has_opening) {
+        fail(place, "emission \"opening\": {} states no luminous opening with an area; expected \"point\"",
+             printable(file.string()));
+    }
+}
+
 }  // namespace
 
 void read_photometric_light(Reading& reading, const std::string& kind, Params& params) {
@@ -356,15 +381,14 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
     const Place& place = params.place_of("filename");
     PhotometricSpec spec;
     spec.kind = kind == "ies" ? "ies" : "ldt";
-    try {
-        PlacedMonitor monitor(reading, place);
-        spec.web = std::make_shared<const PhotometricWeb>(kind == "ies" ? read_ies(file, monitor)
-                                                                        : read_ldt(file, monitor));
-    } catch (const InputError& error) {
-        fail(place, "{}", printable(error.what()));
-    }
+    PhotometricWeb web = read_web(reading, kind, file, place);
+    read_emission_of(params, web, file);
+    spec.web = std::make_shared<const PhotometricWeb>(std::move(web));
     spec.axes = light_axes(reading, params);
-    spec.position = transform_point(reading.state.ctm, params.point("from", V3d(0)));
+    const M44d& ctm = reading.state.ctm;
+    spec.metre =
+        cbrt(std::fabs(ctm.determinant()));  // of a stretched one, which has been warned of, the mean
+    spec.position = transform_point(ctm, params.point("from", V3d(0)));
     // A colour tints the light and leaves its candela unchanged.
     const Rgb colour = light_color(reading, params, "color", ColorUse::tint);
     if (!(luminance(colour) > 0)) fail(params.place_of("color"), "\"color\" is black");

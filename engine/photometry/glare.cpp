@@ -74,9 +74,9 @@ class Eye {
         std::vector<GlareSource> all;
         for (std::uint32_t light = 0; light < scene_.lights().size(); ++light) {
             const Light& lamp = *scene_.lights()[light];
-            if (!(lamp.power() > 0) || !lamp.bounds()) continue;  // excludes the sky
-            const auto source = lamp.is_delta() ? look_at_point(light, lamp) : look_at(light, lamp);
-            if (source) all.push_back(*source);
+            // The sky has no place, and a point no luminance.
+            if (!(lamp.power() > 0) || !lamp.bounds() || lamp.is_delta()) continue;
+            if (const auto source = look_at(light, lamp)) all.push_back(*source);
         }
         return all;
     }
@@ -134,37 +134,6 @@ class Eye {
                                                                luminous(sample) / source.solid_angle);
                                                    }).half_width};
         source.seen = per_sample([](const LuminaireSample& sample) { return sample.square; });
-        return source;
-    }
-
-    // Rates a far field as a luminaire of uniform luminance over the luminous opening that its file states,
-    // as CIE 117 treats all luminaires.
-    std::optional<GlareSource> look_at_point(std::uint32_t light, const Light& lamp) const {
-        const auto towards = lamp.sample_Li(at_, {0.5F, 0.5F});
-        if (!towards) return std::nullopt;
-        const double p = position_index(observer_, towards->w);
-        const auto area = lamp.projected_opening(-towards->w);
-        if (!area || !std::isfinite(p)) return std::nullopt;
-        RunningStats batches;  // I / d² as it arrives; batches differ where media vary
-        constexpr int kInABatch = 64;
-        for (std::size_t batch = 0; batch < kBatches; ++batch) {
-            double sum = 0;
-            for (int i = 0; i < kInABatch; ++i) {
-                Sampler sampler = sampler_of(light, batch, i);
-                sum += double{luminance(towards->weight * arriving(*towards, sampler))};
-            }
-            batches.add(sum / kInABatch);
-        }
-        const Reading95 flux = reading_95(batches);
-        if (!(flux.value > 0)) return std::nullopt;
-        GlareSource source;
-        source.light = light;
-        source.kind = std::string(lamp.kind());
-        source.solid_angle = *area / sqr(double{towards->distance});  // the area and the distance are > 0
-        source.luminance = flux.value / source.solid_angle;
-        source.position = p;
-        source.even = source.seen = {source.luminance * flux.value / (p * p),
-                                     2 * source.luminance * flux.half_width / (p * p)};
         return source;
     }
 
@@ -305,8 +274,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
     }
     std::size_t without_extent = 0;
     for (const auto& light : job.scene.lights())
-        without_extent += light->power() > 0 && light->bounds() && light->is_delta() &&
-                          !light->projected_opening({0, 0, 1});
+        without_extent += light->power() > 0 && light->bounds() && light->is_delta();
     if (without_extent > 0) {
         monitor.warn(
             fmt::format("{} of the scene's lights {} no extent, and so no luminance; not rated, though part "

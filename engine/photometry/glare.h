@@ -64,7 +64,6 @@ struct GlareOptions {
 
 // Rates glare at each observer. Throws InputError if lights are not photometric (lm) or if a line of sight is
 // vertical. Warns of lights that have an intensity but no extent, hence no luminance, and leaves them out.
-// Far fields of files have uniform luminance over the luminous opening that the file states.
 std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, const GlareOptions& options,
                                   Monitor& monitor);
 
