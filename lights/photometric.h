@@ -116,9 +116,9 @@ PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double az
 
 // Places a lamp in the scene.
 struct LampPlace {
-    V3f position;     // of the middle of the opening, relative to the scene's origin
-    LightAxes axes;   // of the lamp, in the world
-    float metre = 1;  // length of a metre of the file in scene units, > 0
+    V3f position{0, 0, 0};  // of the middle of the opening, relative to the scene's origin
+    LightAxes axes;         // of the lamp, in the world
+    float metre = 1;        // length of a metre of the file in scene units, > 0
 };
 
 // Makes a light that shines from the luminous opening of the web's file or, if the web states none with an

@@ -182,8 +182,10 @@ void time_both(const Lamp& lamp, const Effort& effort) {
                effort);
     const V3f place(static_cast<float>(lamp.origin.centre.x), static_cast<float>(lamp.origin.centre.y),
                     static_cast<float>(lamp.origin.waist));
-    const auto far = make_photometric_light("ies", std::make_shared<const PhotometricWeb>(lamp.web), place,
-                                            LightAxes{}, Rgb(1));
+    PhotometricWeb web = lamp.web;
+    web.set_opening({});  // shines from a point
+    const auto far =
+        make_photometric_light("ies", std::make_shared<const PhotometricWeb>(web), {place, {}}, Rgb(1));
     time_light(lamp.name, lamp.origin, "web", *far, 2 * lamp.web.grid().candela.size() * sizeof(float),
                effort);
 }

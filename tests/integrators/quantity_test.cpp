@@ -44,7 +44,7 @@ SceneMaker floor_under_lamp(MaterialModel model) {
     SceneMaker make;
     make.quad({-5, 0, -5}, {0, 0, 10}, {10, 0, 0}, make.material(std::move(model)));
     const LightAxes down{{1, 0, 0}, {0, 0, -1}, {0, -1, 0}};
-    make.light(make_photometric_light("ies", cone_lamp(), {0, kHeight, 0}, down, Rgb(1.0F)));
+    make.light(make_photometric_light("ies", cone_lamp(), {{0, kHeight, 0}, down}, Rgb(1.0F)));
     return make;
 }
 

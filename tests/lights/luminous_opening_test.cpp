@@ -244,7 +244,7 @@ TEST(LuminousOpening, SignsOfNoShape_AreWarnedOf) {
         ListeningMonitor monitor;
         const PhotometricWeb web = parse_ies(ies("IESNA:LM-63-2002", opening), "lamp.ies", monitor);
         EXPECT_THAT(monitor.warnings, ElementsAre(HasSubstr("lamp.ies:3:")));
-        EXPECT_FALSE(web.projected_opening({0, 0, 1}));
+        EXPECT_EQ(web.info().opening.faces().second, 0);
     }
 }
 
@@ -258,18 +258,6 @@ TEST(LuminousOpening, OfAnIesFile_IsReadBackTheSame) {
         EXPECT_EQ(again.info().opening.shape, web.info().opening.shape) << opening;
         EXPECT_EQ(again.info().opening.size, web.info().opening.size) << opening;
     }
-}
-
-// Viewed in its own plane, a flat opening keeps a hundredth of the area of its face.
-TEST(LuminousOpening, FlatOne_HasALittleAreaInItsPlane) {
-    Monitor silent;
-    const auto web = [&](const char* opening) {
-        return parse_ies(ies("IESNA:LM-63-2002", opening), "lamp.ies", silent);
-    };
-    EXPECT_NEAR(*web(".2 .4 0").projected_opening({1, 0, 0}), 0.01 * 0.08, 1e-12);
-    EXPECT_NEAR(*web("-.3 0 -.3").projected_opening({0, 0, 1}), 0.01 * kPiD / 4 * 0.09, 1e-12);
-    EXPECT_NEAR(*web(".2 .4 .001").projected_opening({1, 0, 0}), 0.2 * 0.001, 1e-12);
-    EXPECT_FALSE(web("0 0 0").projected_opening({0, 0, 1}));
 }
 
 }  // namespace luminous_opening_test

@@ -259,7 +259,7 @@ TEST(PhotometricLight, EmitsItsFluxAndLightsByIntensityOverDistanceSquared) {
     // The lamp's z axis points along -y, its x axis along -z.
     const LightAxes axes{{0, 0, -1}, {1, 0, 0}, {0, -1, 0}};
     const V3f at(0.5F, 2, 1);
-    const auto light = make_photometric_light("ies", web, at, axes, Rgb(2, 1, 0.5F));
+    const auto light = make_photometric_light("ies", web, {at, axes}, Rgb(2, 1, 0.5F));
     EXPECT_EQ(light->unit(), FluxUnit::lumen);
     EXPECT_EQ(light->kind(), "ies");
     EXPECT_NEAR(double{light->flux().y}, web->flux(), 1e-5 * web->flux());

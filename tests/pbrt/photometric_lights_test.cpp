@@ -29,6 +29,11 @@ class PhotometricLights : public ::testing::Test {
         write("tail.ies",
               "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 9\n0 180\n0\n1 1 and more\n");
     }
+    // A lamp of 100 cd in all directions, with a disc of 0.6 m.
+    void write_disc() const {
+        write("disc.ies",
+              "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 -0.6 -0.6 0\n1 1 9\n0 180\n0\n100 100\n");
+    }
     void write(const std::string& name, std::string_view text) const { std::ofstream(folder / name) << text; }
     std::string lamp(const std::string& name, const std::string& parameters = "") const {
         return fmt::format("LightSource \"ies\" \"string filename\" \"{}\" {} ", (folder / name).string(),
@@ -76,6 +81,27 @@ TEST_F(PhotometricLights, ScaleAndColour_ActOnCandela_PowerSetsLumens) {
     EXPECT_NEAR(red->power() / lumens, 1, 1e-5) << "a colour tints, lumens stay";
     EXPECT_NEAR(red->flux().x / red->flux().y, 4, 1e-4F);
     EXPECT_THAT(refusal_of_world(lamp("odd.ies", "\"rgb color\" [0 0 0]")), HasSubstr("is black"));
+}
+
+TEST_F(PhotometricLights, Emission_IsFromTheOpeningThatTheFileStates_OrFromAPoint) {
+    write_disc();
+    const auto light = [&](const std::string& world) {
+        SceneParts parts = parts_of_world(world);
+        return std::move(parts.lights.at(0));
+    };
+    EXPECT_FALSE(light(lamp("disc.ies"))->is_delta());
+    EXPECT_FALSE(light(lamp("disc.ies", "\"string emission\" \"opening\""))->is_delta());
+    EXPECT_TRUE(light(lamp("disc.ies", "\"string emission\" \"point\""))->is_delta());
+    EXPECT_TRUE(light(lamp("odd.ies"))->is_delta()) << "no opening is stated";
+    // A transformation's scale enlarges the lamp and keeps its flux.
+    const auto large = light("Scale 2 2 2 " + lamp("disc.ies"));
+    EXPECT_NEAR(large->bounds()->box.size().x, 1.2F, 1e-5F);
+    EXPECT_NEAR(large->power(), light(lamp("disc.ies"))->power(), 1e-3);
+    const std::string none = refusal_of_world(lamp("odd.ies", "\"string emission\" \"opening\""));
+    EXPECT_THAT(none, HasSubstr("scene.pbrt:2:"));
+    EXPECT_THAT(none, HasSubstr("odd.ies states no luminous opening with an area; expected \"point\""));
+    EXPECT_THAT(refusal_of_world(lamp("disc.ies", "\"string emission\" \"sides\"")),
+                HasSubstr("\"sides\" is unknown; expected opening or point"));
 }
 
 TEST_F(PhotometricLights, BadFiles_NameSceneAndFile) {

@@ -58,9 +58,8 @@ void print_rig(std::ostream& out, const Rig& rig) {
         fmt::print(out, "between views        linear: measured without an optical filter\n");
     // D > 0 in every accepted rig. Angles are from the centre of S, without the sensor's travel.
     const auto angle = [&rig](int axis) {
-        return atan(
-            -rig.m_coordinate.on_plane((-0.5 * rig.pixels[axis] - rig.overhang()) * rig.pixel[axis]) /
-            rig.distance);
+        return atan(-rig.m_coordinate.on_plane((-0.5 * rig.pixels[axis] - rig.overhang()) * rig.pixel[axis]) /
+                    rig.distance);
     };
     fmt::print(out, "angles               +-{:.1f} x +-{:.1f} degrees from the middle of S; {}\n",
                angle(0) * 180 / double{kPi}, angle(1) * 180 / double{kPi},
@@ -293,8 +292,10 @@ void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit un
                azimuth);
     fmt::print(out, "grid                 {}; {}\n", angles_text(grid.polar, kPolar[type]),
                angles_text(grid.azimuth, kAzimuth[type]));
+    const bool from_opening = info.opening.faces().second > 0;
     if (info.opening.size != V3d(0, 0, 0))
         fmt::print(out, "luminous opening     {}\n", opening_text(info.opening));
+    fmt::print(out, "shines from          {}\n", from_opening ? "its luminous opening" : "a point");
     if (info.watts > 0) {
         fmt::print(out, "input                {:g} W ({:.4g} lm/W)\n", info.watts, web.flux() / info.watts);
     }
