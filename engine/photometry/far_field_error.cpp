@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "engine/base/elementary.h"
 #include "engine/photometry/illuminance_text.h"
@@ -51,20 +52,28 @@ std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const
     return all;
 }
 
-std::string far_field_text(const std::vector<FarFieldError>& errors, double floor) {
-    std::string text =
-        "error of the far field: lamps as point sources with their far-field intensities, compared with "
-        "their near field\n";
-    for (const FarFieldError& error : errors) {
-        text +=
-            fmt::format("{}: mean {}, RMS over points {:.2g} %, from {} to {}\n", plain_text(error.surface),
-                        percent(error.mean), 100 * error.rms, percent(error.least), percent(error.greatest));
-    }
-    if (floor > 0) {
+std::string far_field_text(const FarFieldErrors& errors) {
+    std::string text;
+    const auto add = [&text](const std::vector<FarFieldError>& surfaces, std::string_view from) {
+        if (surfaces.empty()) return;
+        text += fmt::format(
+            "error of the far field from {}: lamps with their far-field intensities, compared with their "
+            "near "
+            "field\n",
+            from);
+        for (const FarFieldError& error : surfaces) {
+            text += fmt::format("{}: mean {}, RMS over points {:.2g} %, from {} to {}\n",
+                                plain_text(error.surface), percent(error.mean), 100 * error.rms,
+                                percent(error.least), percent(error.greatest));
+        }
+    };
+    add(errors.from_point, "a point");
+    add(errors.from_opening, "the luminous opening");
+    if (errors.floor > 0) {
         text += fmt::format(
             "floor of the method: the table of the far field differs from the lamps' intensities by {:.2g} % "
             "of their flux; an error that is not larger may be the table's\n",
-            100 * floor);
+            100 * errors.floor);
     }
     return text;
 }

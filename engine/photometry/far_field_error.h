@@ -1,5 +1,5 @@
-// The error of photometric files: compares the illuminance by lamps as point sources of their far field with
-// that by their near field.
+// The error of photometric files: compares the illuminance by the far fields of lamps, which shine from a
+// point or from the luminous opening that a file of the lamp states, with that by their near fields.
 #pragma once
 
 #include <string>
@@ -22,8 +22,13 @@ struct FarFieldError {
 // Compares two reports on the same surfaces.
 std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const IlluminanceReport& far);
 
-// Returns a table with one line for each surface. `floor` is the largest PhotometricInfo::grid_error of the
-// lamps' webs.
-std::string far_field_text(const std::vector<FarFieldError>& errors, double floor);
+// The errors on all surfaces, by where the light begins. Empty: not computed, or no lamp has an opening.
+struct FarFieldErrors {
+    std::vector<FarFieldError> from_point, from_opening;
+    double floor = 0;  // the largest PhotometricInfo::grid_error of the lamps' webs
+};
+
+// Returns tables with one line for each surface.
+std::string far_field_text(const FarFieldErrors& errors);
 
 }  // namespace lucerna

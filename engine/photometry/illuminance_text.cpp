@@ -40,6 +40,17 @@ nlohmann::json json_of(const LampUncertainty& lamps, const Reading95& reading) {
             {"half_width_of_both", combined(reading, lamps)}};
 }
 
+nlohmann::json json_of(const FarFieldError& error) {
+    nlohmann::json json{{"mean", json_of(error.mean)},
+                        {"rms_over_points", error.rms},
+                        {"least", json_of(error.least)},
+                        {"greatest", json_of(error.greatest)},
+                        {"values", nlohmann::json::array()}};
+    for (const Reading95& point : error.points)  // null where there is no light
+        json["values"].push_back(std::isnan(point.value) ? nlohmann::json() : json_of(point));
+    return json;
+}
+
 // Adds the lamps' uncertainty to a surface's numbers and its points.
 void add_lamps(nlohmann::json& of, const SurfaceIlluminance& surface, const SurfaceUncertainty& lamps) {
     of["lamps"] = {{"mean", json_of(lamps.mean, surface.mean)},
@@ -131,7 +142,8 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
     return text;
 }
 
-std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
+std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps,
+                             const FarFieldErrors& far_field) {
     nlohmann::json json{{"unit", report.unit},
                         {"confidence", 0.95},
                         {"precision", report.precision},
@@ -172,6 +184,9 @@ std::string illuminance_json(const IlluminanceReport& report, const MeasurementU
                                     {"groups", by_group(report, point.groups)}});
         }
         if (lamps.replicates > 0) add_lamps(of, surface, lamps.surfaces[s]);
+        if (!far_field.from_point.empty()) of["far_field_error"]["point"] = json_of(far_field.from_point[s]);
+        if (!far_field.from_opening.empty())
+            of["far_field_error"]["opening"] = json_of(far_field.from_opening[s]);
         json["surfaces"].push_back(std::move(of));
     }
     return json.dump(1) + '\n';

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/image/image.h"
+#include "engine/photometry/far_field_error.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/measurement_uncertainty.h"
 
@@ -19,7 +20,8 @@ std::string illuminance_text(const IlluminanceReport& report);
 // Returns one line for each point under a line of column names (RFC 4180), with the uncertainty due to the
 // lamps if it was computed.
 std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps = {});
-std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps = {});
+std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps = {},
+                             const FarFieldErrors& far_field = {});
 // Returns an image with one pixel for each point and v upwards. Its channels are Y (the illuminance),
 // half_width, direct, indirect and lightgroup.NAME.
 Image illuminance_image(const SurfaceIlluminance& surface, const IlluminanceReport& report);

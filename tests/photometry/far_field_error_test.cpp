@@ -66,11 +66,13 @@ class OfASmallLamp : public ::testing::Test {
         FarFieldError error;
         double floor;
     };
-    Found error_at(double distance, bool as_rendered) {
+    enum class From { point, opening };
+    Found error_at(double distance, bool as_rendered, From from = From::point) {
         FarFieldGrid grid;
         grid.as_rendered = as_rendered;
         Monitor silent;
-        const PhotometricWeb web = far_field(field, grid, Workers{2}, silent);
+        PhotometricWeb web = far_field(field, grid, Workers{2}, silent);
+        if (from == From::point) web.set_opening({});
         const auto same = [&](const std::filesystem::path&) { return web; };
         return {far_field_errors(measure(distance, {}, 1), measure(distance, same, 2)).at(0),
                 web.info().grid_error};
@@ -95,12 +97,27 @@ TEST_F(OfASmallLamp, Long_NearBy_IsItsClosedForm) {
     EXPECT_NEAR(near.error.points[4].value, std::pow(0.0015 / z, 2), near.floor + 2e-3);
 }
 
+// Light of the same disc is near its own, and the far field on the opening has an error of the opening's size
+// alone: it is a square of the disc's area, blurred by the field's cells.
+TEST_F(OfASmallLamp, Long_NearBy_IsMuchSmallerFromTheOpening) {
+    const double z = 0.006;
+    const double from_point = error_at(z, true).error.points[4].value;
+    const double from_opening = error_at(z, true, From::opening).error.points[4].value;
+    EXPECT_GT(from_point, 0.05);
+    EXPECT_LT(std::fabs(from_opening), 0.2 * from_point);
+}
+
 TEST(FarFieldText, HasTheDigitsOfSmallErrorsAndTheFloor) {
     FarFieldError error;
     error.surface = "desk";
     error.mean = error.least = error.greatest = {1.2e-6, 3e-7};
     error.rms = 1.2e-6;
-    const std::string text = far_field_text({error}, 4e-5);
+    FarFieldErrors errors{{error}, {}, 4e-5};
+    EXPECT_EQ(far_field_text(errors).find("luminous opening"), std::string::npos) << "not computed";
+    errors.from_opening = {error};
+    const std::string text = far_field_text(errors);
+    EXPECT_NE(text.find("from a point"), std::string::npos) << text;
+    EXPECT_NE(text.find("from the luminous opening"), std::string::npos) << text;
     EXPECT_NE(text.find("mean +0.000120 ± 0.000030 %"), std::string::npos) << text;
     EXPECT_NE(text.find("floor of the method"), std::string::npos) << text;
     EXPECT_NE(text.find("0.004 %"), std::string::npos) << text;

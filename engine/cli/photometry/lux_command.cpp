@@ -59,9 +59,9 @@ Kinds: planar (as read by a photometer on the surface), cylindrical, semicylindr
 scalar illuminance is four times the spherical). --facing turns sensors to another direction: for example,
 --facing 1,0,0 gives the vertical illuminance at eye height. Cylindrical and spherical sensors face no direction.
 
---far-field-error shows how accurate a photometric file would be in this scene: it computes everything again with each
-measured lamp as a point source with its far-field intensities, and reports the relative error of the illuminance; with
---plan and --html also as a map. It prints the floor of the method, too: by how much the table of intensities, in steps of
+--far-field-error shows how accurate a photometric file would be in this scene: it computes everything again with the
+far-field intensities of each measured lamp, once from a point and once from the luminous opening that lucerna light farfield
+writes, and reports the relative errors of the illuminance; with --plan and --html also as maps. It prints the floor of the method, too: by how much the table of intensities, in steps of
 1 by 5 degrees, differs from the lamp's own.
 
 --replicates computes how uncertain the numbers are because the lamps were measured with a finite number of rays: it computes
@@ -109,7 +109,8 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
     return surfaces;
 }
 
-constexpr std::string_view kErrorMap = "error", kUncertaintyMap = "uncertainty";
+constexpr std::string_view kErrorMap = "error", kOpeningErrorMap = "opening-error",
+                           kUncertaintyMap = "uncertainty";
 
 std::string end_text(const IlluminanceReport& report) {
     const std::string reached =
@@ -121,9 +122,17 @@ std::string end_text(const IlluminanceReport& report) {
                        duration_text(report.seconds));
 }
 
-// Measures the same points with the lamps' far fields. `floor` receives the largest error of their grids.
-IlluminanceReport by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
-                               double seconds, double& floor, Monitor& monitor) {
+struct ByFarField {
+    IlluminanceReport report;
+    double floor = 0;          // the largest error of the lamps' grids
+    bool has_opening = false;  // of any lamp
+};
+
+// Measures the same points with the lamps' far fields, which shine from a point or from the luminous opening
+// that `light farfield` writes.
+ByFarField by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
+                        double seconds, bool from_point, Monitor& monitor) {
+    ByFarField result;
     PhotometryOptions common = command.common;
     const Workers& workers = command.options.workers;
     std::size_t lamps = 0;
@@ -139,7 +148,9 @@ IlluminanceReport by_far_field(const LuxCommand& command, std::span<const Calcul
             }
         };
         PhotometricWeb made = std::visit(web, read_lamp_file(file, monitor));
-        floor = std::max(floor, made.info().grid_error);
+        result.floor = std::max(result.floor, made.info().grid_error);
+        result.has_opening = result.has_opening || made.info().opening.faces().second > 0;
+        if (from_point) made.set_opening({});
         return made;
     };
     CommandFiles same;  // the files of the first reading
@@ -150,13 +161,28 @@ IlluminanceReport by_far_field(const LuxCommand& command, std::span<const Calcul
                          "or ray file with its far field");
     }
     IlluminanceOptions options = command.options;
-    options.seed ^= 0x9e3779b97f4a7c15U;  // independent of the first computation
+    // Independent of the other computations.
+    options.seed ^= from_point ? 0x9e3779b97f4a7c15U : 0xd1b54a32d192ed03U;
     options.seconds = seconds;
-    return illuminance_on(surfaces, std::move(job), options, monitor);
+    result.report = illuminance_on(surfaces, std::move(job), options, monitor);
+    return result;
 }
 
-PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
-    plan.title = "error of the far field: " + plan.title;
+// The run from the opening is left out if no lamp has one, as ray files have not.
+FarFieldErrors far_field_errors_of(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
+                                   const IlluminanceReport& near, RunTimes& times, Monitor& monitor) {
+    FarFieldErrors errors;
+    const ByFarField point = by_far_field(command, surfaces, times.by_lamps(), true, monitor);
+    errors.floor = point.floor;
+    errors.from_point = far_field_errors(near, point.report);
+    if (!point.has_opening) return errors;
+    const ByFarField opening = by_far_field(command, surfaces, times.by_lamps(), false, monitor);
+    errors.from_opening = far_field_errors(near, opening.report);
+    return errors;
+}
+
+PlanFigure error_plan(PlanFigure plan, const FarFieldError& error, std::string_view from) {
+    plan.title = fmt::format("error of the far field from {}: {}", from, plan.title);
     plan.unit = "%";
     plan.scale = {};
     plan.scale.map = ColourMap::diverging;
@@ -170,6 +196,21 @@ PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
         }
     }
     return plan;
+}
+
+// Adds plans of the errors to the page, and writes them beside the plan of illuminance.
+void draw_errors(const LuxCommand& command, const IlluminanceReport& report, const FarFieldErrors& errors,
+                 LuxPage& page) {
+    const auto draw = [&](const std::vector<FarFieldError>& surfaces, std::string_view from,
+                          std::string_view map) {
+        for (std::size_t i = 0; i < surfaces.size(); ++i) {
+            const PlanFigure plan = error_plan(plan_of(report.surfaces[i], report), surfaces[i], from);
+            page.more_plans.push_back(plan);
+            if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), map), plan);
+        }
+    };
+    draw(errors.from_point, "a point", kErrorMap);
+    draw(errors.from_opening, "the luminous opening", kOpeningErrorMap);
 }
 
 // Returns no uncertainty, with a warning, if there are too few replicates.
@@ -235,8 +276,10 @@ void act(const LuxCommand& command, const CommandContext& context) {
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         if (!command.image.empty()) files.writes(of_surface(command.image, i), ".exr", "--image");
         if (!command.plan.empty()) declare_plan(of_surface(command.plan, i), files);
-        if (!command.plan.empty() && command.far_field_error)
-            declare_plan(of_map(of_surface(command.plan, i), kErrorMap), files);
+        for (const std::string_view map : {kErrorMap, kOpeningErrorMap}) {
+            if (!command.plan.empty() && command.far_field_error)
+                declare_plan(of_map(of_surface(command.plan, i), map), files);
+        }
         if (!command.plan.empty() && command.replicates)
             declare_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), files);
     }
@@ -255,12 +298,8 @@ void act(const LuxCommand& command, const CommandContext& context) {
     options.seconds = times.by_lamps();
     const StopOnSignals listening(context.process);
     const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
-    std::vector<FarFieldError> errors;
-    double far_field_floor = 0;
-    if (command.far_field_error) {
-        errors = far_field_errors(
-            report, by_far_field(command, surfaces, times.by_lamps(), far_field_floor, monitor));
-    }
+    FarFieldErrors errors;
+    if (command.far_field_error) errors = far_field_errors_of(command, surfaces, report, times, monitor);
     if (replicates > 0 && report.ended_by != "user") {
         page.uncertainty = uncertainty_of(
             report,
@@ -280,11 +319,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.plan.empty())
             write_plan(of_surface(command.plan, i), plan_of(report.surfaces[i], report));
     }
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-        const PlanFigure plan = error_plan(plan_of(report.surfaces[i], report), errors[i]);
-        page.more_plans.push_back(plan);
-        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kErrorMap), plan);
-    }
+    draw_errors(command, report, errors, page);
     for (std::size_t i = 0; i < uncertainty.surfaces.size(); ++i) {
         const PlanFigure plan = uncertainty_plan(report, uncertainty, i);
         page.more_plans.push_back(plan);
@@ -292,12 +327,12 @@ void act(const LuxCommand& command, const CommandContext& context) {
     }
     if (!command.html.empty()) write_text(command.html, lux_page(report, page));
     if (command.common.prints_json()) {
-        context.out << illuminance_json(report, uncertainty);
+        context.out << illuminance_json(report, uncertainty, errors);
     } else {
         if (!command.common.json.empty())
-            write_text(command.common.json, illuminance_json(report, uncertainty));
+            write_text(command.common.json, illuminance_json(report, uncertainty, errors));
         context.out << illuminance_text(report) << end_text(report) << '\n';
-        if (!errors.empty()) context.out << far_field_text(errors, far_field_floor);
+        context.out << far_field_text(errors);
         if (uncertainty.replicates > 0) context.out << uncertainty_text(report, uncertainty);
     }
     if (report.ended_by == "user")
@@ -331,8 +366,8 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
         ->type_name("FILE.exr");
     add_surface_options(app, command->surfaces);
     app.add_flag("--far-field-error", command->far_field_error,
-                 "also compute everything with each measured lamp as a point source with its far-field "
-                 "intensities, and report the error");
+                 "also compute everything with the far-field intensities of each measured lamp, from a point "
+                 "and from its luminous opening, and report the errors");
     app.add_flag(
         "--replicates", command->replicates,
         "also compute everything with each bootstrap replicate of the measured lamps, and report the "
