@@ -1,6 +1,6 @@
 // A rectangle as it is seen from a place: its solid angle, and points of it that are uniform in solid angle.
 //
-// Source: [Ureña et al. 2013]. Each angle of the spherical quadrilateral is written with atan2, which keeps
+// Source: [Ureña 2013]. Each angle of the spherical quadrilateral is written with atan2, which keeps
 // its digits where the paper's arc cosine loses half of them.
 #pragma once
 
