@@ -66,13 +66,12 @@ class OfASmallLamp : public ::testing::Test {
         FarFieldError error;
         double floor;
     };
-    enum class From { point, opening };
-    Found error_at(double distance, bool as_rendered, From from = From::point) {
+    Found error_at(double distance, bool as_rendered) {
         FarFieldGrid grid;
         grid.as_rendered = as_rendered;
         Monitor silent;
         PhotometricWeb web = far_field(field, grid, Workers{2}, silent);
-        if (from == From::point) web.set_opening({});
+        web.set_opening({});
         const auto same = [&](const std::filesystem::path&) { return web; };
         return {far_field_errors(measure(distance, {}, 1), measure(distance, same, 2)).at(0),
                 web.info().grid_error};
@@ -97,14 +96,26 @@ TEST_F(OfASmallLamp, Long_NearBy_IsItsClosedForm) {
     EXPECT_NEAR(near.error.points[4].value, std::pow(0.0015 / z, 2), near.floor + 2e-3);
 }
 
-// Light of the same disc is near its own, and the far field on the opening has an error of the opening's size
-// alone: it is a square of the disc's area, blurred by the field's cells.
-TEST_F(OfASmallLamp, Long_NearBy_IsMuchSmallerFromTheOpening) {
+// On the axis of an evenly bright rectangle E is four times the closed form of a corner's; the lamp's field
+// is Lambertian, so its far field on the opening is that of the rectangle which its file states.
+TEST_F(OfASmallLamp, Long_FromTheOpening_IsAnEvenRectangle) {
     const double z = 0.006;
-    const double from_point = error_at(z, true).error.points[4].value;
-    const double from_opening = error_at(z, true, From::opening).error.points[4].value;
-    EXPECT_GT(from_point, 0.05);
-    EXPECT_LT(std::fabs(from_opening), 0.2 * from_point);
+    FarFieldGrid grid;
+    grid.as_rendered = true;
+    Monitor silent;
+    PhotometricWeb web = far_field(field, grid, Workers{2}, silent);
+    const V3d size = web.info().opening.size;
+    const auto on_axis = [&] {
+        const auto same = [&](const std::filesystem::path&) { return web; };
+        return measure(z, same, 2).surfaces.at(0).points.at(4).all.value;
+    };
+    const double from_opening = on_axis();
+    web.set_opening({});
+    const double from_point = on_axis();
+    const double x = 0.5 * size.x / z, y = 0.5 * size.y / z;
+    const double rx = std::hypot(1, x), ry = std::hypot(1, y);
+    const double corner = 0.5 * (x / rx * std::atan(y / rx) + y / ry * std::atan(x / ry));
+    EXPECT_NEAR(from_opening / from_point, corner / (x * y), 3e-3);
 }
 
 TEST(FarFieldText, HasTheDigitsOfSmallErrorsAndTheFloor) {
