@@ -5,13 +5,17 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
+#include "engine/base/deadline_monitor.h"
 #include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/sampler.h"
 #include "engine/base/warp.h"
+#include "engine/photometry/cut_off_points.h"
+#include "engine/photometry/light_paths_at.h"
 #include "engine/photometry/path_rounds.h"
 #include "engine/render/chance_light.h"
 #include "engine/scene/path_account.h"
@@ -31,6 +35,9 @@ constexpr int kWidth = 256;
 constexpr int kFirstOfPoint = 256, kFirstOfSensor = 4;
 // Intervals scatter from round to round, so aiming a little below the wanted width often saves a round.
 constexpr double kAim = 0.95;
+// The share of the time for the first round, where light paths follow it, and the share that is too little
+// for another round.
+constexpr double kFirstShare = 0.4, kLeastLeft = 0.02;
 
 // Returns the luminance of an image's channels PREFIX.R .G .B.
 class LightOf {
@@ -50,23 +57,24 @@ class LightOf {
     std::size_t first_;
 };
 
-// Computes the mean, extremes and uniformity of a surface whose points are done.
+// Computes the mean, extremes and uniformity of a surface whose points are done, at least one of which is not
+// cut off.
 void sum_up(SurfaceIlluminance& done) {
     double mean = 0, variance = 0;
     done.direct = 0;
-    const auto n = static_cast<double>(done.points.size());
+    const auto n = static_cast<double>(done.points.size() - done.cut_off());
     done.groups.assign(done.points.front().groups.size(), 0.0);
+    const PointIlluminance *least = nullptr, *greatest = nullptr;
     for (const PointIlluminance& point : done.points) {
+        if (point.is_cut_off()) continue;
         mean += point.all.value / n;
         variance += sqr(point.all.half_width / n);
         done.direct += point.direct / n;
         for (std::size_t g = 0; g < done.groups.size(); ++g) done.groups[g] += point.groups[g] / n;
+        if (least == nullptr || point.all.value < least->all.value) least = &point;
+        if (greatest == nullptr || !(point.all.value < greatest->all.value)) greatest = &point;
     }
     done.mean = {mean, std::sqrt(variance)};
-    const auto by_value = [](const PointIlluminance& a, const PointIlluminance& b) {
-        return a.all.value < b.all.value;
-    };
-    const auto [least, greatest] = std::minmax_element(done.points.begin(), done.points.end(), by_value);
     done.least = least->all;
     done.greatest = greatest->all;
     if (!(mean > 0)) return;
@@ -76,6 +84,36 @@ void sum_up(SurfaceIlluminance& done) {
     done.uniformity = {u0, hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
 }
 
+// Marks the points that are cut off from the light, and sums up their surfaces again.
+void leave_out_cut_off_points(std::vector<SurfaceIlluminance>& surfaces, const Job& job, std::uint64_t seed,
+                              const Workers& workers) {
+    std::size_t first = 0;
+    for (SurfaceIlluminance& surface : surfaces) {
+        std::vector<double> all, direct;
+        for (const PointIlluminance& point : surface.points) {
+            all.push_back(point.all.value);
+            direct.push_back(point.direct);
+        }
+        const std::vector<bool> cut_off =
+            cut_off_points(job.scene, std::span(job.receivers.points).subspan(first, all.size()), all, direct,
+                           seed, workers);
+        first += all.size();
+        const auto count = static_cast<std::size_t>(std::ranges::count(cut_off, true));
+        if (count == 0) continue;
+        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+        for (std::size_t i = 0; i < cut_off.size(); ++i) {
+            if (!cut_off[i]) continue;
+            const std::vector<double> groups(surface.groups.size(), kNone);
+            surface.points[i] = {{kNone, kNone}, kNone, {kNone, kNone}, kNone, groups};
+        }
+        // The points left out are dark and known exactly: the mean grows, and its interval with it.
+        const double mean_half_width = surface.mean.half_width * static_cast<double>(cut_off.size()) /
+                                       static_cast<double>(cut_off.size() - count);
+        sum_up(surface);
+        surface.mean.half_width = mean_half_width;
+    }
+}
+
 // Light of a point that paths find by chance alone (SampleAccount::by_chance), and the rest of the light.
 struct ChanceAtPoint {
     ChanceLight met;
@@ -83,9 +121,9 @@ struct ChanceAtPoint {
     Reading95 rest, rest_indirect;
 };
 
-// Half-widths that more samples reduce.
+// Half-widths that more paths from a point reduce, and one that more light paths reduce.
 struct PointScatter {
-    double all, indirect;
+    double all, indirect, light = 0;
 };
 
 struct Readings {
@@ -220,6 +258,19 @@ double worst_scatter_of(const Readings& readings, bool indirect) {
     return worst;
 }
 
+// Returns each point's share of worst_of() for the half-widths that more light paths reduce.
+std::vector<double> light_errors_of(const Readings& readings) {
+    std::vector<double> errors;
+    for (const SurfaceIlluminance& surface : readings.surfaces) {
+        for (const PointIlluminance& point : surface.points)
+            errors.push_back(share_of(readings.scatter[errors.size()].light, point.all, surface.mean));
+    }
+    return errors;
+}
+double worst_light_of(const Readings& readings) {
+    return std::ranges::max(light_errors_of(readings));
+}
+
 // Returns the radius of the density estimate of light paths around a point: half of the spacing of a
 // surface's points, but at most a share of the median distance to the surfaces that the point sees, and this
 // share itself if half of the spacing is below a quarter of it.
@@ -242,82 +293,98 @@ float blur_of(const CalculationSurface& surface, const Receiver& receiver, const
     return static_cast<float>(spacing > reach / 4 ? std::min(spacing, reach) : reach);
 }
 
-// Estimates by light paths the light that the points' paths find by chance alone.
-ChanceLightAt by_light_paths(const Readings& readings, const Job& job, const IlluminanceOptions& options,
-                             Monitor& monitor) {
-    std::vector<float> radii;
-    std::vector<double> rest;
-    for (const SurfaceIlluminance& surface : readings.surfaces) {
-        for (std::size_t i = 0; i < surface.points.size(); ++i)
-            radii.push_back(blur_of(surface.surface, job.receivers.points[radii.size()], job.scene));
-    }
-    for (const ChanceAtPoint& point : readings.chance)
-        rest.push_back(options.indirect ? point.rest_indirect.value : point.rest.value);
-    const auto* path = std::get_if<PathSettings>(&job.integrator);
-    const ChanceLightWork work{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
-                               options.workers, monitor};
-    return chance_light_at(job.receivers.points, radii, rest, options.precision / 4, work);
+double half_width_of(const ChanceLight& by_light_paths) {
+    return student_95(LightPathsAt::kBatches) * by_light_paths.standard_error;
 }
-
 // Adds the light paths' estimate, which replaces the light met by chance, with its own uncertainty.
-Reading95 instead(const Reading95& rest, const ChanceLightAt::Mean& there) {
-    return {rest.value + there.light.value,
-            hypot(rest.half_width, kStandardErrors95 * there.light.standard_error) + there.blur};
+Reading95 instead(const Reading95& rest, const LightPathsAt::Mean& there) {
+    return {rest.value + there.light.value, hypot(rest.half_width, half_width_of(there.light)) + there.blur};
 }
 
-// Replaces the light that a surface's paths find by chance with the estimate of light paths where it is more
-// precise. Rare hits of a lamp do not reveal their variance, so their standard error counts only if they are
-// many. Where neither estimate is reliable, the intervals cover both.
+// The light that a surface's paths find by chance, and the rest.
+struct ChanceAtSurface {
+    ChanceLight met;
+    double rest = 0;  // half-width of the rest
+};
+ChanceAtSurface at_surface(std::span<const ChanceAtPoint> points) {
+    const auto n = static_cast<double>(points.size());
+    ChanceAtSurface surface;
+    for (const ChanceAtPoint& point : points) {
+        surface.met.value += point.met.value / n;
+        surface.met.standard_error = hypot(surface.met.standard_error, point.met.standard_error / n);
+        surface.rest = hypot(surface.rest, point.rest.half_width / n);
+    }
+    return surface;
+}
+
+// Replaces the light that a point's paths find by chance with the estimate of light paths.
+void take_from_light_paths(PointIlluminance& point, const ChanceAtPoint& chance, PointScatter& scatter,
+                           const LightPathsAt::Mean& there) {
+    point.all = instead(chance.rest, there);
+    point.indirect = instead(chance.rest_indirect, there);
+    point.mirrored = there.seen.value;
+    for (std::size_t g = 0; g < point.groups.size(); ++g)
+        point.groups[g] = std::max(0.0, point.groups[g] - chance.groups[g]) + there.groups[g];
+    scatter = {chance.rest.half_width, chance.rest_indirect.half_width,
+               half_width_of(there.light) + there.blur - there.lasting_blur};
+}
+
+// Takes the light that paths find by chance from light paths at each point where these know it better. Rare
+// hits of a lamp do not reveal their variance, so their standard error counts only if they are many. Where
+// neither estimate is reliable, the intervals cover both.
 void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAtPoint> chance,
-                           std::span<PointScatter> scatter, const ChanceLightAt& there, std::size_t first) {
+                           std::span<PointScatter> scatter, const LightPathsAt& there, std::size_t first) {
     constexpr double kTold = 4;   // standard errors by which the light paths' estimate differs from 0
     constexpr double kMany = 20;  // standard errors of the light met by chance: some 400 hits
     const std::size_t count = surface.points.size();
-    const auto n = static_cast<double>(count);
-    const ChanceLightAt::Mean of_surface = there.mean(first, count);
-    ChanceLight met;
-    double rest2 = 0;
-    for (const ChanceAtPoint& point : chance) {
-        met.value += point.met.value / n;
-        met.standard_error = hypot(met.standard_error, point.met.standard_error / n);
-        rest2 += sqr(point.rest.half_width / n);
-    }
-    const ChanceLight& light = of_surface.light;
-    const bool many = met.value > kMany * met.standard_error;
-    if (many && met.standard_error < light.standard_error + of_surface.blur) return;
-    const auto open = [](const ChanceLight& by_light_paths, const ChanceLight& by_chance) {
-        return std::max(
-            0.0, by_light_paths.value + kStandardErrors95 * by_light_paths.standard_error - by_chance.value);
+    std::vector<std::size_t> receivers(count);
+    std::iota(receivers.begin(), receivers.end(), first);
+    const LightPathsAt::Mean of_surface = there.mean(receivers);
+    const auto [met, rest] = at_surface(chance);
+    const auto is_many = [](const ChanceLight& by_chance) {
+        return by_chance.value > kMany * by_chance.standard_error;
     };
-    if (!(light.value > kTold * light.standard_error)) {
-        if (many) return;
-        for (std::size_t i = 0; i < count; ++i) {
-            const double more = open(there.mean(first + i, 1).light, chance[i].met);
-            surface.points[i].all.half_width += more;
-            surface.points[i].indirect.half_width += more;
+    const auto open = [](const ChanceLight& by_light_paths, const ChanceLight& by_chance) {
+        return std::max(0.0, by_light_paths.value + half_width_of(by_light_paths) - by_chance.value);
+    };
+    const ChanceLight& light = of_surface.light;
+    const bool is_told = light.value > kTold * light.standard_error;
+    if (!is_told && is_many(met)) return;
+    double apart = 0;  // half-width of the mean by points that paths alone know best
+    std::vector<std::size_t> taken;
+    for (std::size_t i = 0; i < count; ++i) {
+        const LightPathsAt::Mean at_point = there.mean(std::span(&receivers[i], 1));
+        const ChanceLight& by_chance = chance[i].met;
+        PointIlluminance& point = surface.points[i];
+        if (!is_told) {
+            const double more = open(at_point.light, by_chance);
+            point.all.half_width += more;
+            point.indirect.half_width += more;
+            scatter[i].light = more;
+        } else if (is_many(by_chance) && kStandardErrors95 * by_chance.standard_error <
+                                             half_width_of(at_point.light) + at_point.blur) {
+            apart = hypot(apart, point.all.half_width / static_cast<double>(count));
+        } else {
+            take_from_light_paths(point, chance[i], scatter[i], at_point);
+            taken.push_back(receivers[i]);
         }
-        const double half_width = surface.mean.half_width + open(light, met);
-        sum_up(surface);
-        surface.mean.half_width = half_width;
+    }
+    const double half_width = surface.mean.half_width;
+    sum_up(surface);
+    if (!is_told) {
+        surface.mean.half_width = half_width + open(light, met);
         return;
     }
-    for (std::size_t i = 0; i < count; ++i) {
-        const ChanceLightAt::Mean at_point = there.mean(first + i, 1);
-        PointIlluminance& point = surface.points[i];
-        point.all = instead(chance[i].rest, at_point);
-        point.indirect = instead(chance[i].rest_indirect, at_point);
-        point.mirrored = at_point.seen.value;
-        for (std::size_t g = 0; g < point.groups.size(); ++g)
-            point.groups[g] = std::max(0.0, point.groups[g] - chance[i].groups[g]) + at_point.groups[g];
-        scatter[i] = {chance[i].rest.half_width, chance[i].rest_indirect.half_width};
-    }
-    surface.by_light_paths = light.value;
     surface.never_met = missing_light(light, met, kTold);
-    sum_up(surface);
+    if (taken.empty()) return;
     // Light paths pass several points, whose errors are therefore not independent.
-    surface.mean.half_width = instead({0, std::sqrt(rest2)}, of_surface).half_width;
+    const LightPathsAt::Mean of_taken = there.mean(taken);
+    const double share = static_cast<double>(taken.size()) / static_cast<double>(count);
+    surface.by_light_paths = share * of_taken.light.value;
+    surface.blur = share * of_taken.blur;
+    surface.mean.half_width = hypot(apart, hypot(rest, share * half_width_of(of_taken.light))) + surface.blur;
 }
-void take_from_light_paths(Readings& readings, const ChanceLightAt& there) {
+void take_from_light_paths(Readings& readings, const LightPathsAt& there) {
     std::size_t first = 0;
     for (SurfaceIlluminance& surface : readings.surfaces) {
         const std::size_t count = surface.points.size();
@@ -327,20 +394,114 @@ void take_from_light_paths(Readings& readings, const ChanceLightAt& there) {
     }
 }
 
-// Warns of the surface with the greatest share of light that no path from a point met.
-void warn_of_blurred_light(const std::vector<SurfaceIlluminance>& surfaces, const std::string& unit,
-                           Monitor& monitor) {
-    constexpr double kLeastWarned = 0.001;  // of the mean
+// Traces light paths until they know the light that paths from the points find by chance alone as well as
+// those know the rest.
+class LightPathRounds {
+  public:
+    // `job` must outlive this object, and its receivers must be those of the surfaces.
+    LightPathRounds(std::span<const CalculationSurface> surfaces, const Job& job,
+                    const IlluminanceOptions& options, const Stopwatch& clock, Monitor& monitor)
+        : options_(options), clock_(clock), monitor_(monitor, Deadline::after(options.seconds)) {
+        std::size_t i = 0;
+        for (const CalculationSurface& surface : surfaces) {
+            const V3d u = surface.u / surface.points.x, v = surface.v / surface.points.y;
+            const auto spacing = static_cast<float>(std::max(u.length(), v.length()) / 2);
+            for (std::size_t point = 0; point < surface.size(); ++point, ++i) {
+                radii_.push_back(blur_of(surface, job.receivers.points[i], job.scene));
+                wide_radii_.push_back(std::max(radii_.back(), spacing / 2));
+            }
+        }
+        const auto* path = std::get_if<PathSettings>(&job.integrator);
+        there_.emplace(job.receivers.points, radii_, wide_radii_,
+                       ChanceLightWork{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
+                                       options.workers, monitor_});
+    }
+
+    // Adds the light paths' estimate to readings of paths from the points.
+    Readings completed(const Readings& readings) {
+        if (there_->paths() == 0 && !trace(2 * LightPathsAt::kLeastRound)) return readings;
+        for (;;) {
+            Readings now = readings;
+            take_from_light_paths(now, *there_);
+            const double light = worst_light_of(now), scatter = worst_scatter_of(now, options_.indirect);
+            const double wanted = std::max(scatter, kShare * options_.precision);
+            if (light <= wanted) return now;
+            if (focused_ < kFocused && is_affordable()) {
+                if (focused_++ == 0 && !there_->learn(rest_of(readings))) return now;
+                there_->focus(light_errors_of(now));
+                if (!trace(2 * LightPathsAt::kLeastRound)) return now;
+                continue;
+            }
+            const double growth = std::clamp(sqr(light / (kAim * wanted)) - 1, 1.0, 3.0);
+            if (!trace(static_cast<std::int64_t>(growth * static_cast<double>(there_->paths())))) return now;
+        }
+    }
+    bool have_run() const { return there_->paths() > 0; }
+    // The least half-width to which they are traced, as a share of the wanted precision.
+    static constexpr double kShare = 0.5;
+
+  private:
+    std::vector<double> rest_of(const Readings& readings) const {
+        std::vector<double> rest;
+        for (const ChanceAtPoint& point : readings.chance)
+            rest.push_back(options_.indirect ? point.rest_indirect.value : point.rest.value);
+        return rest;
+    }
+    // Whether there is time for learning, which loses the paths traced so far.
+    bool is_affordable() const {
+        constexpr double kPaths = 1 << 19;  // about as many as all pilots and their rounds
+        const double left = options_.seconds - clock_.seconds();
+        return left > 2 * seconds_ / static_cast<double>(there_->paths()) * kPaths;
+    }
+    // Returns false if no more paths can be traced.
+    bool trace(std::int64_t wanted) {
+        constexpr std::int64_t kMostWithSamples = 1 << 21;
+        if (options_.most_samples > 0)
+            wanted = std::min(wanted, kMostWithSamples - there_->paths());
+        else if (there_->paths() > 0) {
+            const double left = options_.seconds - clock_.seconds();
+            const double paths_left = left / seconds_ * static_cast<double>(there_->paths());
+            if (paths_left < static_cast<double>(wanted))
+                wanted = static_cast<std::int64_t>(0.9 * paths_left);
+        }
+        if (wanted < LightPathsAt::kLeastRound) return false;
+        const Stopwatch watch;
+        const bool traced = there_->trace(wanted) > 0;
+        seconds_ += watch.seconds();
+        return traced;
+    }
+
+    const IlluminanceOptions& options_;
+    const Stopwatch& clock_;
+    DeadlineMonitor monitor_;
+    std::vector<float> radii_, wide_radii_;
+    std::optional<LightPathsAt> there_;
+    double seconds_ = 0;  // > 0 when paths are traced
+    static constexpr int kFocused = 3;
+    int focused_ = 0;
+};
+
+void warn_without_light_paths(Monitor& monitor) {
+    monitor.warn(
+        "the time is too short for light paths, so the intervals do not include light that comes over "
+        "mirrors, lenses or solid glass from lamps that are too small for path tracing to meet; --time sets "
+        "how long the computation may take");
+}
+
+// Warns of the surface with the greatest share of light that is blurred.
+void warn_of_blurred_light(const std::vector<SurfaceIlluminance>& surfaces, double precision,
+                           const std::string& unit, Monitor& monitor) {
     const auto share = [](const SurfaceIlluminance& surface) {
-        return surface.never_met > 0 ? surface.never_met / surface.mean.value : 0.0;
+        return surface.blur > 0 ? surface.blur / surface.mean.value : 0.0;
     };
-    const auto most = most_affected(surfaces, share, kLeastWarned);
+    const auto most = most_affected(surfaces, share, precision);
     if (!most) return;
     monitor.warn(fmt::format(
         "\"{}\": of the mean of {:.4g} {}, {:.3g} {} come over mirrors, lenses or solid glass from lamps "
-        "that are too small for path tracing to meet; light paths estimate them, blurred around each point{}",
+        "that are too small for path tracing to meet; light paths estimate them, blurred by up to {:.2g} "
+        "{}{}",
         plain_text(most->surface->surface.name), most->surface->mean.value, unit,
-        most->surface->by_light_paths, unit, most->others));
+        most->surface->by_light_paths, unit, most->surface->blur, unit, most->others));
 }
 
 }  // namespace
@@ -417,31 +578,46 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
         job, Quantity::illuminance,
         counts ? options.most_samples : std::max(kFirstOfSensor, kFirstOfPoint / report.sensors),
         options.seed, options.workers, options.seconds);
-    std::optional<ChanceLightAt> there;
+    std::optional<LightPathRounds> light_paths;
+    if (job.film.chance) light_paths.emplace(surfaces, job, options, clock, monitor);
+    if (light_paths) rounds.end_at(kFirstShare * options.seconds);
+    double path_seconds = 0;
     for (;;) {
+        const Stopwatch watch;
         const RenderResult result = rounds.render(monitor);
+        path_seconds += watch.seconds();
         if (result.report.samples_done == 0) throw Stopped("ended before every point had a sample");
         Readings readings = points.read(result, report.groups);
-        if (result.chance && !there) there = by_light_paths(readings, job, options, monitor);
-        if (there) take_from_light_paths(readings, *there);
+        if (light_paths) readings = light_paths->completed(readings);
         const double scatter = worst_scatter_of(readings, options.indirect);
+        const double light = worst_light_of(readings);
         report.surfaces = std::move(readings.surfaces);
         report.precision = worst_of(report.surfaces);
-        report.samples = result.report.samples_done;
+        const int before = std::exchange(report.samples, result.report.samples_done);
         report.rays = job.scene.rays();
-        report.ended_by = !result.report.complete        ? "user"
-                          : report.samples < job.spp     ? "time"
-                          : counts                       ? "samples"
-                          : scatter <= options.precision ? "precision"
-                                                         : "";
-        if (report.ended_by.empty() && !rounds.is_worth_going_on(scatter, options.precision, monitor))
+        // What paths from the points may add to an interval that light paths share.
+        const double limit =
+            light_paths ? options.precision * std::sqrt(1 - sqr(LightPathRounds::kShare)) : options.precision;
+        const double left = options.seconds - clock.seconds();
+        const bool is_late = left < kLeastLeft * options.seconds ||
+                             (report.samples < job.spp && (!light_paths || report.samples == before));
+        report.ended_by = !result.report.complete                              ? "user"
+                          : is_late                                            ? "time"
+                          : counts                                             ? "samples"
+                          : report.precision <= options.precision              ? "precision"
+                          : scatter <= limit && light <= options.precision / 2 ? "light paths"
+                                                                               : "";
+        if (report.ended_by.empty() &&
+            !rounds.is_worth_going_on(report.precision, options.precision, monitor))
             report.ended_by = "forecast";
         if (!report.ended_by.empty()) break;
-        rounds.grow(scatter / (kAim * options.precision), kNoEndOfSamples);
+        rounds.grow(scatter / (kAim * limit), kNoEndOfSamples);
+        // The time is divided by what reduces the variances of both.
+        if (light_paths) rounds.end_at(path_seconds + left * sqr(scatter) / (sqr(scatter) + sqr(light)));
     }
-    if (report.ended_by == "precision" && report.precision > options.precision)
-        report.ended_by = "light paths";  // more samples would not improve the light paths' estimate
-    warn_of_blurred_light(report.surfaces, report.unit, monitor);
+    if (light_paths && !light_paths->have_run()) warn_without_light_paths(monitor);
+    leave_out_cut_off_points(report.surfaces, job, options.seed, options.workers);
+    warn_of_blurred_light(report.surfaces, options.precision, report.unit, monitor);
     report.seconds = clock.seconds();
     return report;
 }

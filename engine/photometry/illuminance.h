@@ -8,6 +8,8 @@
 // the light of these lamps.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -33,7 +35,9 @@ struct Reading95 {
     double value = 0, half_width = 0;
 };
 
-// The components of the light of one point; direct and indirect add up to `all`.
+// The components of the light of one point; direct and indirect add up to `all`. All are NaN where the point
+// is cut off from the light (cut_off_points.h): it does not count in its surface's mean, extremes and
+// uniformity.
 struct PointIlluminance {
     Reading95 all;
     double direct = 0;   // straight from lamps and sky
@@ -41,6 +45,7 @@ struct PointIlluminance {
     // The share of indirect light from lamps that are seen over mirrors, lenses or solid glass alone.
     double mirrored = 0;
     std::vector<double> groups;  // by light group of the scene; empty if it has none
+    bool is_cut_off() const { return std::isnan(all.value); }
 };
 
 struct SurfaceIlluminance {
@@ -54,6 +59,11 @@ struct SurfaceIlluminance {
     // In the mean: the light over specular surfaces that light paths estimate, as paths from the points
     // hardly meet its lamps (engine/render/chance_light.h), and the share of it that those paths never met.
     double by_light_paths = 0, never_met = 0;
+    double blur = 0;  // bound of the error of by_light_paths by blur
+    std::size_t cut_off() const {
+        return static_cast<std::size_t>(
+            std::ranges::count_if(points, [](const PointIlluminance& point) { return point.is_cut_off(); }));
+    }
     std::size_t index(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
                static_cast<std::size_t>(x);

@@ -94,6 +94,16 @@ std::string table_text(const std::vector<std::vector<std::string>>& rows) {
     return text;
 }
 
+std::string cut_off_text(const SurfaceIlluminance& surface) {
+    const std::size_t cut_off = surface.cut_off();
+    if (cut_off == 0) return {};
+    return fmt::format(
+        "\"{}\": {} of {} points lie inside furniture, walls or closed rooms, where no light comes, and do "
+        "not "
+        "count\n",
+        plain_text(surface.surface.name), cut_off, surface.points.size());
+}
+
 std::string illuminance_text(const IlluminanceReport& report) {
     std::vector<std::vector<std::string>> rows{
         {"surface", "kind", "points", "mean", "least", "greatest", "U_0", "direct"}};
@@ -106,9 +116,11 @@ std::string illuminance_text(const IlluminanceReport& report) {
              surface.mean.value > 0 ? fmt::format("{:.1f} %", 100 * surface.direct / surface.mean.value)
                                     : "-"});
     }
-    return fmt::format("illuminance in {}; ± is the half-width of the 95 % confidence interval\n",
-                       report.unit) +
-           table_text(rows);
+    std::string text =
+        fmt::format("illuminance in {}; ± is the half-width of the 95 % confidence interval\n", report.unit) +
+        table_text(rows);
+    for (const SurfaceIlluminance& surface : report.surfaces) text += cut_off_text(surface);
+    return text;
 }
 
 std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
@@ -126,9 +138,14 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
             for (int x = 0; x < surface.surface.points.x; ++x) {
                 const V3d p = surface.surface.position(x, y);
                 const PointIlluminance& point = surface.at(x, y);
-                text += fmt::format("{},{},{},{:.7g},{:.7g},{:.7g},{:.7g},{:.3g},{:.7g},{:.7g}", name, x, y,
-                                    p.x, p.y, p.z, point.all.value, point.all.half_width, point.direct,
-                                    point.indirect.value);
+                text += fmt::format("{},{},{},{:.7g},{:.7g},{:.7g}", name, x, y, p.x, p.y, p.z);
+                if (point.is_cut_off()) {
+                    text.append(4 + point.groups.size() + (lamps.replicates > 0 ? 3 : 0), ',');
+                    text += '\n';
+                    continue;
+                }
+                text += fmt::format(",{:.7g},{:.3g},{:.7g},{:.7g}", point.all.value, point.all.half_width,
+                                    point.direct, point.indirect.value);
                 for (const double group : point.groups) text += fmt::format(",{:.7g}", group);
                 if (lamps.replicates > 0) {
                     const LampUncertainty& by_lamps = lamps.surfaces[s].points[surface.index(x, y)];

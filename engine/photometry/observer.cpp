@@ -19,7 +19,7 @@ double position_index(double from_vertical, double from_view) {
         return offset < 0.6 ? 1 + 0.8 * offset : 1 + 1.2 * offset;
     }
     return exp((35.2 - 0.31889 * t - 1.22 * exp(-2 * t / 9)) * 1e-3 * s +
-                    (21 + 0.26667 * t - 0.002963 * t * t) * 1e-5 * s * s);
+               (21 + 0.26667 * t - 0.002963 * t * t) * 1e-5 * s * s);
 }
 
 double position_index(const Observer& observer, const V3f& w) {

@@ -28,6 +28,8 @@ class PathRounds {
     PathRounds(const PathRounds&) = delete;
     PathRounds& operator=(const PathRounds&) = delete;
 
+    // All rounds together end after `seconds` of rendering.
+    void end_at(double seconds) { options_.limits.seconds = seconds; }
     // Returns the result of all samples so far. Ends early when the monitor says so.
     RenderResult render(Monitor& monitor);
     // Sets the samples of the next round for intervals that were `too_wide` times as wide as wanted. Bounds

@@ -43,32 +43,6 @@ struct ChanceLightWork {
 // Returns whether a path tracer could miss light in the scene, because some surfaces are specular.
 bool has_chance_light(const Scene& scene);
 
-// The illuminance at receivers by paths whose first bounce was specular, each blurred over a ball around the
-// receiver.
-class ChanceLightAt {
-  public:
-    struct Mean {
-        ChanceLight light;
-        ChanceLight seen;            // its part from lamps over specular surfaces alone
-        std::vector<double> groups;  // its parts, by light group of the scene
-        double blur = 0;             // error bound for blur, from balls of half the radius
-    };
-    // Returns the mean over consecutive receivers.
-    Mean mean(std::size_t first, std::size_t count) const;
-
-  private:
-    friend ChanceLightAt chance_light_at(std::span<const Receiver>, std::span<const float>,
-                                         std::span<const double>, double, const ChanceLightWork&);
-    std::size_t groups_ = 0;
-    std::vector<std::vector<double>> chunks_;  // each chunk of paths' BallVisitor::sums
-};
-
-// Estimates the light at receivers. Radii of balls are in scene units, > 0. Traces more paths, up to a bound,
-// until each receiver's standard error is less than `share` of its total light, which includes `others`, or
-// of that of the mean receiver. All values are 0 if the monitor stopped it.
-ChanceLightAt chance_light_at(std::span<const Receiver> receivers, std::span<const float> radii,
-                              std::span<const double> others, double share, const ChanceLightWork& work);
-
 // Estimates the mean over a view of such light that surfaces send to the eye, by density estimation at the
 // first diffuse surface that a camera ray meets. The job's integrator must be a path tracer.
 ChanceLight chance_light_in_view(const Job& job, const ChanceLightWork& work);

@@ -18,9 +18,7 @@
 namespace lucerna {
 namespace missing_light_test {
 
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 struct Listener : Monitor {
     std::vector<std::string> warnings;
@@ -84,11 +82,10 @@ TEST(MissingLight, SmallLampBehindSolidGlass_IsFoundByLightPaths) {
     const double f = 0.04, truth = on_axis() * (1 - 2 * f / (1 + f)) * std::pow(2 / (2 - 0.002), 2);
     EXPECT_NEAR(found.never_met, truth, 0.05 * truth);
     EXPECT_NEAR(found.mean.value, truth, 1.5 * found.mean.half_width);
-    EXPECT_LT(found.mean.half_width, 0.1 * truth);
+    EXPECT_LE(found.mean.half_width, 0.02 * truth);
     EXPECT_DOUBLE_EQ(found.points[0].indirect.value, found.mean.value);
     EXPECT_DOUBLE_EQ(found.points[0].mirrored, found.mean.value);
-    ASSERT_THAT(listener.warnings, SizeIs(1));
-    EXPECT_THAT(listener.warnings.front(), HasSubstr("too small for path tracing"));
+    EXPECT_THAT(listener.warnings, IsEmpty());
 }
 
 TEST(MissingLight, PointLightOverAMirror_IsThatOfItsImage) {
@@ -101,8 +98,8 @@ TEST(MissingLight, PointLightOverAMirror_IsThatOfItsImage) {
     EXPECT_NEAR(found.direct, 100.0 / 4, 0.01);
     EXPECT_NEAR(found.never_met, 100.0 / 16, 0.05 * 100 / 16);
     EXPECT_NEAR(found.mean.value, 100.0 / 4 + 100.0 / 16, 1.5 * found.mean.half_width);
-    EXPECT_LT(found.mean.half_width, 0.1 * 100 / 16);
-    EXPECT_THAT(listener.warnings, SizeIs(1));
+    EXPECT_LE(found.mean.half_width, 0.02 * (100.0 / 4 + 100.0 / 16));
+    EXPECT_THAT(listener.warnings, IsEmpty());
 }
 
 TEST(MissingLight, BehindAPane_NothingIsMissing) {

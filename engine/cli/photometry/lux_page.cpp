@@ -41,7 +41,11 @@ std::string summary(const IlluminanceReport& report) {
                         reading_text(of.uniformity),
                         of.mean.value > 0 ? fmt::format("{:.1f} %", 100 * of.direct / of.mean.value) : "–"});
     }
-    return table(rows, 2);
+    std::string html = table(rows, 2);
+    for (const SurfaceIlluminance& of : report.surfaces) {
+        if (of.cut_off() > 0) html += fmt::format("<p>{}</p>\n", html_text(cut_off_text(of)));
+    }
+    return html;
 }
 
 std::string uncertainty(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {

@@ -1,0 +1,406 @@
+#include "engine/photometry/light_paths_at.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/elementary.h"
+#include "engine/base/stats.h"
+#include "engine/guiding/importance_pre_pass.h"
+#include "engine/scene/path_account.h"
+#include "kdtree/box_tree.h"
+#include "photon/trace_light_paths.h"
+
+namespace lucerna {
+namespace {
+
+// Radii of the balls: the largest, its half, its quarter and so on. A ring is the part of a ball's
+// cross-section outside of the next smaller ball.
+constexpr int kLevels = 7;
+// Parts of the light of a group.
+constexpr std::size_t kChains = 0, kOthers = 1, kKinds = 2;
+
+// Returns what a receiver reads for a unit of flux density, across the direction, that arrives from w.
+double response(const Receiver& receiver, const V3f& w) {
+    const double along = double{receiver.normal.dot(w)};
+    switch (receiver.kind) {
+        case ReceiverKind::planar:
+            return std::max(0.0, along);
+        case ReceiverKind::cylindrical:  // its normal is the axis
+            return std::sqrt(std::max(0.0, 1 - along * along)) / kPiD;
+        case ReceiverKind::semicylindrical: {
+            const double up = double{receiver.up.dot(w)};
+            const double level = std::sqrt(std::max(0.0, 1 - up * up));
+            return (level + along) / kPiD;  // (1 + cos α) sin ε, as along = cos α sin ε
+        }
+        case ReceiverKind::hemispherical:
+            return (1 + along) / 4;
+        case ReceiverKind::spherical:
+            return 0.25;
+    }
+    return 0;
+}
+
+const auto kNoMemoryTest = [](const auto&, std::int64_t, std::int64_t) {};
+
+}  // namespace
+
+// Finds the balls that a segment comes near. Each ball is tested again with its own radius, so the tree may
+// return too many balls but never too few.
+class LightPathsAt::BallTree {
+  public:
+    BallTree(std::span<const Ball> balls, const Workers& workers) {
+        std::vector<V3f> centres;
+        for (const Ball& ball : balls) {
+            centres.push_back(ball.centre);
+            largest_ = std::max(largest_, ball.radius);
+        }
+        const std::vector<std::uint32_t> order = box_order(centres, workers);
+        for (std::size_t i = 0; i < order.size(); ++i) centres[i] = balls[order[i]].centre;
+        tree_ = build_box_tree(centres, order, workers);
+    }
+
+    // Calls visit(ball) for all balls that the ray comes near within `length`.
+    template <typename Visit>
+    void near(const V3f& o, const V3f& d, float length, Visit&& visit) const {
+        const Measure measure{o, d, length + largest_};
+        search_all(tree_, measure, largest_ * largest_, [&](const BlockKeys& keys, std::uint32_t first) {
+            const PointBlock& block = tree_.blocks[first / kBlock];
+            for (std::size_t i = 0; i < kBlock; ++i) {
+                if (keys[i] < largest_ * largest_) visit(block.payload[i]);
+            }
+        });
+    }
+
+  private:
+    struct Measure {
+        V3f o, d;
+        float end;
+        // The squared distance from the line, as add() computes it.
+        BlockKeys keys(const PointBlock& block) const {
+            BlockKeys keys;
+            for (std::size_t i = 0; i < kBlock; ++i) {
+                const V3f way = V3f(block.x[i], block.y[i], block.z[i]) - o;
+                const float along = way.dot(d);
+                keys[i] = way.length2() - along * along;
+            }
+            return keys;
+        }
+        // These bound the keys by the ball around each box; they are lower by what the difference of squares
+        // above may lose by rounding.
+        Node8Keys bounds(const BoxNode8& node) const {
+            constexpr float kRounding = 1e-3F;
+            Node8Keys keys;
+            for (std::size_t i = 0; i < kNodeWidth; ++i) {
+                const V3f low(node.low_x[i], node.low_y[i], node.low_z[i]),
+                    high(node.high_x[i], node.high_y[i], node.high_z[i]);
+                const V3f way = 0.5F * (low + high) - o;
+                const float along = std::min(std::max(way.dot(d), 0.0F), end);
+                const float reach = 0.5F * (high - low).length();
+                const float beside = (way - along * d).length() - reach - kRounding * (way.length() + reach);
+                keys[i] = beside * std::max(beside, 0.0F);  // NaN if there is no box
+            }
+            return keys;
+        }
+    };
+
+    BoxTree tree_;
+    float largest_ = 0;
+};
+
+// Sums what a chunk of paths brings to the balls around receivers, by rings.
+struct LightPathsAt::Visitor : LightPathVisitor {
+    const LightPathsAt* at = nullptr;
+    std::vector<double> sums;       // of rings, [receiver][part][ring]
+    bool is_pilot = false;          // records `passages` through the wide balls in place of sums
+    std::vector<Passage> passages;  // with the number of the path in this chunk
+    std::uint32_t paths = 0;
+    SurfacePoint from;
+    std::size_t group = 0;
+
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, sums, passages, paths);
+    }
+    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start, const Sampler&) {
+        ++paths;
+        if (!start) return true;
+        from = start->from;
+        const LightGroups& groups = at->work_.scene.light_groups();
+        group = groups.empty() ? 0 : groups.of(static_cast<std::int32_t>(start->light));
+        return true;
+    }
+    void hit(const LightPathHit& hit) {
+        // If the surface lets the path pass straight on, the next segment continues there; otherwise the
+        // part of the ball behind the surface counts.
+        const bool passes = !is_black(hit.bsdf.straight_share(-hit.d));
+        add(hit, hit.hit.t, !passes);
+        from = hit.hit.at;
+    }
+    void scatter(const LightPathScatter& scatter) {
+        add(scatter, (scatter.p - from.p).length(), false);
+        from = SurfacePoint{scatter.p};
+    }
+    void escape(const LightPathEscape& escape) { add(escape, INFINITY, false); }
+
+  private:
+    // Where a segment passes a receiver.
+    struct Near {
+        float along;   // the segment
+        float beside;  // distance to the receiver, or what counts as such
+        double response;
+    };
+    // A planar receiver is passed where the segment crosses its plane from the front; the cosine is then
+    // that of the cross-section. Other receivers are passed at the point nearest to them. If the segment
+    // ends at a surface, that point may lie behind it: at most kBehind radii, so that the error of concave
+    // corners vanishes with the radius.
+    static std::optional<Near> near(const Receiver& receiver, const V3f& way, const V3f& d, float length,
+                                    bool beyond) {
+        if (receiver.kind == ReceiverKind::planar) {
+            const float facing = -receiver.normal.dot(d);
+            if (!(facing > 0)) return std::nullopt;
+            const float along = -receiver.normal.dot(way) / facing;  // may overflow, and is then too long
+            if (!(along > 0 && along <= length)) return std::nullopt;
+            return Near{along, (way - along * d).length(), 1};
+        }
+        constexpr float kBehind = 4;
+        const float along = way.dot(d), behind = along - length;
+        if (!(along > 0) || (behind > 0 && !beyond)) return std::nullopt;
+        const float beside = std::sqrt(std::max(0.0F, way.length2() - along * along));
+        return Near{std::min(along, length), std::max(beside, behind / kBehind), response(receiver, -d)};
+    }
+
+    template <typename At>
+    void add(const At& segment, float length, bool beyond) {
+        if (!segment.path.began_specular) return;
+        const V3f& d = segment.d;
+        const double power = double{luminance(segment.power)};
+        const std::size_t part = kKinds * group + (segment.path.strayed ? kOthers : kChains);
+        const Balls& balls = is_pilot ? at->wide_balls_ : at->balls_;
+        balls.tree->near(from.p, d, length, [&](std::size_t i) {
+            const Receiver& receiver = at->receivers_[i];
+            const Ball& ball = balls.balls[i];
+            const float r = ball.radius;
+            const auto passes = near(receiver, ball.centre - from.p, d, length, beyond);
+            if (!passes || !(passes->beside < r) || !(passes->response > 0)) return;
+            // Both points are moved slightly off the surfaces on which they may lie.
+            constexpr float kOff = 1e-3F;
+            const V3f eye = ball.centre + kOff * r * receiver.normal;
+            const V3f look = from.p + (passes->along - kOff * r) * d - eye;
+            const float distance = look.length();
+            if (distance > 0 && at->work_.scene.blocked(Ray{eye, look / distance, distance}, false)) return;
+            const double brought = power * passes->response;
+            if (is_pilot) {
+                passages.push_back({paths - 1, static_cast<std::uint32_t>(i), static_cast<float>(brought)});
+                return;
+            }
+            const int ring = passes->beside > 0 ? -1 - std::ilogb(passes->beside / r) : kLevels - 1;
+            sums[(i * at->parts_ + part) * kLevels +
+                 static_cast<std::size_t>(std::clamp(ring, 0, kLevels - 1))] += brought;
+        });
+    }
+};
+
+LightPathsAt::LightPathsAt(std::span<const Receiver> receivers, std::span<const float> radii,
+                           std::span<const float> wide_radii, const ChanceLightWork& work)
+    : receivers_(receivers),
+      work_(work),
+      parts_(kKinds * std::max<std::size_t>(1, work.scene.light_groups().names.size())) {
+    for (auto [balls, of] : {std::pair(&balls_, radii), std::pair(&wide_balls_, wide_radii)}) {
+        for (std::size_t i = 0; i < receivers.size(); ++i) {
+            balls->balls.push_back(
+                {V3f(receivers[i].position - work.scene.origin()) + receivers[i].off, of[i]});
+        }
+        balls->tree = std::make_shared<const BallTree>(balls->balls, work.workers);
+    }
+    batches_.assign(kBatches, std::vector<double>(receivers.size() * parts_ * kLevels));
+    levels_.resize(receivers.size() * kKinds);
+}
+
+// Traces the chunks; returns false if the monitor stopped it.
+bool LightPathsAt::run(LightPathRequest& paths, bool is_pilot, std::vector<Visitor>& chunks) const {
+    paths.seed = work_.seed;
+    paths.use = PathUse::began_specular;
+    paths.longest = work_.longest - 1;  // one more follows at the receiver
+    paths.interleaved = false;          // Visitor follows the segments of one path at a time
+    paths.phase = "light paths";
+    trace_light_paths(
+        {work_.scene, work_.workers, work_.monitor}, paths, chunks,
+        [&](std::int64_t) {
+            Visitor visitor;
+            visitor.at = this;
+            visitor.is_pilot = is_pilot;
+            if (!is_pilot) visitor.sums.resize(batches_.front().size());
+            return visitor;
+        },
+        kNoMemoryTest);
+    return !work_.monitor.stopped();
+}
+
+bool LightPathsAt::learn(std::span<const double> others) {
+    constexpr std::int64_t kPilot = 1 << 17, kMostPilot = 1 << 19, kPerChunk = 2048;
+    constexpr std::size_t kEnough = 2048;  // passages
+    double mean = 0;
+    for (const double other : others) mean += other / static_cast<double>(others.size());
+    for (std::size_t i = 0; i < others.size(); ++i) {
+        const double light = std::max(others[i], mean);
+        const double areas = sqr(double{balls_.balls[i].radius} * double{wide_balls_.balls[i].radius});
+        weights_.push_back(1 / (sqr(light > 0 ? light : 1.0) * areas));
+    }
+    LightPathRequest paths;
+    paths.purpose = Purpose::emission;
+    paths.pass = kEmissionPrePass;
+    paths.per_chunk = kPerChunk;
+    for (std::int64_t end = kPilot; end <= kMostPilot && passages_.size() < kEnough; end *= 2) {
+        paths.first = pilot_paths_;
+        paths.count = end - pilot_paths_;
+        std::vector<Visitor> chunks;
+        if (!run(paths, true, chunks)) return false;
+        for (const Visitor& chunk : chunks) {
+            for (Passage passage : chunk.passages) {
+                passage.path += static_cast<std::uint32_t>(pilot_paths_);
+                passages_.push_back(passage);
+            }
+            pilot_paths_ += chunk.paths;
+        }
+    }
+    return true;
+}
+
+void LightPathsAt::learn_emission() {
+    if (passages_.empty()) return;
+    double largest = 0;
+    std::vector<double> moments(static_cast<std::size_t>(pilot_paths_));
+    for (const Passage& passage : passages_) {
+        double& moment = moments[passage.path];
+        moment += weights_[passage.receiver] * sqr(double{passage.brought});
+        largest = std::max(largest, moment);
+    }
+    std::vector<float> scores;
+    for (const double moment : moments)
+        scores.push_back(largest > 0 ? static_cast<float>(moment / largest) : 0.0F);
+    emission_ = learn_density(work_.scene, work_.seed, scores);
+}
+
+void LightPathsAt::focus(std::span<const double> errors) {
+    constexpr double kLeast = 1e-3;  // relative to the largest error
+    const double largest = *std::max_element(errors.begin(), errors.end());
+    if (!(largest > 0)) return;
+    for (std::size_t i = 0; i < errors.size(); ++i) weights_[i] *= sqr(std::max(errors[i] / largest, kLeast));
+    learn_emission();
+    first_ += paths_;
+    paths_ = 0;
+    for (std::vector<double>& batch : batches_) std::ranges::fill(batch, 0.0);
+}
+
+std::int64_t LightPathsAt::trace(std::int64_t wanted) {
+    constexpr std::int64_t kMostOfCall = 1 << 21, kMostPaths = std::int64_t{1} << 32;
+    LightPathRequest paths;
+    paths.count = static_cast<std::int64_t>(
+        std::bit_floor(static_cast<std::uint64_t>(std::clamp(wanted, kLeastRound, kMostOfCall))));
+    paths.first = first_ + paths_;
+    if (paths.first + paths.count > kMostPaths) return 0;
+    paths.purpose = Purpose::importance;
+    paths.pass = 1;
+    paths.per_chunk = paths.count / static_cast<std::int64_t>(kBatches);
+    paths.emission = emission_ ? &*emission_ : nullptr;
+    std::vector<Visitor> chunks;
+    if (!run(paths, false, chunks)) return 0;
+    for (std::size_t batch = 0; batch < kBatches; ++batch) {
+        const std::vector<double>& more = chunks[batch].sums;
+        for (std::size_t i = 0; i < more.size(); ++i) batches_[batch][i] += more[i];
+    }
+    paths_ += paths.count;
+    choose_levels();
+    return paths.count;
+}
+
+double LightPathsAt::estimate(std::size_t batch, std::size_t receiver, std::size_t part, int level) const {
+    const double* const rings = &batches_[batch][(receiver * parts_ + part) * kLevels];
+    double sum = 0;
+    for (int ring = level; ring < kLevels; ++ring) sum += rings[ring];
+    const double r = std::ldexp(double{balls_.balls[receiver].radius}, -level);  // > 0
+    return sum * static_cast<double>(kBatches) / (static_cast<double>(paths_) * kPiD * r * r);
+}
+
+// The standard error of a receiver's estimate from few hits is not known from their scatter, and is 0 without
+// hits. It is at least that of a Poisson process: the square of the largest ball's error over its estimate is
+// what one hit brings there, and four times as much in a ball of half the radius.
+void LightPathsAt::choose_levels() {
+    constexpr double kTold = 5;        // standard errors of an estimate that is told from 0
+    constexpr double kAgreeing = 1.5;  // standard errors of a difference that may be chance
+    const auto choose = [&](std::size_t i) {
+        const std::size_t receiver = i / kKinds, kind = i % kKinds;
+        // Returns the estimate at a level, less that of a larger ball.
+        const auto difference = [&](int level, std::optional<int> larger) {
+            RunningStats stats;
+            for (std::size_t batch = 0; batch < kBatches; ++batch) {
+                double value = 0;
+                for (std::size_t part = kind; part < parts_; part += kKinds) {
+                    value += estimate(batch, receiver, part, level);
+                    if (larger) value -= estimate(batch, receiver, part, *larger);
+                }
+                stats.add(value);
+            }
+            return ChanceLight{stats.mean(), stats.standard_error()};
+        };
+        const ChanceLight whole = difference(0, std::nullopt);
+        Level& chosen = levels_[i];
+        chosen = {};
+        if (!(whole.value > kTold * whole.standard_error)) return;
+        double of_hit = sqr(whole.standard_error) / whole.value;
+        for (int level = 1; level < kLevels; ++level) {
+            of_hit *= 4;
+            const ChanceLight light = difference(level, std::nullopt);
+            const double least_error = std::sqrt(of_hit * std::max(light.value, of_hit));
+            const ChanceLight blur = difference(level, level - 1);
+            const double change = std::fabs(blur.value);
+            const bool agrees = change <= kAgreeing * std::max(blur.standard_error, least_error / 2);
+            if (!(whole.value > kTold * std::max(light.standard_error, least_error))) {
+                if (level == 1 && !agrees) chosen.blur = change;
+                return;
+            }
+            // Blur grows with the square of the radius where light is smooth, and in proportion to it at
+            // edges: what remains is a third of the change, or all of it.
+            chosen = {level, agrees ? change / 3 : change, least_error};
+            if (agrees) return;
+        }
+    };
+    parallel_each(work_.workers, levels_.size(), 16, choose);
+}
+
+LightPathsAt::Mean LightPathsAt::mean(std::span<const std::size_t> receivers) const {
+    Mean mean;
+    mean.groups.resize(parts_ / kKinds);
+    RunningStats whole, seen;
+    const double share = 1 / static_cast<double>(receivers.size());
+    for (std::size_t batch = 0; batch < kBatches; ++batch) {
+        double all = 0, by_chains = 0;
+        for (const std::size_t i : receivers) {
+            for (std::size_t part = 0; part < parts_; ++part) {
+                const std::size_t kind = part % kKinds;
+                const double found = share * estimate(batch, i, part, levels_[i * kKinds + kind].level);
+                all += found;
+                if (kind == kChains) by_chains += found;
+                mean.groups[part / kKinds] += found / static_cast<double>(kBatches);
+            }
+        }
+        whole.add(all);
+        seen.add(by_chains);
+    }
+    double least_error = 0;
+    for (const std::size_t i : receivers) {
+        for (std::size_t kind = 0; kind < kKinds; ++kind) {
+            const Level& level = levels_[i * kKinds + kind];
+            mean.blur += share * level.blur;
+            if (level.level == kLevels - 1) mean.lasting_blur += share * level.blur;
+            least_error = hypot(least_error, share * level.least_error);
+        }
+    }
+    mean.light = {whole.mean(), std::max(whole.standard_error(), least_error)};
+    mean.seen = {seen.mean(), seen.standard_error()};
+    return mean;
+}
+
+}  // namespace lucerna
