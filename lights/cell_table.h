@@ -22,9 +22,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/huge_pages.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "lights/huge_pages.h"
 #include "lights/light.h"
 #include "lights/light_field.h"
 

@@ -32,10 +32,10 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/huge_pages.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 #include "lights/cell_table.h"
-#include "lights/huge_pages.h"
 #include "lights/light_field.h"
 
 namespace lucerna {

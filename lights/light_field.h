@@ -40,12 +40,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/huge_pages.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 #include "engine/system/hash.h"
 #include "lights/bell_cell.h"
 #include "lights/flux_unit.h"
-#include "lights/huge_pages.h"
 
 namespace lucerna {
 

@@ -11,10 +11,10 @@
 #include <cmath>
 #include <map>
 
+#include "engine/base/huge_pages.h"
 #include "engine/base/sampler.h"
 #include "lights/emission_net.h"
 #include "lights/field_pyramid.h"
-#include "lights/huge_pages.h"
 #include "lights/measured.h"
 
 namespace {

@@ -62,7 +62,7 @@ double colour_distance(const V3d& a, const V3d& b) {
 double largest_colour_error() {
     const V3d white = white_xyz();
     return pow(colour_distance(hunt_lab(Rgb(0, 1, 0), white), hunt_lab(Rgb(0, 0, 1), white)),
-                    kColourExponent);
+               kColourExponent);
 }
 
 // Maps [0, largest] to [0, 1], with most of the range for small distances [FLIP (11)].
@@ -123,24 +123,23 @@ struct Viewer {
 };
 
 // Returns the map for linear colours in [0, 1].
-std::vector<float> flip_linear(const Viewer& viewer, const std::vector<Rgb>& picture,
-                               const std::vector<Rgb>& reference, int width, int height,
-                               const Workers& workers) {
+ZeroedVector<float> flip_linear(const Viewer& viewer, const std::vector<Rgb>& picture,
+                                const std::vector<Rgb>& reference, int width, int height,
+                                const Workers& workers) {
     const Opponent a = opponent_of(picture, width, height, workers);
     const Opponent b = opponent_of(reference, width, height, workers);
     const std::vector<V3d> colours_a = seen_colours(a, viewer.eye, workers);
     const std::vector<V3d> colours_b = seen_colours(b, viewer.eye, workers);
     const Features found_a = features_of(a, viewer.features, workers);
     const Features found_b = features_of(b, viewer.features, workers);
-    std::vector<float> error(picture.size());
+    ZeroedVector<float> error(picture.size());
     parallel_each(workers, error.size(), kPixelsPerChunk, [&](std::size_t i) {
-        const double colour = redistributed(
-            pow(colour_distance(colours_a[i], colours_b[i]), kColourExponent), viewer.largest);
+        const double colour =
+            redistributed(pow(colour_distance(colours_a[i], colours_b[i]), kColourExponent), viewer.largest);
         const double edge = std::fabs(double{found_a.edge.data[i]} - double{found_b.edge.data[i]});
         const double point = std::fabs(double{found_a.point.data[i]} - double{found_b.point.data[i]});
         // Both are at most √2 [FLIP (13)]; min() prevents rounding beyond 1.
-        const double feature =
-            std::min(1.0, pow(std::max(edge, point) / std::sqrt(2.0), kFeatureExponent));
+        const double feature = std::min(1.0, pow(std::max(edge, point) / std::sqrt(2.0), kFeatureExponent));
         error[i] = static_cast<float>(pow(colour, 1 - feature));  // [FLIP (15)]
     });
     return error;
@@ -229,8 +228,8 @@ HdrFlip hdr_flip(const Image& image, const Image& reference, const ExposureRange
     for (int i = 0; i < range.count; ++i) {
         const double factor = exp2(range.exposure(i));
         const auto shown = [&](float v) { return film_curve(double{v} * factor); };
-        const std::vector<float> error = flip_linear(viewer, mapped(image, shown), mapped(reference, shown),
-                                                     image.width, image.height, workers);
+        const ZeroedVector<float> error = flip_linear(viewer, mapped(image, shown), mapped(reference, shown),
+                                                      image.width, image.height, workers);
         for (std::size_t p = 0; p < error.size(); ++p) {
             if (error[p] <= result.map.data[p]) continue;
             result.map.data[p] = error[p];

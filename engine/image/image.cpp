@@ -15,7 +15,7 @@ std::optional<std::size_t> find_channel(const Image& image, const std::string& n
 
 void add_channels(Image& image, const Image& more, const std::string& prefix) {
     const std::size_t had = image.channels.size(), has = more.channels.size();
-    std::vector<float> data(image.data.size() + more.data.size());
+    ZeroedVector<float> data(image.data.size() + more.data.size());
     for (std::size_t i = 0; i * had < image.data.size(); ++i) {
         float* const to = &data[i * (had + has)];
         std::copy_n(&image.data[i * had], had, to);

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/huge_pages.h"
+#include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -24,7 +26,7 @@ struct Image {
     int width = 0;
     int height = 0;
     std::vector<std::string> channels;
-    std::vector<float> data;
+    ZeroedVector<float> data;
     std::map<std::string, std::string> attributes;  // text carried in the file's header
     const ColourSpace* space = nullptr;             // of R, G and B (colour_space.h); null: linear sRGB
     // For a crop: where its first pixel lies in the whole image, and the whole image's size. A size of (0, 0)
@@ -92,7 +94,8 @@ void write_exr(const std::filesystem::path& file, const Image& image, int thread
 std::vector<std::byte> exr_bytes(const Image& image);
 
 // Writes the first three channels under that look as 8-bit sRGB.
-void write_png(const std::filesystem::path& file, const Image& image, const PictureLook& look);
+void write_png(const std::filesystem::path& file, const Image& image, const PictureLook& look,
+               const Workers& workers = Workers{1});
 // Writes values that are already display-referred sRGB in [0, 1].
 void write_png_display(const std::filesystem::path& file, const Image& image);
 // Returns the bytes of such a file, for pages that embed their pictures.

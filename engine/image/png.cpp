@@ -40,33 +40,35 @@ void write_bytes(const std::filesystem::path& file, const std::vector<unsigned c
 }
 
 template <typename Map>
-std::vector<unsigned char> mapped(const Image& image, Map&& map) {
-    std::vector<std::uint8_t> bytes;
-    bytes.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
-    for (int y = 0; y < image.height; ++y) {
+std::vector<unsigned char> mapped(const Image& image, const Workers& workers, Map&& map) {
+    const std::size_t row_bytes = static_cast<std::size_t>(image.width) * 3;
+    std::vector<std::uint8_t> bytes(row_bytes * static_cast<std::size_t>(image.height));
+    parallel_chunks(workers.alone(), image.height, [&](std::int64_t row) {
+        std::uint8_t* to = &bytes[static_cast<std::size_t>(row) * row_bytes];
         for (int x = 0; x < image.width; ++x) {
-            const Rgb c = map(image.rgb_at(x, y));
+            const Rgb c = map(image.rgb_at(x, static_cast<int>(row)));
             for (const float v : {c.x, c.y, c.z}) {
                 const float shown = v > 0 ? std::min(v, 1.0F) : 0.0F;  // NaN becomes black
-                bytes.push_back(static_cast<std::uint8_t>(shown * 255 + 0.5F));
+                *to++ = static_cast<std::uint8_t>(shown * 255 + 0.5F);
             }
         }
-    }
+    });
     return encoded(image.width, image.height, bytes);
 }
 
 }  // namespace
 
-void write_png(const std::filesystem::path& file, const Image& image, const PictureLook& look) {
-    write_bytes(file, mapped(image, Display(look, image.space)));
+void write_png(const std::filesystem::path& file, const Image& image, const PictureLook& look,
+               const Workers& workers) {
+    write_bytes(file, mapped(image, workers, Display(look, image.space)));
 }
 
 void write_png_display(const std::filesystem::path& file, const Image& image) {
-    write_bytes(file, mapped(image, [](const Rgb& c) { return c; }));
+    write_bytes(file, mapped(image, Workers{1}, [](const Rgb& c) { return c; }));
 }
 
 std::vector<unsigned char> png_bytes(const Image& image) {
-    return mapped(image, [](const Rgb& c) { return c; });
+    return mapped(image, Workers{1}, [](const Rgb& c) { return c; });
 }
 
 }  // namespace lucerna

@@ -92,9 +92,9 @@ void FeatureFilter::for_each_channel(const std::vector<OfAlbedo>& channels, std:
 }
 
 // Divides the channels of sampled pixels by their factors.
-std::vector<float> FeatureFilter::divided(const Image& image, const std::vector<OfAlbedo>& channels) const {
+ZeroedVector<float> FeatureFilter::divided(const Image& image, const std::vector<OfAlbedo>& channels) const {
     const std::size_t width = channels.size();
-    std::vector<float> result(image.data.size());
+    ZeroedVector<float> result(image.data.size());
     parallel_chunks(workers_, size_.y, [&](std::int64_t row) {
         for (std::size_t p = place(0, static_cast<int>(row)); p < place(0, static_cast<int>(row) + 1); ++p) {
             if (!sampled_[p]) continue;
@@ -112,14 +112,14 @@ void FeatureFilter::fill(const std::vector<Image*>& images) const {
     struct Part {
         Image& image;
         std::vector<OfAlbedo> channels;
-        std::vector<float> divided;
+        ZeroedVector<float> divided;
     };
     std::vector<Part> parts;
     std::size_t all = 0;
     for (Image* const image : images) {
         std::vector<OfAlbedo> channels;
         for (const std::string& name : image->channels) channels.push_back(of_albedo(name));
-        std::vector<float> light = divided(*image, channels);
+        ZeroedVector<float> light = divided(*image, channels);
         all += channels.size();
         parts.push_back({*image, std::move(channels), std::move(light)});
     }
@@ -154,32 +154,34 @@ void FeatureFilter::fill(const std::vector<Image*>& images) const {
     });
 }
 
-std::vector<std::uint8_t> sampled_pixels(const Film& film) {
-    std::vector<std::uint8_t> sampled;
-    sampled.reserve(static_cast<std::size_t>(film.width()) * static_cast<std::size_t>(film.height()));
-    for (int y = 0; y < film.height(); ++y) {
-        for (int x = 0; x < film.width(); ++x) sampled.push_back(film.has_sample(x, y) ? 1 : 0);
-    }
+std::vector<std::uint8_t> sampled_pixels(const Film& film, const Workers& workers) {
+    const auto width = static_cast<std::size_t>(film.width());
+    std::vector<std::uint8_t> sampled(width * static_cast<std::size_t>(film.height()));
+    parallel_chunks(workers.alone(), film.height(), [&](std::int64_t row) {
+        std::uint8_t* const to = &sampled[static_cast<std::size_t>(row) * width];
+        for (int x = 0; x < film.width(); ++x) to[x] = film.has_sample(x, static_cast<int>(row)) ? 1 : 0;
+    });
     return sampled;
 }
 
 void complete_halves(std::array<Image, 2>& halves, int spacing, const Image& features,
                      const Workers& workers) {
     const V2i size(halves[0].width, halves[0].height);
+    const auto width = static_cast<std::size_t>(size.x);
     std::array<std::vector<std::uint8_t>, 2> sampled;
-    std::array<bool, 2> is_complete{true, true};
-    for (int y = 0; y < size.y; ++y) {
+    for (auto& of_half : sampled) of_half.resize(width * static_cast<std::size_t>(size.y));
+    parallel_chunks(workers.alone(), size.y, [&](std::int64_t row) {
+        const auto y = static_cast<int>(row);
         for (int x = 0; x < size.x; ++x) {
             float& a = halves[0].value(x, y, kSamples);
             float& b = halves[1].value(x, y, kSamples);
             // A half without samples of a pixel shows the light of the other.
             if (((x / spacing + y / spacing) & 1) == 1 && (a == 0 || b == 0)) std::swap(a, b);
-            sampled[0].push_back(a > 0 ? 1 : 0), sampled[1].push_back(b > 0 ? 1 : 0);
-            is_complete[0] &= a > 0, is_complete[1] &= b > 0;
+            const std::size_t at = width * static_cast<std::size_t>(y) + static_cast<std::size_t>(x);
+            sampled[0][at] = a > 0 ? 1 : 0, sampled[1][at] = b > 0 ? 1 : 0;
         }
-    }
+    });
     for (std::size_t half = 0; half < 2; ++half) {
-        if (is_complete[half]) continue;
         FeatureFilter(size, std::move(sampled[half]), spacing, features, workers).fill({&halves[half]});
     }
 }

@@ -40,7 +40,7 @@ class FeatureFilter {
     void for_each_channel(const std::vector<OfAlbedo>& channels, std::size_t pixel, Body&& body) const;
     static float alike(const float* f, const float* g);
     const float* features_of(std::size_t pixel) const { return &features_.data[kFeatureChannels * pixel]; }
-    std::vector<float> divided(const Image& image, const std::vector<OfAlbedo>& channels) const;
+    ZeroedVector<float> divided(const Image& image, const std::vector<OfAlbedo>& channels) const;
     // Calls tap(pixel, weight) for the sampled pixels around a pixel without a sample.
     template <typename Tap>
     void for_each_sample(const V2i& at, Tap&& tap) const;
@@ -58,7 +58,7 @@ class FeatureFilter {
 };
 
 // Returns which pixels have a sample.
-std::vector<std::uint8_t> sampled_pixels(const Film& film);
+std::vector<std::uint8_t> sampled_pixels(const Film& film, const Workers& workers);
 
 // Completes two halves of an image (half_channels()) in which many pixels have samples in one half alone, as
 // all have after the first sample. Every second of these pixels on the lattice of `spacing` gives them to the

@@ -1,10 +1,12 @@
 #include "engine/render/film.h"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "engine/base/cdf.h"
 #include "engine/base/elementary.h"
@@ -179,14 +181,15 @@ V3d Film::variance(const Pixel& pixel) const {
     return variance;
 }
 
-int Film::spacing() const {
-    int spacing = 1;
-    for (int y = 0; y < height_; ++y) {
+int Film::spacing(const Workers& workers) const {
+    std::vector<int> of_rows(static_cast<std::size_t>(height_), 1);
+    for_each_row(workers, [&](int y) {
+        int& spacing = of_rows[static_cast<std::size_t>(y)];
         for (int x = 0; x < width_; ++x) {
             if (!has_sample(x, y)) spacing = std::max(spacing, step_of({x, y}) == 2 ? 2 : 4);
         }
-    }
-    return spacing;
+    });
+    return of_rows.empty() ? 1 : *std::max_element(of_rows.begin(), of_rows.end());
 }
 
 void Film::store(const V3f& value, const V3d& variance, const V3f& scales, float* to) {
@@ -199,29 +202,32 @@ void Film::store(const V3f& value, const V3d& variance, const V3f& scales, float
     }
 }
 
-Image Film::develop(float scale, const WorkingSpace& colours) const {
+Image Film::develop(float scale, const WorkingSpace& colours, const Workers& workers) const {
     Image image(width_, height_, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
     if (!colours.is_srgb()) image.space = &colours.space();
     const V3f scales = colours.light_to_rgb(Rgb(scale));
-    for (std::size_t i = 0; i < size_; ++i) {
-        store(value_at(i), variance(i), scales, &image.data[6 * i]);
-    }
+    for_each_row(workers, [&](int y) {
+        for (std::size_t i = place(0, y); i < place(0, y + 1); ++i)
+            store(value_at(i), variance(i), scales, &image.data[6 * i]);
+    });
     return image;
 }
 
-Image Film::develop_half(int half, float scale, const WorkingSpace& colours) const {
+Image Film::develop_half(int half, float scale, const WorkingSpace& colours, const Workers& workers) const {
     assert(kind_.two_halves);
     Image image(width_, height_, half_channels());
     if (!colours.is_srgb()) image.space = &colours.space();
     const V3f scales = colours.light_to_rgb(Rgb(scale));
-    for (std::size_t i = 0; i < size_; ++i) {
-        // If this half has no sample yet, the pixel shows the other half's.
-        const Pixel& of_half = pixels_[static_cast<std::size_t>(half) * size_ + i];
-        const Pixel pixel = of_half.count > 0 ? of_half : whole(i);
-        float* const to = &image.data[kHalfChannels * i];
-        store(value(pixel), variance(pixel), scales, to);
-        to[kSamples] = static_cast<float>(of_half.count);
-    }
+    for_each_row(workers, [&](int y) {
+        for (std::size_t i = place(0, y); i < place(0, y + 1); ++i) {
+            // If this half has no sample yet, the pixel shows the other half's.
+            const Pixel& of_half = pixels_[static_cast<std::size_t>(half) * size_ + i];
+            const Pixel pixel = of_half.count > 0 ? of_half : whole(i);
+            float* const to = &image.data[kHalfChannels * i];
+            store(value(pixel), variance(pixel), scales, to);
+            to[kSamples] = static_cast<float>(of_half.count);
+        }
+    });
     return image;
 }
 
@@ -258,15 +264,22 @@ double Film::around(std::span<const double> shown, int x, int y) const {
     return pixels > 1 ? (sum - most) / (pixels - 1) : sum;
 }
 
-std::optional<Film::Brightness> Film::brightness() const {
-    std::vector<double> levels;
-    double counted = 0;
-    for (std::size_t i = 0; i < size_; ++i) {
-        if (count(i) == 0) continue;  // none of its samples was finite
-        if (count(i) == 1) return std::nullopt;
-        counted += count(i);
-        levels.push_back(std::fabs(shown(i)));
-    }
+std::optional<Film::Brightness> Film::brightness(const Workers& workers) const {
+    constexpr double kNone = -1;  // the level of pixels none of whose samples was finite
+    std::vector<double> levels(size_, kNone);
+    std::vector<std::uint64_t> of_rows(static_cast<std::size_t>(height_));
+    std::atomic<bool> has_single{false};
+    for_each_row(workers, [&](int y) {
+        for (std::size_t i = place(0, y); i < place(0, y + 1) && !has_single; ++i) {
+            of_rows[static_cast<std::size_t>(y)] += count(i);
+            if (count(i) == 1) has_single = true;
+            if (count(i) > 0) levels[i] = std::fabs(shown(i));
+        }
+    });
+    if (has_single) return std::nullopt;
+    std::erase(levels, kNone);
+    const auto counted =
+        static_cast<double>(std::accumulate(of_rows.begin(), of_rows.end(), std::uint64_t{0}));
     const double least = kind_.by_pass ? 2 : kLeastForError;
     if (levels.empty() || counted < least * static_cast<double>(levels.size())) return std::nullopt;
     const double brightest = limit_of_most(levels);
@@ -277,33 +290,41 @@ std::optional<Film::Brightness> Film::brightness() const {
     return Brightness{sum / known, levels.size()};  // known > 0, as most pixels are no outliers
 }
 
-Film::ErrorEstimate Film::error() const {
-    const auto known = brightness();
-    if (!known) return {INFINITY, 0, false, {}};
-    const double mean = known->mean;
-    std::vector<double> shown(size_);
-    for (std::size_t i = 0; i < size_; ++i) shown[i] = this->shown(i);
-
-    // Compute squared errors over squared luminances.
-    std::vector<double> by_halves(size_), by_samples(size_);
+// Computes a row's squared errors over squared luminances, and returns the sum of its products of blurs.
+double Film::errors_of_row(int y, std::span<const double> shown, double mean, std::span<double> by_halves,
+                           std::span<double> by_samples) const {
     double blur = 0;
-    for (std::size_t i = 0; i < size_; ++i) {
+    for (int x = 0; x < width_; ++x) {
+        const std::size_t i = place(x, y);
         if (count(i) == 0) continue;
         const double own = luminance_variance(variance(i));
         // Where nothing varies, the divisor may be 0.
         if (own <= 0) continue;
         const Halves halves = this->halves(i);
-        const auto width = static_cast<std::size_t>(width_);
-        const double level = std::max(around(shown, static_cast<int>(i % width), static_cast<int>(i / width)),
-                                      std::min(halves.first, halves.second));
+        const double level = std::max(around(shown, x, y), std::min(halves.first, halves.second));
         const double scale = error_scale2(level, mean);
         const double n_a = pixels_[i].count, n_b = kind_.tells_blur ? pixels_[size_ + i].count : 0;
         if (n_a > 0 && n_b > 0) blur += blur_[i] / n_a * (blur_[size_ + i] / n_b) / scale;
         by_halves[i] = halves.variance / scale;
         by_samples[i] = own / scale;
     }
+    return blur;
+}
+
+Film::ErrorEstimate Film::error(const Workers& workers) const {
+    const auto known = brightness(workers);
+    if (!known) return {INFINITY, 0, false, {}};
+    ZeroedVector<double> shown(size_), by_halves(size_), by_samples(size_);
+    for_each_row(workers, [&](int y) {
+        for (std::size_t i = place(0, y); i < place(0, y + 1); ++i) shown[i] = this->shown(i);
+    });
+    std::vector<double> blurs(static_cast<std::size_t>(height_));
+    for_each_row(workers, [&](int y) {
+        blurs[static_cast<std::size_t>(y)] = errors_of_row(y, shown, known->mean, by_halves, by_samples);
+    });
+    const double blur = std::accumulate(blurs.begin(), blurs.end(), 0.0);
     ErrorEstimate estimate;
-    const double limit = limit_of_most(by_samples);
+    const double limit = limit_of_most({by_samples.begin(), by_samples.end()});
     double halves_sum = 0, halves_fourth = 0, samples_sum = 0, samples_fourth = 0;
     for (std::size_t i = 0; i < size_; ++i) {
         if (by_samples[i] > limit) {

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "engine/base/cdf.h"
+#include "engine/base/huge_pages.h"
+#include "engine/base/parallel.h"
 #include "engine/base/sampler.h"
 #include "engine/base/vec.h"
 #include "engine/image/image.h"
@@ -68,7 +71,7 @@ class Film {
     }
     // Returns the spacing of the finest lattice of pixels, 1, 2 or 4 pixels, that all have a sample; 4 if
     // there is none.
-    int spacing() const;
+    int spacing(const Workers& workers = Workers{1}) const;
 
     // Makes channels R G B (the pixel times `scale`) and variance.R variance.G variance.B, the variance of
     // that value. Pixels without a sample are black (FeatureFilter::fill).
@@ -78,10 +81,11 @@ class Film {
     // A pixel is E[wL], with E[w] = 1. It is estimated as mean(L) + cov(w, L): as unbiased as mean(wL), and
     // exact where L does not vary, whatever the signs of the weights.
     // The film holds light (working_space.h); the image has the components of that space.
-    Image develop(float scale, const WorkingSpace& colours = {}) const;
+    Image develop(float scale, const WorkingSpace& colours = {}, const Workers& workers = Workers{1}) const;
     // Develops one half of the samples (half_channels() of engine/denoise/denoise.h) of a film with two
     // halves.
-    Image develop_half(int half, float scale, const WorkingSpace& colours = {}) const;
+    Image develop_half(int half, float scale, const WorkingSpace& colours = {},
+                       const Workers& workers = Workers{1}) const;
 
     // Estimates the remaining noise as a relative error: the root of the mean, over all pixels, of the
     // squared error of luminance over the squared luminance (plus the square of a tenth of the image's mean,
@@ -114,8 +118,8 @@ class Film {
         bool is_known = true;
         std::vector<V2i> apart;  // the pixels left out, in reading order
     };
-    ErrorEstimate error() const;
-    double relative_error() const { return error().relative; }
+    ErrorEstimate error(const Workers& workers = Workers{1}) const;
+    double relative_error(const Workers& workers = Workers{1}) const { return error(workers).relative; }
 
     // Returns the state of the film as bytes, for continuation by this program on a machine of the same byte
     // order.
@@ -227,17 +231,26 @@ class Film {
         double mean;
         std::size_t pixels;
     };
-    std::optional<Brightness> brightness() const;
+    std::optional<Brightness> brightness(const Workers& workers) const;
+    double errors_of_row(int y, std::span<const double> shown, double mean, std::span<double> by_halves,
+                         std::span<double> by_samples) const;
     // Returns the mean of the pixel and its neighbours without the brightest of them.
     double around(std::span<const double> shown, int x, int y) const;
+    // Calls body(y) for all rows.
+    template <typename Body>
+    void for_each_row(const Workers& workers, Body&& body) const {
+        constexpr std::int64_t kRows = 8;  // that a thread gets at a time
+        parallel_each(workers.alone(), static_cast<std::size_t>(height_), kRows,
+                      [&body](std::size_t y) { body(static_cast<int>(y)); });
+    }
 
     int width_, height_;
     std::size_t size_;  // pixels
     Kind kind_;
-    std::vector<Pixel> pixels_;              // with two halves: the first half, then the second
-    std::vector<Passes> passes_;             // empty, or as many as pixels_
-    std::vector<HalfBuffers> half_buffers_;  // empty, or one for each pixel
-    std::vector<float> blur_;                // sums over weighted samples; empty, or as many as pixels_
+    ZeroedVector<Pixel> pixels_;              // with two halves: the first half, then the second
+    ZeroedVector<Passes> passes_;             // empty, or as many as pixels_
+    ZeroedVector<HalfBuffers> half_buffers_;  // empty, or one for each pixel
+    ZeroedVector<float> blur_;                // sums over weighted samples; empty, or as many as pixels_
 };
 
 // Samples offsets from a pixel's centre with the density of the reconstruction filter's absolute value, so

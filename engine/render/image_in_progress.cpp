@@ -130,7 +130,9 @@ void ImageInProgress::forget_features() {
 }
 
 DenoiserInput ImageInProgress::denoiser_input() const {
-    const auto half = [this](int h) { return film_.develop_half(h, job_.film.scale, job_.film.colours); };
+    const auto half = [this](int h) {
+        return film_.develop_half(h, job_.film.scale, job_.film.colours, workers_);
+    };
     return {{half(0), half(1)}, features_.image};
 }
 

@@ -22,8 +22,8 @@ double interval(bool is_wanted, double seconds) {
 // Fills what the result shows of pixels without a sample.
 void fill(const Film& film, int spacing, const Image& features, const Workers& workers,
           RenderResult& result) {
-    const FeatureFilter filter({film.width(), film.height()}, sampled_pixels(film), spacing, features,
-                               workers);
+    const FeatureFilter filter({film.width(), film.height()}, sampled_pixels(film, workers), spacing,
+                               features, workers);
     std::vector<Image*> images{&result.image};
     if (result.parts) images.push_back(&*result.parts);
     if (result.chance) images.push_back(&*result.chance);
@@ -31,40 +31,41 @@ void fill(const Film& film, int spacing, const Image& features, const Workers& w
 }
 
 // Returns every `spacing`-th pixel of every `spacing`-th row.
-Image lattice_of(const Image& image, int spacing) {
+Image lattice_of(const Image& image, int spacing, const Workers& workers) {
     Image lattice((image.width + spacing - 1) / spacing, (image.height + spacing - 1) / spacing,
                   image.channels);
     lattice.space = image.space;
     const auto channels = static_cast<std::ptrdiff_t>(image.channels.size());
-    for (int y = 0; y < lattice.height; ++y) {
+    parallel_chunks(workers.alone(), lattice.height, [&](std::int64_t row) {
+        const auto y = static_cast<int>(row);
         for (int x = 0; x < lattice.width; ++x) {
             std::copy_n(
                 image.data.begin() + static_cast<std::ptrdiff_t>(image.index(spacing * x, spacing * y)),
                 channels, lattice.data.begin() + static_cast<std::ptrdiff_t>(lattice.index(x, y)));
         }
-    }
+    });
     return lattice;
 }
 
 // Denoises the pixels of a lattice, and upsamples the picture to all pixels.
 Denoised denoise_lattice(const DenoiserInput& input, int spacing, const Workers& workers) {
-    DenoiserInput part{{lattice_of(input.halves[0], spacing), lattice_of(input.halves[1], spacing)},
-                       lattice_of(input.features, spacing)};
+    const auto lattice_of = [&](const Image& image) { return lucerna::lattice_of(image, spacing, workers); };
+    DenoiserInput part{{lattice_of(input.halves[0]), lattice_of(input.halves[1])},
+                       lattice_of(input.features)};
     complete_halves(part.halves, 1, part.features, workers);
     Denoised lattice = denoise(part, workers);
     const V2i size(input.features.width, input.features.height);
     Denoised picture{Image::rgb(size.x, size.y), lattice.relative_error, lattice.error_is_known};
     picture.image.space = lattice.image.space;
-    std::vector<std::uint8_t> known;
-    for (int y = 0; y < size.y; ++y) {
-        for (int x = 0; x < size.x; ++x) {
-            const bool is_known = x % spacing == 0 && y % spacing == 0;
-            known.push_back(is_known ? 1 : 0);
-            if (!is_known) continue;
-            std::copy_n(&lattice.image.data[lattice.image.index(x / spacing, y / spacing)], 3,
-                        &picture.image.data[picture.image.index(x, y)]);
+    std::vector<std::uint8_t> known(input.features.data.size() / kFeatureChannels);
+    parallel_chunks(workers.alone(), lattice.image.height, [&](std::int64_t row) {
+        const auto y = static_cast<int>(row);
+        for (int x = 0; x < lattice.image.width; ++x) {
+            const std::size_t to = picture.image.index(x * spacing, y * spacing);
+            known[to / 3] = 1;
+            std::copy_n(&lattice.image.data[lattice.image.index(x, y)], 3, &picture.image.data[to]);
         }
-    }
+    });
     FeatureFilter(size, std::move(known), spacing, input.features, workers).fill({&picture.image});
     return picture;
 }
@@ -86,13 +87,13 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
                      const Finishing* denoising, const Workers& workers) {
     const float scale = job.film.scale;
     const WorkingSpace& colours = job.film.colours;
-    RenderResult result{image.film().develop(scale, colours), report_so_far};
+    RenderResult result{image.film().develop(scale, colours, workers), report_so_far};
     RenderReport& report = result.report;
     report.samples_not_finite = image.bad_samples().count;
     report.rays_invalid = image.invalid_rays();
     report.rays_total = image.rays();
     // An infinite error is not reported.
-    Film::ErrorEstimate error = image.film().error();
+    Film::ErrorEstimate error = image.film().error(workers);
     if (std::isfinite(error.relative) && (error.is_known || report.ended_by == "error"))
         report.relative_error = error.relative;
     report.pixels_apart = std::move(error.apart);
@@ -101,7 +102,7 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
         result.image.corner = job.film.crop_begin;
         result.image.picture = {job.film.width, job.film.height};
     }
-    const int spacing = report.samples_done > 0 ? 1 : image.film().spacing();
+    const int spacing = report.samples_done > 0 ? 1 : image.film().spacing(workers);
     const Image& features = image.features().image;
     if (!denoising) {
         fill(image.film(), spacing, features, workers, result);

@@ -55,7 +55,8 @@ Film film_of_steps(int steps) {
 }
 
 FeatureFilter filter_of(const Film& film, const Image& features) {
-    return FeatureFilter({kWide, kHigh}, sampled_pixels(film), film.spacing(), features, Workers{2});
+    return FeatureFilter({kWide, kHigh}, sampled_pixels(film, Workers{2}), film.spacing(), features,
+                         Workers{2});
 }
 
 // Light that is the same over each wall is restored in all pixels, whichever have a sample.

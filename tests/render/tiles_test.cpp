@@ -77,7 +77,7 @@ class Gradient final : public Estimator {
 };
 
 std::ptrdiff_t without_sample(const Film& film) {
-    const std::vector<std::uint8_t> sampled = sampled_pixels(film);
+    const std::vector<std::uint8_t> sampled = sampled_pixels(film, Workers{2});
     return std::count(sampled.begin(), sampled.end(), 0);
 }
 
@@ -96,7 +96,8 @@ TEST(Tiles, FirstSamplesInSteps_ShowAWholeImageFromTheFirstStepOn) {
         without = without_sample(film);
         EXPECT_EQ(film.spacing(), 4 >> step);
         Image image = film.develop(1);
-        FeatureFilter({kWide, kHigh}, sampled_pixels(film), film.spacing(), no_features, Workers{1})
+        FeatureFilter({kWide, kHigh}, sampled_pixels(film, Workers{2}), film.spacing(), no_features,
+                      Workers{1})
             .fill({&image});
         for (int y = 0; y < kHigh; ++y) {
             for (int x = 0; x < kWide; ++x) EXPECT_GT(luminance(image.rgb_at(x, y)), 0.5F) << x << ' ' << y;

@@ -290,12 +290,14 @@ class Pictures {
         : command_(command), image_(std::move(image)), attributes_(std::move(attributes)) {}
 
     const std::filesystem::path& image() const { return image_; }
-    // Writes the image with the facts of the render as attributes. Modifies the image in place, because a
-    // copy may exceed the memory.
-    void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
+    // Writes the image with the facts of the render as attributes, and returns the look of its picture, if
+    // there is one. Modifies the image in place, because a copy may exceed the memory.
+    std::optional<PictureLook> write(const RunFacts& facts, const Job& job, RenderResult& result) const {
+        std::optional<PictureLook> look;
         if (command_.png) {
             const Image& picture = shown(result);
-            write_png(png_beside(image_), picture, command_.picture.look(picture));
+            look = command_.picture.look(picture);
+            write_png(png_beside(image_), picture, *look, command_.options.workers);
         }
         // A part keeps all layers, as lucerna merge denoises the whole image and keeps the chosen layers.
         FileLayers layers{command_.layers || command_.part, command_.layers, {}};
@@ -303,9 +305,11 @@ class Pictures {
         complete_image(facts, job, layers, command_.options.workers, result);
         result.image.attributes.insert(attributes_.begin(), attributes_.end());
         write_exr(image_, result.image, command_.options.workers.threads);
+        return look;
     }
-    // Returns lines on the written files for the user.
-    std::vector<std::string> said(const RunFacts& facts, const RenderResult& result) const {
+    // Returns lines on the written files for the user; `look` is that of write().
+    std::vector<std::string> said(const RunFacts& facts, const RenderResult& result,
+                                  const std::optional<PictureLook>& look) const {
         const RenderReport& report = result.report;
         const std::string passes =
             report.passes_done > 0 ? fmt::format("{} passes, ", report.passes_done) : "";
@@ -323,10 +327,7 @@ class Pictures {
                                               "than a pixel; they are not included in the noise",
                                               report.pixels_apart.size(), first.x, first.y));
         }
-        if (command_.png) {
-            lines.push_back(
-                picture_text(png_beside(image_), command_.picture.look(shown(result)), result.image));
-        }
+        if (look) lines.push_back(picture_text(png_beside(image_), *look, result.image));
         return lines;
     }
 
@@ -447,8 +448,8 @@ void write_result(const RenderCommand& command, const Pictures& pictures, const 
     const bool keep = has_light_or_is_whole(result);
     std::vector<std::string> said;
     if (keep) {
-        pictures.write(facts, job, result);
-        for (std::string& line : pictures.said(facts, result)) said.push_back(std::move(line));
+        const std::optional<PictureLook> look = pictures.write(facts, job, result);
+        for (std::string& line : pictures.said(facts, result, look)) said.push_back(std::move(line));
     } else {
         said.push_back("no image written: nothing has been rendered yet");
     }
