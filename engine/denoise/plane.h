@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/base/huge_pages.h"
 #include "engine/base/parallel.h"
 
 namespace lucerna {
@@ -69,7 +68,7 @@ class Plane {
         return static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
     }
     int width_ = 0, height_ = 0, stride_ = 0;
-    ZeroedVector<float> data_;
+    std::vector<float> data_;
 };
 using ColourPlanes = std::array<Plane, 3>;
 

@@ -5,7 +5,9 @@
 #include <cstdint>
 
 #include "engine/base/monitor.h"
+#include "engine/colour/tone.h"
 #include "engine/denoise/denoise.h"
+#include "engine/image/displayed.h"
 #include "engine/image/image.h"
 #include "engine/render/feature_filter.h"
 #include "engine/render/film.h"
@@ -14,6 +16,22 @@ namespace lucerna {
 namespace {
 
 constexpr int kMostSpacing = 4;
+
+// Returns the processor seconds of developing a film of two halves, and of its error.
+double seconds_to_develop(int side, const Workers& workers) {
+    Film film(side, side, {.two_halves = true, .tells_blur = true});
+    std::uint32_t noise = 1;
+    for (int i = 0; i < Film::kLeastForError * side * side; ++i) {
+        noise = 1664525 * noise + 1013904223;
+        film.add(i % side, i / side % side, Rgb(static_cast<float>(noise >> 8) * 0x1p-24F), 1,
+                 i / (side * side) % 2);
+    }
+    const ProcessorStopwatch clock;
+    film.develop(1, {}, workers);
+    for (const int half : {0, 1}) film.develop_half(half, 1, {}, workers);
+    film.error(workers);
+    return clock.seconds();
+}
 
 }  // namespace
 
@@ -53,12 +71,18 @@ FinishingRates measured_rates(double pixels, const Workers& workers) {
     rates.filling = filling.seconds() / (side * side);
     const ProcessorStopwatch denoising;
     const Denoised denoised = denoise(input, one);
-    // The film is developed, and its error estimated, in about a third of that time.
-    constexpr double kWithFilm = 1.3;
-    rates.denoiser = kWithFilm * denoising.seconds() / (side * side);
+    rates.denoiser = denoising.seconds() / (side * side);
+    rates.developing = seconds_to_develop(side, one) / (side * side);
     const ProcessorStopwatch writing;
     exr_bytes(denoised.image);
     rates.writing = writing.seconds() / (3 * side * side);
+    const ProcessorStopwatch mapping;
+    const Image picture = displayed(denoised.image, {});
+    rates.mapping = mapping.seconds() / (side * side);
+    const ProcessorStopwatch packing;
+    auto_exposure(denoised.image);
+    png_bytes(picture);
+    rates.packing = packing.seconds() / (side * side);
     return rates;
 }
 
@@ -74,8 +98,6 @@ Finishing plan_finishing(double pixels, double seconds, const FinishingRates& ra
     constexpr double kFeatures = 0.08, kDenoising = 0.5;
     // Features of kMostFeatureSamples take more samples at edges alone: some six for each pixel on average.
     constexpr double kSamplesWithEdges = 6;
-    // One thread writes a PNG file in the time of so many channels.
-    constexpr double kPicture = 2.5;
     Finishing plan;
     const double first_features = rates.features;
     if (first_features > 0) {
@@ -87,12 +109,14 @@ Finishing plan_finishing(double pixels, double seconds, const FinishingRates& ra
     const double all_pixels = pixels * rates.slowdown / rates.threads;
     plan.fill_seconds = all_pixels * rates.filling;
     const double denoising = all_pixels * rates.denoiser;
+    plan.develop_seconds = all_pixels * rates.developing;
     plan.denoises = denoises;
     if (denoises) plan.all_denoise_seconds = denoising;
     while (plan.spacing < kMostSpacing && plan.denoise_seconds() > kDenoising * seconds) plan.spacing *= 2;
     plan.least_spacing = plan.spacing;
-    plan.later_seconds = later.denoised * denoising + later.channels * all_pixels * rates.writing +
-                         later.pictures * kPicture * pixels * rates.slowdown * rates.writing;
+    plan.later_seconds =
+        later.denoised * denoising + later.channels * all_pixels * rates.writing +
+        later.pictures * (all_pixels * rates.mapping + pixels * rates.slowdown * rates.packing);
     return plan;
 }
 

@@ -20,10 +20,13 @@ struct Finishing {
     double edge_samples = 0;         // of refine_features(), all pixels together
     double feature_seconds = 0;      // of the features that are still to be taken
     double fill_seconds = 0;         // of complete_halves() and FeatureFilter, while pixels have no sample
+    double develop_seconds = 0;      // of the film
     double all_denoise_seconds = 0;  // of all pixels
     double denoise_seconds() const { return all_denoise_seconds / (spacing * spacing); }
     double later_seconds = 0;  // of what the caller does after the render
-    double seconds() const { return feature_seconds + fill_seconds + denoise_seconds() + later_seconds; }
+    double seconds() const {
+        return feature_seconds + fill_seconds + develop_seconds + denoise_seconds() + later_seconds;
+    }
     // Leaves out pixels as long as `left` seconds are much less than what denoising takes.
     void denoise_within(double left);
 };
@@ -31,9 +34,10 @@ struct Finishing {
 // States how long the work takes.
 struct FinishingRates {
     double features = 0;  // seconds, of one sample of each pixel; 0: there are none
-    // Processor seconds per pixel: of filling pixels without a sample, of denoise() (0: not denoised), and of
-    // writing a channel of an OpenEXR file.
-    double filling = 0, denoiser = 0, writing = 0;
+    // Processor seconds per pixel: of developing a film, of filling pixels without a sample, of denoise() (0:
+    // not denoised), of writing a channel of an OpenEXR file, of mapping the colours of a picture, and of the
+    // exposure and the packing of a PNG file, which one thread does.
+    double developing = 0, filling = 0, denoiser = 0, writing = 0, mapping = 0, packing = 0;
     int threads = 1;
     // The time by the clock over that of the processors: above 1 where other programs use them, too.
     double slowdown = 1;

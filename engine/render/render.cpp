@@ -113,7 +113,10 @@ class Run {
     void end_early() { end(monitor_.stopped() ? "user" : "time"); }
 
     RenderResult finish() {
-        if (ends_in_time() && !monitor_.stopped()) take_last_features();
+        if (ends_in_time() && !monitor_.stopped()) {
+            take_last_features();
+            render_for_the_rest();
+        }
         if (options_.resume) report_.seconds.add("earlier", clock_.earlier());
         report_.seconds.add("features", looking_.seconds);
         report_.seconds.add("prepare", preparing_.seconds);
@@ -124,7 +127,8 @@ class Run {
         if (!leads()) return {};
         warn_of_losses(image_, report_, monitor_);
         if (ends_in_time())
-            finishing_.denoise_within(options_.limits.seconds - finishing_.later_seconds - clock_.elapsed());
+            finishing_.denoise_within(options_.limits.seconds - finishing_.later_seconds -
+                                      finishing_.develop_seconds - clock_.elapsed());
         const Stopwatch denoising;
         RenderResult last = develop(job_, image_, report_, &finishing_, options_.workers);
         if (last.denoised) last.report.seconds.add("denoise", denoising.seconds());
@@ -230,6 +234,7 @@ class Run {
         } else if (!is_whole() && can_be_sparse()) {
             take_first_features(options_.limits.seconds);
         }
+        finishing_.feature_seconds = finishing_.edge_samples = 0;
     }
 
     // --- Preparation
@@ -321,6 +326,21 @@ class Run {
                       (static_cast<double>(round) * image_.tiles());
         progress.round(clock_.elapsed());
         return swept;
+    }
+
+    // The last features often take less time than was planned for them: the rest is for more samples. A
+    // decision on these would need more features.
+    void render_for_the_rest() {
+        if (in_passes_ || !estimator_ || report_.ended_by != "time") return;
+        set_end();
+        Progress progress(monitor_, "image", span(), {ends_at_});
+        while (elapsed() < ends_at_ && report_.samples_done < job_.spp &&
+               !image_.decides_at(report_.samples_done + 1)) {
+            const Swept swept = render_round(*estimator_, 1, progress);
+            if (swept == Swept::stopped) end("user");
+            if (swept != Swept::whole) break;
+        }
+        progress.finish();
     }
 
     // --- Passes: each is prepared, serves its samples and is dropped.

@@ -174,7 +174,8 @@ TEST(Finishing, Plan_KeepsToItsShares) {
     // 1e6 pixels in 10 s: features of all kinds take 0.6 s, and the denoiser 1 s.
     FinishingRates rates;
     rates.features = 0.1;
-    rates.filling = 1e-7, rates.denoiser = 2e-6, rates.writing = 2.5e-7, rates.threads = 2;
+    rates.filling = 1e-7, rates.developing = 5e-7, rates.denoiser = 2e-6, rates.writing = 2.5e-7,
+    rates.threads = 2;
     LaterWork later;
     later.channels = 4;
     const Finishing all = plan_finishing(1e6, 10, rates, true, later);
@@ -182,7 +183,7 @@ TEST(Finishing, Plan_KeepsToItsShares) {
     EXPECT_EQ(all.spacing, 1);
     EXPECT_EQ(all.feature_samples, kMostFeatureSamples);
     EXPECT_EQ(all.edge_samples, 0);
-    EXPECT_DOUBLE_EQ(all.seconds(), 0.6 + 0.05 + 1 + 0.5);
+    EXPECT_DOUBLE_EQ(all.seconds(), 0.6 + 0.05 + 0.25 + 1 + 0.5);
     // Ten times as slow: more samples at edges alone take 8 % of the time, and every fourth pixel is
     // denoised.
     rates.features = 1, rates.slowdown = 10;
@@ -198,7 +199,23 @@ TEST(Finishing, Plan_KeepsToItsShares) {
     EXPECT_EQ(measured.seconds(), 0) << "without a denoiser";
     // Each of three light groups is denoised after the render.
     rates.slowdown = 1, later.denoised = 3;
-    EXPECT_DOUBLE_EQ(plan_finishing(1e6, 10, rates, false, later).seconds(), 0.8 + 0.05 + 3 + 0.5);
+    EXPECT_DOUBLE_EQ(plan_finishing(1e6, 10, rates, false, later).seconds(), 0.8 + 0.05 + 0.25 + 3 + 0.5);
+}
+
+TEST(Finishing, Picture_IsMappedByAllThreadsAndPackedByOne) {
+    FinishingRates rates;
+    rates.mapping = 3e-7, rates.packing = 1e-7, rates.threads = 3, rates.slowdown = 2;
+    LaterWork later;
+    later.pictures = 1;
+    EXPECT_DOUBLE_EQ(plan_finishing(1e6, 10, rates, false, later).later_seconds, 2 * (0.1 + 0.1));
+}
+
+TEST(Finishing, MeasuredRates_AreOfEveryKindOfWork) {
+    const FinishingRates rates = measured_rates(1e4, Workers{2});
+    EXPECT_EQ(rates.threads, 2);
+    for (const double rate :
+         {rates.developing, rates.filling, rates.denoiser, rates.writing, rates.mapping, rates.packing})
+        EXPECT_GT(rate, 0);
 }
 
 TEST(DeadlineMonitor, AfterTheDeadline_IsStopped) {

@@ -224,6 +224,32 @@ TEST(Film, RelativeError_OfFireflies_IsThatOfThePixelsWithoutThem) {
     EXPECT_LT(std::sqrt(by_itself), 0.1 * actual) << "what this test is to refuse";
 }
 
+TEST(Film, AnyNumberOfThreads_DevelopsTheSameBits) {
+    constexpr int kWidth = 37, kHeight = 53;
+    Film film(kWidth, kHeight, {.two_halves = true, .allocated = true, .tells_blur = true});
+    Sampler sampler(21, Purpose::test, 0, 0);
+    const auto add = [&](int x, int y, int samples) {
+        for (int s = 0; s < samples; ++s)
+            film.add(x, y, Rgb(sampler.next(), sampler.next(), sampler.next()), 1, s & 1, sampler.next());
+    };
+    for (int y = 0; y < kHeight; y += 2) {
+        for (int x = 0; x < kWidth; x += 2) add(x, y, 5);
+    }
+    const Workers one{1}, three{3};
+    EXPECT_EQ(film.spacing(three), 2);
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) add(x, y, 3 + (x + y) % 4);
+    }
+    EXPECT_EQ(film.spacing(three), 1);
+    EXPECT_EQ(film.develop(2, {}, three).data, film.develop(2, {}, one).data);
+    EXPECT_EQ(film.develop_half(1, 2, {}, three).data, film.develop_half(1, 2, {}, one).data);
+    const Film::ErrorEstimate of_one = film.error(one), of_three = film.error(three);
+    EXPECT_GT(of_one.relative, 0);
+    EXPECT_EQ(of_three.relative, of_one.relative);
+    EXPECT_GT(of_one.blur, 0);
+    EXPECT_EQ(of_three.blur, of_one.blur);
+}
+
 // A bright pixel in which all samples agree is not a firefly, however dark its surroundings.
 TEST(Film, RelativeError_BesideABrightPixel_IsRelativeToThatPixel) {
     Film film(9, 9);

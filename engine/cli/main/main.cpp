@@ -1,8 +1,11 @@
-// The process around run(): its streams and signal handlers.
+// The process around run(): its streams, its signal handlers and its allocator.
 #include <unistd.h>
 
 #include <csignal>
 #include <iostream>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include "engine/base/float_traps.h"
 #include "engine/cli/run.h"
@@ -34,9 +37,19 @@ void listen_for(int signal) {
     sigaction(signal, &action, nullptr);
 }
 
+// Keeps freed memory for later planes of an image: pages that the system has to provide anew take as long as
+// the work on them.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+    mallopt(M_MMAP_THRESHOLD, 1 << 25);  // the largest that mallopt() accepts
+    mallopt(M_TRIM_THRESHOLD, 1 << 30);
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+    keep_freed_memory();
     const lucerna::FloatTraps traps(lucerna::kFaults);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) listen_for(signal);
     // A closed pipe and a full disk are write errors that lose no image.
