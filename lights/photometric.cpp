@@ -142,6 +142,47 @@ V3d PhotometricWeb::direction(double polar, double azimuth) const {
     return sin(theta) * (cos(phi) * zero_ + sin(phi) * quarter_) + cos(theta) * pole_;
 }
 
+Beam beam_of(const PhotometricWeb& web) {
+    Beam beam;
+    const PhotometricGrid& grid = web.grid();
+    const auto most = static_cast<std::size_t>(std::ranges::max_element(grid.candela) - grid.candela.begin());
+    beam.peak = web.peak();
+    beam.brightest =
+        web.direction(grid.polar[most % grid.polar.size()], grid.azimuth[most / grid.polar.size()]);
+    if (!(beam.peak > 0)) return beam;
+    // The interpolant is followed in steps finer than those of files, from the direction opposite to the
+    // axis.
+    constexpr int kSteps = 3600;  // of half a turn
+    const double axis = beam.brightest.z < 0 ? -1 : 1;
+    const auto angle = [&](const V3d& across, double threshold) {
+        const auto intensity = [&](int step) {
+            const double phi = kPiD * step / kSteps;
+            return web.intensity(sin(phi) * across + axis * cos(phi) * V3d(0, 0, 1));
+        };
+        // Returns the outermost angle on the side of `sign`, in steps; none if nothing is above the
+        // threshold.
+        const auto outermost = [&](int sign) -> std::optional<double> {
+            for (int step = kSteps; step >= -kSteps; --step) {
+                const double inside = intensity(sign * step);
+                if (!(inside >= threshold)) continue;
+                if (step == kSteps) return step;
+                const double outside = intensity(sign * (step + 1));  // < threshold <= inside
+                return sign * (step + (inside - threshold) / (inside - outside));
+            }
+            return std::nullopt;
+        };
+        const auto high = outermost(1), low = outermost(-1);
+        if (!high || !low) return 0.0;
+        return *high == kSteps ? 360.0 : 180.0 / kSteps * (*high - *low);
+    };
+    const V3d planes[] = {{1, 0, 0}, {0, -1, 0}};
+    for (std::size_t plane = 0; plane < 2; ++plane) {
+        beam.beam_angle[plane] = angle(planes[plane], 0.5 * beam.peak);
+        beam.field_angle[plane] = angle(planes[plane], 0.1 * beam.peak);
+    }
+    return beam;
+}
+
 PhotometricWeb scaled(const PhotometricWeb& web, double factor) {
     assert(std::isfinite(factor) && factor >= 0);
     PhotometricGrid grid = web.grid();

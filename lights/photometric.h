@@ -19,6 +19,7 @@
 // counterclockwise), EN 13032-1 (the systems of planes A, B and C).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -106,6 +107,17 @@ class PhotometricWeb {
     TexelCdf cells_;  // by flux; columns are steps of azimuth, rows steps of the polar angle
     double peak_ = 0;
 };
+
+// The beam of a lamp: its brightest direction, and the full angles between the outermost directions in which
+// the intensity is half of that (beam angle) and a tenth (field angle), in the planes C0-C180 and C90-C270
+// through the lamp's axis +z [IEC TR 61341].
+struct Beam {
+    V3d brightest{0, 0, 1};
+    double peak = 0;  // [cd]
+    // Degrees. 360 where the intensity is above the threshold to all sides; 0 where it is nowhere above.
+    std::array<double, 2> beam_angle{}, field_angle{};
+};
+Beam beam_of(const PhotometricWeb& web);
 
 // Returns the web multiplied by `factor`, which is >= 0 and finite.
 PhotometricWeb scaled(const PhotometricWeb& web, double factor);

@@ -45,7 +45,7 @@ class FarFieldCommand : public testing::RunTest {
 TEST_F(FarFieldCommand, PhotometricFile_BecomesADiagramAndIsDescribed) {
     const Outcome done = lucerna_run({"light", "farfield", "lamp.ies", "-o", "lamp.svg"});
     ASSERT_EQ(done.code, 0) << done.err;
-    EXPECT_THAT(done.out, HasSubstr("peak                 100 cd at 0"));
+    EXPECT_THAT(done.out, HasSubstr("peak intensity       100 cd towards (0.000, 0.000, 1.000)"));
     EXPECT_THAT(content("lamp.svg"), StartsWith("<svg"));
     EXPECT_THAT(content("lamp.svg"), HasSubstr("100 cd</text>"));
     for (const std::vector<std::string>& command :

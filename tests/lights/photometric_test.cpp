@@ -50,6 +50,53 @@ double by_midpoints(double polar0, double polar1, double azimuth0, double azimut
     return sum * radians(dp) * radians(da);
 }
 
+// Returns intensities f(γ, C), angles in degrees.
+template <typename F>
+PhotometricWeb web_of(F&& f) {
+    PhotometricGrid grid{PhotometricPlanes::c, {}, {0, 90, 180, 270, 360}, {}};
+    for (int i = 0; i <= 360; ++i) grid.polar.push_back(0.5 * i);
+    for (const double c : grid.azimuth) {
+        for (const double gamma : grid.polar) grid.candela.push_back(static_cast<float>(f(gamma, c)));
+    }
+    return PhotometricWeb(grid);
+}
+
+TEST(PhotometricWeb, Beam_IsBetweenTheOutermostDirectionsAtItsShareOfThePeak) {
+    const auto cosine_power = [](double n) {
+        return web_of([n](double gamma, double) {
+            return gamma < 90 ? 50 * std::pow(std::cos(radians(gamma)), n) : 0.0;
+        });
+    };
+    const auto angle = [](double share, double n) {
+        return 2 * std::acos(std::pow(share, 1 / n)) / radians(1);
+    };
+    for (const double n : {1.0, 4.0, 100.0}) {
+        const Beam beam = beam_of(cosine_power(n));
+        EXPECT_FLOAT_EQ(static_cast<float>(beam.peak), 50);
+        EXPECT_NEAR(beam.brightest.z, 1, 1e-12);
+        for (const std::size_t plane : {0U, 1U}) {
+            EXPECT_NEAR(beam.beam_angle[plane], angle(0.5, n), 0.1);
+            EXPECT_NEAR(beam.field_angle[plane], angle(0.1, n), 0.1);
+        }
+    }
+    const Beam all_around = beam_of(web_of([](double, double) { return 7.0; }));
+    EXPECT_EQ(all_around.beam_angle[0], 360);
+    const Beam up = beam_of(
+        web_of([](double gamma, double) { return gamma > 90 ? -std::cos(radians(gamma)) : 0.0; }));
+    EXPECT_NEAR(up.beam_angle[0], 120, 0.1);
+    // Two wings at 40° in the plane C0-C180; half as bright at 30° on one side of the other plane.
+    const Beam wings = beam_of(web_of([](double gamma, double c) {
+        const double middle = c == 90 ? 30 : 40, peak = c == 0 || c == 180 || c == 360 ? 100
+                                                        : c == 90                      ? 60
+                                                                                       : 0;
+        return peak * std::max(0.0, 1 - std::fabs(gamma - middle) / 10);
+    }));
+    EXPECT_NEAR(wings.beam_angle[0], 2 * 45, 1e-3);
+    EXPECT_NEAR(wings.field_angle[0], 2 * 49, 1e-3);
+    EXPECT_NEAR(wings.beam_angle[1], 2 * 10 * (1 - 50.0 / 60), 1e-3) << "on one side of the axis";
+    EXPECT_NEAR(wings.brightest.x, std::sin(radians(40)), 1e-6);
+}
+
 constexpr PhotometricPlanes kAllPlanes[] = {PhotometricPlanes::c, PhotometricPlanes::b, PhotometricPlanes::a};
 
 TEST(PhotometricWeb, Directions_FollowTheStandardsConventions) {

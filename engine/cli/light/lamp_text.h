@@ -22,6 +22,11 @@ void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit)
 // Prints the error of the light that a field casts, plane by plane.
 void print_errors(std::ostream& out, std::span<const PlaneError> errors);
 
+// Prints the peak intensity, the beam angle and the field angle (beam_of()); of rays, those of the directions
+// counted in steps of a few degrees.
+void print_beam(std::ostream& out, const PhotometricWeb& web, FluxUnit unit);
+void print_beam(std::ostream& out, const RaySet& rays);
+
 // Prints the contents of a photometric web.
 void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit unit);
 

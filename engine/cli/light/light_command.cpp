@@ -10,6 +10,7 @@
 #include "engine/cli/light/light_commands.h"
 #include "engine/system/files.h"
 #include "lights/cell_table.h"
+#include "lights/measurement/plane_irradiance.h"
 #include "lights/photometric_files.h"
 
 namespace lucerna {
@@ -101,8 +102,11 @@ void act_info(const std::string& file, const CommandContext& context) {
     const LampFile lamp = read_lamp_file(file, monitor);
     if (const auto* field = std::get_if<Lumigraph>(&lamp)) {
         print_lumigraph(context.out, *field, {});
+        if (field->flux() > 0) print_beam(context.out, far_field(*field, {}, {}, monitor), field->unit());
     } else {
-        print_ray_set(context.out, std::get<RaySet>(lamp));
+        const RaySet& rays = std::get<RaySet>(lamp);
+        print_ray_set(context.out, rays);
+        if (rays.flux > 0) print_beam(context.out, rays);
     }
 }
 

@@ -50,10 +50,11 @@ Results for each surface: mean, minimum and maximum illuminance, the uniformity 
 light. Each number has a 95 % confidence interval; with --precision 2% (the default) the computation continues until no
 point's interval is wider than ± 2 % of its illuminance, or of the surface's mean if that is more. --time stops it earlier;
 without it the computation ends with a warning where that precision would take more than an hour.
-Everything is computed by path tracing, unbiased. Light passes panes (thindielectric) in a straight line and is sampled
+Points are computed by path tracing, unbiased. Light passes panes (thindielectric) in a straight line and is sampled
 through them. Light that comes over mirrors, lenses or solid glass from lamps that paths seldom meet is estimated by light
-paths from the lamps, blurred over half of the distance between the points, or 5 % of how far a point sees; the intervals
-include what the blur changes. A warning names that light where no path met it at all.
+paths from the lamps that pass close to a point: the more paths, the closer. The intervals include what this blur changes; a
+warning tells where it stays larger than --precision. Points inside furniture, walls and closed rooms do not count: their
+cells are empty, and a line tells how many they are.
 
 Kinds: planar (as read by a photometer on the surface), cylindrical, semicylindrical, hemispherical and spherical (EN 12665;
 scalar illuminance is four times the spherical). --facing turns sensors to another direction: for example,
