@@ -595,18 +595,18 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
         report.precision = worst_of(report.surfaces);
         const int before = std::exchange(report.samples, result.report.samples_done);
         report.rays = job.scene.rays();
-        // What paths from the points may add to an interval that light paths share.
+        // Paths from the points may add this much to an interval that they share with light paths.
         const double limit =
             light_paths ? options.precision * std::sqrt(1 - sqr(LightPathRounds::kShare)) : options.precision;
         const double left = options.seconds - clock.seconds();
         const bool is_late = left < kLeastLeft * options.seconds ||
                              (report.samples < job.spp && (!light_paths || report.samples == before));
-        report.ended_by = !result.report.complete                              ? "user"
-                          : is_late                                            ? "time"
-                          : counts                                             ? "samples"
-                          : report.precision <= options.precision              ? "precision"
-                          : scatter <= limit && light <= options.precision / 2 ? "light paths"
-                                                                               : "";
+        report.ended_by = !result.report.complete                                    ? "user"
+                          : is_late                                                  ? "time"
+                          : counts                                                   ? "samples"
+                          : std::max(report.precision, scatter) <= options.precision ? "precision"
+                          : scatter <= limit && light <= options.precision / 2       ? "light paths"
+                                                                                     : "";
         if (report.ended_by.empty() &&
             !rounds.is_worth_going_on(report.precision, options.precision, monitor))
             report.ended_by = "forecast";

@@ -348,16 +348,34 @@ TEST(LampsAndGlass, Long_BehindMirrorsAndThickGlass_MethodsWithPhotonsFindEveryL
     }
 }
 
-TEST(LampsAndGlass, Long_BehindMirrorsAndThickGlass_PathsFindTheLampOrSayWhatIsMissing) {
+// Returns the illuminance at the point itself. A ball's caustic is peaked there: paraxially, a ball of radius
+// R and index n is a thin lens of focal length n R / (2 (n - 1)) at its centre, and two faces pass 0.96 each.
+Truth truth_at_point(const Lamp& lamp, const Glass& glass, const std::filesystem::path& folder) {
+    if (glass.name != "glass ball") return truth_of(lamp, glass, folder);
+    constexpr double kFocal = 1.5 * 0.15 / (2 * 0.5), kPassed = 0.96 * 0.96;
+    const V3d ball = on_way(lamp, 0.6);
+    const double behind = (kPlace - ball).length(), before = ball.length(), whole = kPlace.length();
+    const double spread = 1 - behind * (1 / kFocal - (lamp.sun ? 0.0 : 1 / before));
+    const double without = lamp.intensity ? truth_of(lamp, {"no glass"}, folder).value
+                                          : by_lux(lamp, {"no glass"}, folder, 16).reading.value;
+    return {kPassed * without * (lamp.sun ? 1.0 : sqr(whole / before)) / sqr(spread), 0};
+}
+
+TEST(LampsAndGlass, Long_BehindMirrorsAndThickGlass_LuxFindsTheLampAndPathsSayWhatIsMissing) {
     const TemporaryFolder folder;
     for (const Lamp& lamp : every_lamp(folder.path())) {
         for (const Glass& glass : kBent) {
-            const Truth truth = truth_of(lamp, glass, folder.path());
+            const Truth truth = truth_of(lamp, glass, folder.path()),
+                        at_point = truth_at_point(lamp, glass, folder.path());
             const Reading lux = by_lux(lamp, glass, folder.path());
-            const bool found = std::fabs(lux.reading.value - truth.value) <
-                               kClosed * truth.value + 2 * lux.reading.half_width + 4 * truth.error;
-            EXPECT_TRUE(found || lux.warned) << cell(lamp, glass, "lux") << ": " << lux.reading.value
-                                             << " +- " << lux.reading.half_width << " for " << truth.value;
+            // The light of a ball varies so much near the point that a limited number of light paths may
+            // leave it blurred.
+            const bool is_ball = glass.name == "glass ball";
+            const bool found = std::fabs(lux.reading.value - at_point.value) <
+                               kClosed * at_point.value + 2 * lux.reading.half_width + 4 * at_point.error;
+            EXPECT_TRUE(found && (is_ball || !lux.warned))
+                << cell(lamp, glass, "lux") << ": " << lux.reading.value << " +- " << lux.reading.half_width
+                << " for " << at_point.value;
             const Found path = by_rendering(lamp, glass, {"path", {}, 16, 0, 0}, 4, folder.path());
             EXPECT_TRUE(hold(path.readings, truth, kClosed) || path.warned)
                 << cell(lamp, glass, "path") << ": " << path.readings.mean() << " +- "
