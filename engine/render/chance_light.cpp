@@ -21,8 +21,8 @@
 namespace lucerna {
 namespace {
 
-constexpr std::int64_t kPaths = 1 << 17, kMostPaths = 1 << 21;  // the latter takes seconds
-constexpr std::int64_t kPathsPerChunk = 2048;                   // 64 chunks give the standard error
+constexpr std::int64_t kPaths = 1 << 17;
+constexpr std::int64_t kPathsPerChunk = 2048;  // 64 chunks give the standard error
 
 LightPathRequest light_paths(const ChanceLightWork& work) {
     LightPathRequest paths;
