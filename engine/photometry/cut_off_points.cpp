@@ -9,10 +9,6 @@
 namespace lucerna {
 namespace {
 
-V3f place_of(const Receiver& receiver, const Scene& scene) {
-    return V3f(receiver.position - scene.origin()) + receiver.off;
-}
-
 // Walks at random from a place and returns whether the walk leads out, or to where one of the places is seen.
 bool leads_out(const Scene& scene, const V3f& from, std::span<const V3f> lit, Sampler& sampler) {
     constexpr int kMostSteps = 16;
@@ -46,14 +42,14 @@ std::vector<bool> cut_off_points(const Scene& scene, std::span<const Receiver> r
     std::vector<V3f> lit;
     std::vector<std::size_t> dark;
     for (std::size_t i = 0; i < all.size(); ++i) {
-        if (all[i] > kLit * mean) lit.push_back(place_of(receivers[i], scene));
+        if (all[i] > kLit * mean) lit.push_back(ray_origin(receivers[i], scene));
         if (!(all[i] > kLittle * mean) && !(direct[i] > 0)) dark.push_back(i);
     }
     if (lit.empty()) return cut_off;
     std::vector<char> is_closed(dark.size());
     parallel_each(workers, dark.size(), 1, [&](std::size_t i) {
         Sampler sampler(seed, Purpose::receiver, 1, static_cast<std::uint32_t>(i));
-        const V3f from = place_of(receivers[dark[i]], scene);
+        const V3f from = ray_origin(receivers[dark[i]], scene);
         int walk = 0;
         while (walk < kWalks && !leads_out(scene, from, lit, sampler)) ++walk;
         is_closed[i] = walk == kWalks ? 1 : 0;

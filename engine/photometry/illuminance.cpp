@@ -271,6 +271,11 @@ double worst_light_of(const Readings& readings) {
     return std::ranges::max(light_errors_of(readings));
 }
 
+// Returns half of the greater distance between neighbouring points.
+double half_spacing(const CalculationSurface& surface) {
+    return std::max(surface.u.length() / surface.points.x, surface.v.length() / surface.points.y) / 2;
+}
+
 // Returns the radius of the density estimate of light paths around a point: half of the spacing of a
 // surface's points, but at most a share of the median distance to the surfaces that the point sees, and this
 // share itself if half of the spacing is below a quarter of it.
@@ -278,7 +283,7 @@ float blur_of(const CalculationSurface& surface, const Receiver& receiver, const
     constexpr double kOfSight = 0.05;
     constexpr int kDirections = 31;
     const auto size = static_cast<double>(diagonal(scene));
-    const V3f from = V3f(receiver.position - scene.origin()) + receiver.off;
+    const V3f from = ray_origin(receiver, scene);
     std::vector<double> sight;
     Sampler sampler(0, Purpose::receiver, 0, 0);
     for (int i = 0; i < kDirections; ++i) {
@@ -288,8 +293,7 @@ float blur_of(const CalculationSurface& surface, const Receiver& receiver, const
     }
     std::nth_element(sight.begin(), sight.begin() + kDirections / 2, sight.end());
     const double reach = std::min(kOfSight * sight[kDirections / 2], size);
-    const V3d u = surface.u / surface.points.x, v = surface.v / surface.points.y;
-    const double spacing = std::max(u.length(), v.length()) / 2;
+    const double spacing = half_spacing(surface);
     return static_cast<float>(spacing > reach / 4 ? std::min(spacing, reach) : reach);
 }
 
@@ -402,17 +406,16 @@ class LightPathRounds {
     LightPathRounds(std::span<const CalculationSurface> surfaces, const Job& job,
                     const IlluminanceOptions& options, const Stopwatch& clock, Monitor& monitor)
         : options_(options), clock_(clock), monitor_(monitor, Deadline::after(options.seconds)) {
-        std::size_t i = 0;
+        std::vector<float> radii, wide_radii;
         for (const CalculationSurface& surface : surfaces) {
-            const V3d u = surface.u / surface.points.x, v = surface.v / surface.points.y;
-            const auto spacing = static_cast<float>(std::max(u.length(), v.length()) / 2);
-            for (std::size_t point = 0; point < surface.size(); ++point, ++i) {
-                radii_.push_back(blur_of(surface, job.receivers.points[i], job.scene));
-                wide_radii_.push_back(std::max(radii_.back(), spacing / 2));
+            const auto wide = static_cast<float>(half_spacing(surface) / 2);
+            for (std::size_t i = 0; i < surface.size(); ++i) {
+                radii.push_back(blur_of(surface, job.receivers.points[radii.size()], job.scene));
+                wide_radii.push_back(std::max(radii.back(), wide));
             }
         }
         const auto* path = std::get_if<PathSettings>(&job.integrator);
-        there_.emplace(job.receivers.points, radii_, wide_radii_,
+        there_.emplace(job.receivers.points, radii, wide_radii,
                        ChanceLightWork{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
                                        options.workers, monitor_});
     }
@@ -474,7 +477,6 @@ class LightPathRounds {
     const IlluminanceOptions& options_;
     const Stopwatch& clock_;
     DeadlineMonitor monitor_;
-    std::vector<float> radii_, wide_radii_;
     std::optional<LightPathsAt> there_;
     double seconds_ = 0;  // > 0 when paths are traced
     static constexpr int kFocused = 3;
@@ -605,15 +607,17 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
                           : is_late                                                  ? "time"
                           : counts                                                   ? "samples"
                           : std::max(report.precision, scatter) <= options.precision ? "precision"
-                          : scatter <= limit && light <= options.precision / 2       ? "light paths"
-                                                                                     : "";
+                          : scatter <= limit && light <= LightPathRounds::kShare * options.precision
+                              ? "light paths"
+                              : "";
         if (report.ended_by.empty() &&
             !rounds.is_worth_going_on(report.precision, options.precision, monitor))
             report.ended_by = "forecast";
         if (!report.ended_by.empty()) break;
         rounds.grow(scatter / (kAim * limit), kNoEndOfSamples);
-        // The time is divided by what reduces the variances of both.
-        if (light_paths) rounds.end_at(path_seconds + left * sqr(scatter) / (sqr(scatter) + sqr(light)));
+        // A limited time is divided by what reduces the variances of both, one of which is above its limit.
+        if (light_paths && std::isfinite(left))
+            rounds.end_at(path_seconds + left * sqr(scatter) / (sqr(scatter) + sqr(light)));
     }
     if (light_paths && !light_paths->have_run()) warn_without_light_paths(monitor);
     leave_out_cut_off_points(report.surfaces, job, options.seed, options.workers);

@@ -10,7 +10,6 @@
 #include "engine/guiding/importance_pre_pass.h"
 #include "engine/scene/path_account.h"
 #include "kdtree/box_tree.h"
-#include "photon/trace_light_paths.h"
 
 namespace lucerna {
 namespace {
@@ -208,10 +207,8 @@ LightPathsAt::LightPathsAt(std::span<const Receiver> receivers, std::span<const 
       work_(work),
       parts_(kKinds * std::max<std::size_t>(1, work.scene.light_groups().names.size())) {
     for (auto [balls, of] : {std::pair(&balls_, radii), std::pair(&wide_balls_, wide_radii)}) {
-        for (std::size_t i = 0; i < receivers.size(); ++i) {
-            balls->balls.push_back(
-                {V3f(receivers[i].position - work.scene.origin()) + receivers[i].off, of[i]});
-        }
+        for (std::size_t i = 0; i < receivers.size(); ++i)
+            balls->balls.push_back({ray_origin(receivers[i], work.scene), of[i]});
         balls->tree = std::make_shared<const BallTree>(balls->balls, work.workers);
     }
     batches_.assign(kBatches, std::vector<double>(receivers.size() * parts_ * kLevels));

@@ -33,8 +33,9 @@ class LightPathsAt {
     // The number of paths of a round is this, times a power of 2.
     static constexpr std::int64_t kLeastRound = 1 << 16;
 
-    // `radii` are those of the largest balls, in scene units, > 0; each receiver has one. The spans and the
-    // work must outlive this object.
+    // `radii` are those of the largest balls, in scene units, > 0; each receiver has one. `wide_radii` are
+    // those within which the pilot looks for paths that come near, and are not smaller. The receivers, and
+    // what the work refers to, must outlive this object.
     LightPathsAt(std::span<const Receiver> receivers, std::span<const float> radii,
                  std::span<const float> wide_radii, const ChanceLightWork& work);
 

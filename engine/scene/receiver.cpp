@@ -26,7 +26,7 @@ Hit receiver_hit(const Receiver& receiver, const V2f& u, const Scene& scene) {
     Hit hit;
     const V3f n = sensor_normal(receiver, u);
     const V3f p(receiver.position - scene.origin());
-    hit.at = {p + receiver.off, n, surface_error(p, 0)};
+    hit.at = {ray_origin(receiver, scene), n, surface_error(p, 0)};
     hit.ns = hit.wo = n;
     const Frame frame(n);
     hit.dpdu = frame.s;

@@ -71,6 +71,11 @@ struct Receiver {
 // kilometres wide.
 Receiver placed(Receiver receiver, const Scene& scene);
 
+// Returns where the rays of a placed receiver begin, relative to the scene's origin.
+inline V3f ray_origin(const Receiver& receiver, const Scene& scene) {
+    return V3f(receiver.position - scene.origin()) + receiver.off;
+}
+
 // Returns the normal of one planar sensor of the receiver. `u` is uniform in [0,1)².
 inline V3f sensor_normal(const Receiver& receiver, const V2f& u) {
     const V3f& n = receiver.normal;

@@ -406,7 +406,7 @@ TEST(OpeningLight, StripOfARealFile_IsDimmerBelowThanAPoint) {
     Monitor silent;
     PhotometricWeb web = read_photometric(file, silent);
     const V3d below(0, 0, 2), up(0, 0, -1);
-    // Of a place of the flat opening arrives I/A0 cosθ/r², with A0 the area of its face.
+    // A place of the flat opening, whose face has the area A0, contributes I/A0 cosθ/r².
     constexpr int kSteps = 400;
     double expected = 0;
     for (int i = 0; i < kSteps * kSteps; ++i) {
@@ -424,7 +424,7 @@ TEST(OpeningLight, StripOfARealFile_IsDimmerBelowThanAPoint) {
 }
 
 TEST(SphericalRectangle, SolidAngle_IsThatOfTheClosedForm) {
-    // Of a face of a cube from its middle, of the half of a plane's quarter, and of a distant small one.
+    // These are a face of a cube seen from its middle, a quarter of a plane, and a distant small one.
     EXPECT_NEAR(SphericalRectangle(-1, 1, -1, 1, 1).solid_angle(), 4 * kPiD / 6, 1e-14);
     EXPECT_NEAR(SphericalRectangle(0, 1e9, 0, 1e9, 1).solid_angle(), kPiD / 2, 1e-8);
     EXPECT_NEAR(SphericalRectangle(2.9995, 3.0005, 3.999, 4.001, 12).solid_angle(), 2e-6 * 12 / (13 * 169),
