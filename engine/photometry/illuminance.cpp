@@ -242,33 +242,40 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     }
     return worst;
 }
-// Returns the share of worst_of() for the half-widths that more samples reduce. With `indirect`, those of
-// indirect light count, too, as shares of indirect light.
+// Returns the greater of a point's half-widths relative to its light, as in worst_of(), and, with `indirect`,
+// relative to its indirect light.
+double share_of(double of_all, double of_indirect, const PointIlluminance& point,
+                const SurfaceIlluminance& surface, bool indirect) {
+    const double share = share_of(of_all, point.all, surface.mean);
+    const Reading95 mean_indirect{surface.mean.value - surface.direct, 0};
+    return indirect ? std::max(share, share_of(of_indirect, point.indirect, mean_indirect)) : share;
+}
+// Returns the greatest share for the half-widths that more samples reduce.
 double worst_scatter_of(const Readings& readings, bool indirect) {
     double worst = 0;
     auto scatter = readings.scatter.begin();
     for (const SurfaceIlluminance& surface : readings.surfaces) {
-        const Reading95 mean_indirect{surface.mean.value - surface.direct, 0};
         for (const PointIlluminance& point : surface.points) {
-            worst = std::max(worst, share_of(scatter->all, point.all, surface.mean));
-            if (indirect) worst = std::max(worst, share_of(scatter->indirect, point.indirect, mean_indirect));
+            worst = std::max(worst, share_of(scatter->all, scatter->indirect, point, surface, indirect));
             ++scatter;
         }
     }
     return worst;
 }
 
-// Returns each point's share of worst_of() for the half-widths that more light paths reduce.
-std::vector<double> light_errors_of(const Readings& readings) {
+// Returns each point's share for the half-width that more light paths reduce.
+std::vector<double> light_errors_of(const Readings& readings, bool indirect) {
     std::vector<double> errors;
     for (const SurfaceIlluminance& surface : readings.surfaces) {
-        for (const PointIlluminance& point : surface.points)
-            errors.push_back(share_of(readings.scatter[errors.size()].light, point.all, surface.mean));
+        for (const PointIlluminance& point : surface.points) {
+            const double light = readings.scatter[errors.size()].light;
+            errors.push_back(share_of(light, light, point, surface, indirect));
+        }
     }
     return errors;
 }
-double worst_light_of(const Readings& readings) {
-    return std::ranges::max(light_errors_of(readings));
+double worst_light_of(const Readings& readings, bool indirect) {
+    return std::ranges::max(light_errors_of(readings, indirect));
 }
 
 // Returns half of the greater distance between neighbouring points.
@@ -333,53 +340,33 @@ void take_from_light_paths(PointIlluminance& point, const ChanceAtPoint& chance,
                half_width_of(there.light) + there.blur - there.lasting_blur};
 }
 
-// Takes the light that paths find by chance from light paths at each point where these know it better. Rare
-// hits of a lamp do not reveal their variance, so their standard error counts only if they are many. Where
-// neither estimate is reliable, the intervals cover both.
+// Takes the light that paths find by chance from light paths, but for points where those paths know it
+// better. Rare hits of a lamp do not reveal their variance, so their standard error counts only if they are
+// many.
 void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAtPoint> chance,
                            std::span<PointScatter> scatter, const LightPathsAt& there, std::size_t first) {
     constexpr double kTold = 4;   // standard errors by which the light paths' estimate differs from 0
     constexpr double kMany = 20;  // standard errors of the light met by chance: some 400 hits
     const std::size_t count = surface.points.size();
-    std::vector<std::size_t> receivers(count);
-    std::iota(receivers.begin(), receivers.end(), first);
-    const LightPathsAt::Mean of_surface = there.mean(receivers);
-    const auto [met, rest] = at_surface(chance);
-    const auto is_many = [](const ChanceLight& by_chance) {
-        return by_chance.value > kMany * by_chance.standard_error;
-    };
-    const auto open = [](const ChanceLight& by_light_paths, const ChanceLight& by_chance) {
-        return std::max(0.0, by_light_paths.value + half_width_of(by_light_paths) - by_chance.value);
-    };
-    const ChanceLight& light = of_surface.light;
-    const bool is_told = light.value > kTold * light.standard_error;
-    if (!is_told && is_many(met)) return;
     double apart = 0;  // half-width of the mean by points that paths alone know best
-    std::vector<std::size_t> taken;
+    std::vector<std::size_t> all, taken;
     for (std::size_t i = 0; i < count; ++i) {
-        const LightPathsAt::Mean at_point = there.mean(std::span(&receivers[i], 1));
-        const ChanceLight& by_chance = chance[i].met;
+        const std::size_t receiver = first + i;
+        all.push_back(receiver);
+        const LightPathsAt::Mean at_point = there.mean(std::span(&receiver, 1));
+        const ChanceLight& met = chance[i].met;
         PointIlluminance& point = surface.points[i];
-        if (!is_told) {
-            const double more = open(at_point.light, by_chance);
-            point.all.half_width += more;
-            point.indirect.half_width += more;
-            scatter[i].light = more;
-        } else if (is_many(by_chance) && kStandardErrors95 * by_chance.standard_error <
-                                             half_width_of(at_point.light) + at_point.blur) {
+        if (met.value > kMany * met.standard_error &&
+            kStandardErrors95 * met.standard_error < half_width_of(at_point.light) + at_point.blur) {
             apart = hypot(apart, point.all.half_width / static_cast<double>(count));
         } else {
             take_from_light_paths(point, chance[i], scatter[i], at_point);
-            taken.push_back(receivers[i]);
+            taken.push_back(receiver);
         }
     }
-    const double half_width = surface.mean.half_width;
     sum_up(surface);
-    if (!is_told) {
-        surface.mean.half_width = half_width + open(light, met);
-        return;
-    }
-    surface.never_met = missing_light(light, met, kTold);
+    const auto [met, rest] = at_surface(chance);
+    surface.never_met = missing_light(there.mean(all).light, met, kTold);
     if (taken.empty()) return;
     // Light paths pass several points, whose errors are therefore not independent.
     const LightPathsAt::Mean of_taken = there.mean(taken);
@@ -424,14 +411,18 @@ class LightPathRounds {
     Readings completed(const Readings& readings) {
         if (there_->paths() == 0 && !trace(2 * LightPathsAt::kLeastRound)) return readings;
         for (;;) {
+            while (!there_->has_found() && there_->paths() < kBeforeNone)
+                if (!trace(there_->paths())) return readings;
             Readings now = readings;
+            if (!there_->has_found()) return now;
             take_from_light_paths(now, *there_);
-            const double light = worst_light_of(now), scatter = worst_scatter_of(now, options_.indirect);
+            const double light = worst_light_of(now, options_.indirect),
+                         scatter = worst_scatter_of(now, options_.indirect);
             const double wanted = std::max(scatter, kShare * options_.precision);
             if (light <= wanted) return now;
             if (focused_ < kFocused && is_affordable()) {
                 if (focused_++ == 0 && !there_->learn(rest_of(readings))) return now;
-                there_->focus(light_errors_of(now));
+                there_->focus(light_errors_of(now, options_.indirect));
                 if (!trace(2 * LightPathsAt::kLeastRound)) return now;
                 continue;
             }
@@ -440,6 +431,8 @@ class LightPathRounds {
         }
     }
     bool have_run() const { return there_->paths() > 0; }
+    // Paths that find nothing before it is taken that there is nothing to find.
+    static constexpr std::int64_t kBeforeNone = 1 << 20;
     // The least half-width to which they are traced, as a share of the wanted precision.
     static constexpr double kShare = 0.5;
 
@@ -458,11 +451,11 @@ class LightPathRounds {
     }
     // Returns false if no more paths can be traced.
     bool trace(std::int64_t wanted) {
-        constexpr std::int64_t kMostWithSamples = 1 << 21;
-        if (options_.most_samples > 0)
-            wanted = std::min(wanted, kMostWithSamples - there_->paths());
-        else if (there_->paths() > 0) {
-            const double left = options_.seconds - clock_.seconds();
+        constexpr std::int64_t kMostUntimed = 1 << 22;
+        const double left = options_.seconds - clock_.seconds();
+        if (options_.most_samples > 0 || !std::isfinite(left)) {
+            wanted = std::min(wanted, kMostUntimed - there_->paths());
+        } else if (there_->paths() > 0) {
             const double paths_left = left / seconds_ * static_cast<double>(there_->paths());
             if (paths_left < static_cast<double>(wanted))
                 wanted = static_cast<std::int64_t>(0.9 * paths_left);
@@ -592,7 +585,7 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
         Readings readings = points.read(result, report.groups);
         if (light_paths) readings = light_paths->completed(readings);
         const double scatter = worst_scatter_of(readings, options.indirect);
-        const double light = worst_light_of(readings);
+        const double light = worst_light_of(readings, options.indirect);
         report.surfaces = std::move(readings.surfaces);
         report.precision = worst_of(report.surfaces);
         const int before = std::exchange(report.samples, result.report.samples_done);

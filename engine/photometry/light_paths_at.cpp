@@ -111,7 +111,8 @@ class LightPathsAt::BallTree {
 // Sums what a chunk of paths brings to the balls around receivers, by rings.
 struct LightPathsAt::Visitor : LightPathVisitor {
     const LightPathsAt* at = nullptr;
-    std::vector<double> sums;       // of rings, [receiver][part][ring]
+    std::vector<double> sums;  // of rings, [receiver][part][ring]
+    std::array<Hits, kKinds> hits;
     bool is_pilot = false;          // records `passages` through the wide balls in place of sums
     std::vector<Passage> passages;  // with the number of the path in this chunk
     std::uint32_t paths = 0;
@@ -120,7 +121,7 @@ struct LightPathsAt::Visitor : LightPathVisitor {
 
     template <typename Archive>
     void fields(Archive& archive) {
-        archive(ledger, sums, passages, paths);
+        archive(ledger, sums, hits, passages, paths);
     }
     bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start, const Sampler&) {
         ++paths;
@@ -194,6 +195,7 @@ struct LightPathsAt::Visitor : LightPathVisitor {
                 passages.push_back({paths - 1, static_cast<std::uint32_t>(i), static_cast<float>(brought)});
                 return;
             }
+            hits[part % kKinds].add(brought);
             const int ring = passes->beside > 0 ? -1 - std::ilogb(passes->beside / r) : kLevels - 1;
             sums[(i * at->parts_ + part) * kLevels +
                  static_cast<std::size_t>(std::clamp(ring, 0, kLevels - 1))] += brought;
@@ -289,6 +291,7 @@ void LightPathsAt::focus(std::span<const double> errors) {
     first_ += paths_;
     paths_ = 0;
     for (std::vector<double>& batch : batches_) std::ranges::fill(batch, 0.0);
+    hits_ = {};
 }
 
 std::int64_t LightPathsAt::trace(std::int64_t wanted) {
@@ -307,6 +310,10 @@ std::int64_t LightPathsAt::trace(std::int64_t wanted) {
     for (std::size_t batch = 0; batch < kBatches; ++batch) {
         const std::vector<double>& more = chunks[batch].sums;
         for (std::size_t i = 0; i < more.size(); ++i) batches_[batch][i] += more[i];
+        for (std::size_t kind = 0; kind < kKinds; ++kind) {
+            hits_[kind].sum += chunks[batch].hits[kind].sum;
+            hits_[kind].squares += chunks[batch].hits[kind].squares;
+        }
     }
     paths_ += paths.count;
     choose_levels();
@@ -322,8 +329,9 @@ double LightPathsAt::estimate(std::size_t batch, std::size_t receiver, std::size
 }
 
 // The standard error of a receiver's estimate from few hits is not known from their scatter, and is 0 without
-// hits. It is at least that of a Poisson process: the square of the largest ball's error over its estimate is
-// what one hit brings there, and four times as much in a ball of half the radius.
+// hits. It is at least that of a Poisson process. Where the largest ball has many hits, the square of its
+// error over its estimate is what one hit brings there, and four times as much in a ball of half the radius;
+// otherwise a hit brings what one brings on the average of all receivers, and a receiver may have missed one.
 void LightPathsAt::choose_levels() {
     constexpr double kTold = 5;        // standard errors of an estimate that is told from 0
     constexpr double kAgreeing = 1.5;  // standard errors of a difference that may be chance
@@ -345,7 +353,12 @@ void LightPathsAt::choose_levels() {
         const ChanceLight whole = difference(0, std::nullopt);
         Level& chosen = levels_[i];
         chosen = {};
-        if (!(whole.value > kTold * whole.standard_error)) return;
+        if (!(whole.value > kTold * whole.standard_error)) {
+            const double r = double{balls_.balls[receiver].radius};  // > 0
+            const double each = hits_[kind].each() / (static_cast<double>(paths_) * kPiD * r * r);
+            chosen.least_error = std::sqrt(each * std::max(whole.value, each));
+            return;
+        }
         double of_hit = sqr(whole.standard_error) / whole.value;
         for (int level = 1; level < kLevels; ++level) {
             of_hit *= 4;

@@ -13,6 +13,7 @@
 // errors (photon/learned_emission.h). Receivers are weighted by these errors, as the greatest counts.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -49,6 +50,8 @@ class LightPathsAt {
     // it, whose paths are lost then.
     std::int64_t trace(std::int64_t wanted);
     std::int64_t paths() const { return paths_; }
+    // Whether any path has passed a receiver.
+    bool has_found() const { return hits_[0].sum > 0 || hits_[1].sum > 0; }
 
     struct Mean {
         ChanceLight light;
@@ -71,6 +74,19 @@ class LightPathsAt {
     struct Passage {
         std::uint32_t path, receiver;
         float brought;
+    };
+    struct Hits {
+        double sum = 0, squares = 0;  // of what they bring
+        void add(double brought) {
+            sum += brought;
+            squares += sqr(brought);
+        }
+        // What one hit brings, on the average over what they bring; 0 without hits.
+        double each() const { return sum > 0 ? squares / sum : 0.0; }
+        template <typename Archive>
+        void fields(Archive& archive) {
+            archive(sum, squares);
+        }
     };
     struct Level {
         int level = 0;
@@ -96,6 +112,7 @@ class LightPathsAt {
     std::vector<Passage> passages_;
     std::vector<double> weights_;               // of each receiver's squared error
     std::vector<std::vector<double>> batches_;  // sums of rings, [receiver][part][ring]
+    std::array<Hits, 2> hits_;                  // of all receivers: chains, other paths
     std::vector<Level> levels_;                 // [receiver][chains, other paths]
 };
 

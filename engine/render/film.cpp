@@ -265,23 +265,35 @@ double Film::around(std::span<const double> shown, int x, int y) const {
 }
 
 std::optional<Film::Brightness> Film::brightness(const Workers& workers) const {
-    constexpr double kNone = -1;  // the level of pixels none of whose samples was finite
-    std::vector<double> levels(size_, kNone);
-    std::vector<std::uint64_t> of_rows(static_cast<std::size_t>(height_));
+    struct Row {
+        std::uint64_t samples = 0, pixels = 0;  // pixels that have any; none of the others' was finite
+    };
+    std::vector<Row> rows(static_cast<std::size_t>(height_));
     std::atomic<bool> has_single{false};
     for_each_row(workers, [&](int y) {
+        Row& row = rows[static_cast<std::size_t>(y)];
         for (std::size_t i = place(0, y); i < place(0, y + 1) && !has_single; ++i) {
-            of_rows[static_cast<std::size_t>(y)] += count(i);
+            row.samples += count(i);
+            if (count(i) > 0) ++row.pixels;
             if (count(i) == 1) has_single = true;
-            if (count(i) > 0) levels[i] = std::fabs(shown(i));
         }
     });
     if (has_single) return std::nullopt;
-    std::erase(levels, kNone);
-    const auto counted =
-        static_cast<double>(std::accumulate(of_rows.begin(), of_rows.end(), std::uint64_t{0}));
+    Row all;
+    for (const Row& row : rows) {
+        all.samples += row.samples;
+        all.pixels += row.pixels;
+    }
     const double least = kind_.by_pass ? 2 : kLeastForError;
-    if (levels.empty() || counted < least * static_cast<double>(levels.size())) return std::nullopt;
+    if (all.pixels == 0 || static_cast<double>(all.samples) < least * static_cast<double>(all.pixels))
+        return std::nullopt;
+    constexpr double kNone = -1;  // the level of pixels without a sample
+    std::vector<double> levels(size_, kNone);
+    for_each_row(workers, [&](int y) {
+        for (std::size_t i = place(0, y); i < place(0, y + 1); ++i)
+            if (count(i) > 0) levels[i] = std::fabs(shown(i));
+    });
+    std::erase(levels, kNone);
     const double brightest = limit_of_most(levels);
     double sum = 0, known = 0;
     for (const double level : levels) {
