@@ -29,6 +29,7 @@
 #include "engine/base/error.h"
 #include "engine/base/float_traps.h"
 #include "engine/scene/arithmetic.h"
+#include "engine/system/memory.h"
 
 namespace lucerna {
 namespace {
@@ -326,15 +327,16 @@ Accelerator::Impl::Impl(const ShapeSet& own, const std::vector<ShapeSet>& of_pro
 }
 
 void Accelerator::Impl::open_device(int threads) {
-    std::string settings = fmt::format("threads={}", std::max(1, threads));
+    const int count = std::max(1, threads);
+    require_threads(2 * count);  // Embree's and ours
+    std::string settings = fmt::format("threads={}", count);
     if (!embree_isa().empty()) settings += fmt::format(",isa={}", embree_isa());
     device.reset(rtcNewDevice(settings.c_str()));
     if (!device) {
-        // The stacks of its threads are the first large blocks that Embree allocates.
         throw InputError(
-            fmt::format("Embree cannot create a device with {} threads (Embree error {}): memory or threads "
-                        "may be limited; use more memory or fewer --threads",
-                        std::max(1, threads), static_cast<int>(rtcGetDeviceError(nullptr))));
+            fmt::format("Embree cannot create a device with {} threads (Embree error {}): threads may be "
+                        "limited; use fewer --threads",
+                        count, static_cast<int>(rtcGetDeviceError(nullptr))));
     }
     rtcSetDeviceErrorFunction(device.get(), &EmbreeError::record, &error);
     if (rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) == 0) {

@@ -170,6 +170,15 @@ void require_memory(std::uint64_t bytes, std::string_view what, std::string_view
     if (const auto available = available_memory()) require_memory(bytes, *available, what, instead);
 }
 
+void require_threads(int count) {
+    constexpr std::uint64_t kAtFirst = std::uint64_t{128} << 20, kLeastStack = std::uint64_t{2} << 20;
+    rlimit stack{};
+    const bool is_known = getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur != RLIM_INFINITY;
+    const std::uint64_t each = is_known ? std::max<std::uint64_t>(stack.rlim_cur, kLeastStack) : kLeastStack;
+    require_memory(bytes_of(static_cast<std::uint64_t>(count), each) + kAtFirst, of_the_process(),
+                   fmt::format("{} threads", count), "use more memory or fewer --threads");
+}
+
 void MemoryWatch::add(std::uint64_t bytes) {
     since_ += bytes;
     if (since_ < kStep) return;

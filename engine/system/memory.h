@@ -38,6 +38,11 @@ void require_memory(std::uint64_t bytes, std::string_view what, std::string_view
 void require_memory(std::uint64_t bytes, std::uint64_t available, std::string_view what,
                     std::string_view instead);
 
+// Throws InputError if the limit of the process's address space does not leave enough for the stacks of so
+// many threads and what they allocate at first (128 MiB). Libraries that fail to start threads may end the
+// process.
+void require_threads(int count);
+
 // Checks the memory for data that grow by an unknown number of small pieces: once for every kStep bytes.
 class MemoryWatch {
   public:

@@ -399,7 +399,8 @@ Job room_of(const Lamp& lamp, const Glass& glass, const std::filesystem::path& f
 }
 
 // The illuminance at the eye in lx, and the luminance of a uniform background that accounts for all light but
-// the lamps' direct light, both by photon mapping.
+// the lamps' direct light, both by photon mapping. Photons blur the peak behind a ball, so there the light
+// that comes from the lamp over the glass alone is that of the closed form.
 struct EyeTruth {
     RunningStats vertical, background;
 };
@@ -411,17 +412,23 @@ EyeTruth eye_truth(const Lamp& lamp, const Glass& glass, const std::filesystem::
     Monitor silent;
     Job job = room_of(lamp, glass, folder, overrides);
     job.film.parts = true;
+    const bool is_ball = glass.name == "glass ball";
+    const double over_glass = is_ball ? truth_at_point(lamp, glass, folder).value : 0;
     EyeTruth truth;
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
         const RenderResult result = render(job, {seed, Workers{2}}, silent);
         const Image& parts = result.parts.value();
-        const std::size_t direct = find_channel(parts, "direct.R").value(), width = parts.channels.size();
-        double all = 0, not_direct = 0;
+        const auto part = [&parts](const std::string& name, std::size_t pixel) {
+            const float* rgb =
+                &parts.data[pixel * parts.channels.size() + find_channel(parts, name + ".R").value()];
+            return Rgb(rgb[0], rgb[1], rgb[2]);
+        };
+        double all = over_glass, not_direct = over_glass;
         for (std::size_t i = 0; i < 4; ++i) {
-            const Rgb found = result.image.rgb_at(static_cast<int>(i % 2), static_cast<int>(i / 2));
-            const float* rgb = &parts.data[i * width + direct];
+            Rgb found = result.image.rgb_at(static_cast<int>(i % 2), static_cast<int>(i / 2));
+            if (is_ball) found = found - part("caustic", i);
             all += double{luminance(found)} / 4;
-            not_direct += double{luminance(found - Rgb(rgb[0], rgb[1], rgb[2]))} / 4;
+            not_direct += double{luminance(found - part("direct", i))} / 4;
         }
         truth.vertical.add(all);
         truth.background.add(not_direct / kPiD);
