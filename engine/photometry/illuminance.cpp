@@ -431,6 +431,8 @@ class LightPathRounds {
         }
     }
     bool have_run() const { return there_->paths() > 0; }
+    // Whether no more paths can be traced.
+    bool are_over() const { return are_over_; }
     // Paths that find nothing before it is taken that there is nothing to find.
     static constexpr std::int64_t kBeforeNone = 1 << 20;
     // The least half-width to which they are traced, as a share of the wanted precision.
@@ -460,11 +462,10 @@ class LightPathRounds {
             if (paths_left < static_cast<double>(wanted))
                 wanted = static_cast<std::int64_t>(0.9 * paths_left);
         }
-        if (wanted < LightPathsAt::kLeastRound) return false;
         const Stopwatch watch;
-        const bool traced = there_->trace(wanted) > 0;
+        are_over_ = wanted < LightPathsAt::kLeastRound || there_->trace(wanted) == 0;
         seconds_ += watch.seconds();
-        return traced;
+        return !are_over_;
     }
 
     const IlluminanceOptions& options_;
@@ -474,6 +475,7 @@ class LightPathRounds {
     double seconds_ = 0;  // > 0 when paths are traced
     static constexpr int kFocused = 3;
     int focused_ = 0;
+    bool are_over_ = false;
 };
 
 void warn_without_light_paths(Monitor& monitor) {
@@ -596,13 +598,15 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
         const double left = options.seconds - clock.seconds();
         const bool is_late = left < kLeastLeft * options.seconds ||
                              (report.samples < job.spp && (!light_paths || report.samples == before));
-        report.ended_by = !result.report.complete                                    ? "user"
-                          : is_late                                                  ? "time"
-                          : counts                                                   ? "samples"
-                          : std::max(report.precision, scatter) <= options.precision ? "precision"
-                          : scatter <= limit && light <= LightPathRounds::kShare * options.precision
-                              ? "light paths"
-                              : "";
+        report.ended_by =
+            !result.report.complete                                    ? "user"
+            : is_late                                                  ? "time"
+            : counts                                                   ? "samples"
+            : std::max(report.precision, scatter) <= options.precision ? "precision"
+            : scatter <= limit && light_paths &&
+                    (light_paths->are_over() || light <= LightPathRounds::kShare * options.precision)
+                ? "light paths"
+                : "";
         if (report.ended_by.empty() &&
             !rounds.is_worth_going_on(report.precision, options.precision, monitor))
             report.ended_by = "forecast";

@@ -57,6 +57,7 @@ TEST(LightPathsAt, Long_AtTheEdgeOfReflectedLight_TheIntervalHoldsTheClosedForm)
         options.workers = {2};
         options.seed = seed;
         options.precision = kPrecision;
+        options.seconds = 600;  // without a limited time, light paths end before they are so precise
         const SurfaceIlluminance found =
             illuminance_on(std::vector{surface}, job_of(world), options, listener).surfaces.front();
         EXPECT_EQ(listener.warnings, 0);
