@@ -81,7 +81,7 @@ class LightPathsAt {
             sum += brought;
             squares += sqr(brought);
         }
-        // What one hit brings, on the average over what they bring; 0 without hits.
+        // Returns the mean of what a hit brings, weighted by what it brings; 0 without hits.
         double each() const { return sum > 0 ? squares / sum : 0.0; }
         template <typename Archive>
         void fields(Archive& archive) {
