@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "engine/photometry/glare.h"
+#include "engine/photometry/position_table.h"
 #include "tests/cie171/case.h"
 
 namespace lucerna::cie171 {
@@ -55,6 +56,24 @@ TEST(Cie117, PositionIndex_IsTheTables) {
     std::puts(fmt::format("position index: {} entries, RMS {:.2f} %, worst {:.2f} %", count,
                           100 * std::sqrt(squares / count), 100 * worst)
                   .c_str());
+}
+
+// The table that UGR tables are computed by must have these rows. All of its entries are compared with the
+// fit, too, within the fit's own error.
+TEST(Cie117, PositionTable_IsTheStandards) {
+    for (const TableRow& row : kTable) {
+        for (std::size_t i = 0; i < row.index.size(); ++i) {
+            const auto index = tabulated_position_index(row.t_over_r, static_cast<double>(i) / 10);
+            EXPECT_NEAR(index.value_or(0), row.index[i], 1e-9) << "T/R " << row.t_over_r << ", column " << i;
+        }
+    }
+    for (int t = 0; t <= 30; ++t) {
+        for (int h = 0; h <= 19; ++h) {
+            const auto index = tabulated_position_index(t / 10.0, h / 10.0);
+            const double fit = fitted(t / 10.0, h / 10.0);
+            EXPECT_NEAR(fit / index.value_or(fit), 1, 0.11) << "T/R " << 0.1 * t << ", H/R " << 0.1 * h;
+        }
+    }
 }
 
 // For a grid of luminaires above an observer, each adding L²w/p², the ratings by the fit and by the table

@@ -21,7 +21,8 @@ constexpr const char* kLightFooter = R"(Examples:
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light info lamp.exr
   lucerna light project lamp.exr --distance 1m -o wall.exr --png
-  lucerna light view lamp.exr -o views.png)";
+  lucerna light view lamp.exr -o views.png
+  lucerna light ugr lamp.exr -o ugr.csv)";
 
 constexpr int kMostPerSide = 4096;  // views or pixels
 
@@ -83,6 +84,7 @@ void add_light_command(CLI::App& program, const CommandContext& context) {
     add_light_project(light, context);
     add_light_view(light, context);
     add_light_farfield(light, context);
+    add_light_ugr(light, context);
 }
 
 // lucerna light info: prints the contents of a lamp's file.

@@ -77,6 +77,7 @@ void add_light_info(CLI::App& light, const CommandContext& context);
 void add_light_project(CLI::App& light, const CommandContext& context);
 void add_light_view(CLI::App& light, const CommandContext& context);
 void add_light_farfield(CLI::App& light, const CommandContext& context);
+void add_light_ugr(CLI::App& light, const CommandContext& context);
 
 // The content of a lamp's file, whose type follows from the suffix.
 
