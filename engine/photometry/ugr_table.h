@@ -2,7 +2,7 @@
 // the tabular method of CIE 117:1995 as CIE 190:2010 lays it down.
 //
 // All lengths are in H = 2 m, the height of the luminaires above the eye. A room has the width X across the
-// line of sight and the depth Y along it. Luminaires hang above a square grid of the spacing S, the outer
+// line of sight and the depth Y along it. Luminaires hang on a square grid of the spacing S, the outer
 // ones S/2 from the walls. The observer's eye is at the middle of a wall of width X and looks horizontally at
 // the wall opposite. Below the luminaires is a cavity of height H, bounded by their plane, the walls and the
 // plane of the eye.
@@ -16,14 +16,13 @@
 //
 //     E_w = N Φ / A_w (F_floor T_floor + F_walls T_walls + F_ceiling T_ceiling)
 //
-// The transfer factors T are those of uniformly lit diffuse surfaces, computed exactly; CIE 190 tabulates the
-// same numbers with three digits. F_floor is integrated over the intensities, as the mean over azimuth, for
+// The transfer factors T are those of uniformly lit diffuse surfaces, computed exactly; CIE 190 tabulates
+// them with three digits. F_floor is integrated over the intensities, as the mean over azimuth, for
 // the spacing in question; CIE 190 approximates it by zonal multipliers for S = H.
 #pragma once
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 
 #include "engine/base/vec.h"
@@ -33,25 +32,11 @@ namespace lucerna {
 struct UgrRoom {
     int across, along;  // X and Y, in H
 };
-inline constexpr std::array<UgrRoom, 19> kUgrRooms{{{2, 2},
-                                                    {2, 3},
-                                                    {2, 4},
-                                                    {2, 6},
-                                                    {2, 8},
-                                                    {2, 12},
-                                                    {4, 2},
-                                                    {4, 3},
-                                                    {4, 4},
-                                                    {4, 6},
-                                                    {4, 8},
-                                                    {4, 12},
-                                                    {8, 4},
-                                                    {8, 6},
-                                                    {8, 8},
-                                                    {8, 12},
-                                                    {12, 4},
-                                                    {12, 6},
-                                                    {12, 8}}};
+// clang-format off
+inline constexpr std::array<UgrRoom, 19> kUgrRooms{{
+    {2, 2}, {2, 3}, {2, 4}, {2, 6}, {2, 8}, {2, 12}, {4, 2}, {4, 3}, {4, 4}, {4, 6}, {4, 8}, {4, 12},
+    {8, 4}, {8, 6}, {8, 8}, {8, 12}, {12, 4}, {12, 6}, {12, 8}}};
+// clang-format on
 
 struct UgrReflectances {
     double ceiling, walls, floor;
@@ -63,13 +48,14 @@ inline constexpr std::array<UgrReflectances, 5> kUgrReflectances{
 // sight.
 inline constexpr std::size_t kCrosswise = 0, kEndwise = 1;
 
-// What the method takes from a luminaire. Directions w are unit vectors in the lamp's own frame, in which
+// The light of one luminaire. Directions w are unit vectors in the lamp's own frame, in which
 // nadir is +z, the plane C0 holds +x and C90 holds -y (lights/photometric.h).
 struct UgrLuminaire {
-    std::function<double(const V3d& w)> intensity;  // cd, >= 0
-    std::function<double(const V3d& w)>
-        projected_area;       // m², of the luminous opening, > 0 where there is light
-    double lamp_flux = 1000;  // lm, of the lamps in the luminaire; > 0
+    // Returns the intensity [cd], >= 0.
+    std::function<double(const V3d& w)> intensity;
+    // Returns the projected area of the luminous opening [m²], > 0 where there is light.
+    std::function<double(const V3d& w)> projected_area;
+    double lamp_flux = 1000;  // lm, of the lamps in the luminaire, > 0
     // C of the half plane that faces an observer who has the luminaire straight ahead, crosswise and endwise
     // [degrees].
     std::array<double, 2> facing{0, 90};
@@ -90,7 +76,7 @@ struct UgrTable {
 // Computes the table with `per_height` luminaires per H along each side of the room, >= 1.
 UgrTable ugr_table(const UgrLuminaire& luminaire, int per_height);
 
-// The parts of the method that can be checked by themselves.
+// These parts of the method can be checked by themselves.
 
 // Returns the form factor between parallel, directly opposed rectangles of sides x and y at distance 1.
 double opposed_form_factor(double x, double y);

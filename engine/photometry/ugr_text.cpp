@@ -40,12 +40,12 @@ std::string ugr_method(const UgrTable& table) {
 }
 
 std::string ugr_text(const UgrTable& table) {
-    const auto part = [&table](const char* name, double lumens, double correction) {
-        return fmt::format("UGR by {}, {} {:.6g} lm; reflectances of ceiling/walls/floor in %\n",
-                           ugr_method(table), name, lumens) +
+    const auto part = [&table](double lumens, double correction, const char* which) {
+        return fmt::format("UGR for {:.6g} lm of the lamps{}; {}; reflectances of ceiling/walls/floor in %\n",
+                           lumens, which, ugr_method(table)) +
                ratings_text(table, correction) + '\n';
     };
-    return part("uncorrected: for", 1000, 0) + part("for the lamps'", table.lamp_flux, table.correction());
+    return part(1000, 0, " (uncorrected)") + part(table.lamp_flux, table.correction(), "");
 }
 
 std::string ugr_csv(const UgrTable& table) {

@@ -22,22 +22,22 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kLightUgrFooter =
-    R"(Computes the unified glare rating of a luminaire in the 19 standard rooms, for 5 combinations of reflectances, seen crosswise
-and endwise: the UGR table of a data sheet, by the tabular method of CIE 117:1995 and CIE 190:2010. Rooms are X across the
-line of sight times Y along it, in multiples of H, the height of the luminaires above the eye (2 m). The observer sits at the
-middle of a wall and looks at the wall opposite.
+    R"(Computes the unified glare rating of a luminaire in the 19 standard rooms, for 5 combinations of reflectances, seen
+crosswise and endwise: the UGR table of a data sheet, by the tabular method of CIE 117:1995 and CIE 190:2010. Rooms are X
+across the line of sight times Y along it, in multiples of H, the height of the luminaires above the eye (2 m). The observer
+sits at the middle of a wall and looks at the wall opposite.
 
 UGR = 8 log10(0.25 / L_b sum L^2 w / p^2). A luminaire's luminance L is its intensity over the projected area of its luminous
 opening, p is the position index of CIE 117's table. The background L_b follows from the indirect illuminance of the walls:
 the share of light that falls on floor, walls and ceiling first, and the interreflection between the three, both computed
 (CIE 190 has tables of approximations). Ratings are given for 1000 lm of the lamps, as in the standard, and for the flux
-that the file states: more by 8 log10(flux / 1000 lm). --spacing is the spacing of the luminaires over H: 0.25, which EN 12464-1
-asks for, or 1, which CIE 190 uses in its examples. Tables for other positions of the observer are not computed.
+that the file states: more by 8 log10(flux / 1000 lm). --spacing is the spacing of the luminaires over H: 0.25, as data
+sheets commonly have it, or 1, as in CIE 190. Tables for other positions of the observer are not computed.
 
 The luminaire hangs with light leaving downwards: nadir of a photometric file, +z of a light field. Crosswise, its axis is
 across the line of sight. The axis is C90 in EULUMDAT, and C0 in IES files and for light fields, whose x axis it is; --axis
-states another one. A light field or a ray file is rated by its far field; rays and files that state no luminous opening need
---opening.
+states another one. A light field or a ray file is rated by its far field, for which light at 60 to 85 degrees from nadir
+counts most; rays and files that state no luminous opening need --opening.
 
 Examples:
   lucerna light ugr office.ldt
@@ -99,6 +99,28 @@ UgrLuminaire luminaire_of(const PhotometricWeb& web, bool axis_is_c90) {
     return luminaire;
 }
 
+// Warns if the luminaire is so asymmetric that its rating depends on which of two opposite sides the observer
+// sees.
+void warn_of_asymmetry(const UgrLuminaire& luminaire, const UgrTable& table, Monitor& monitor) {
+    UgrLuminaire turned = luminaire;
+    for (double& c : turned.facing) c += 180;
+    const UgrTable other = ugr_table(turned, table.per_height);
+    double most = 0;
+    for (std::size_t i = 0; i < kUgrRooms.size(); ++i) {
+        for (const std::size_t view : {kCrosswise, kEndwise}) {
+            const double here = table.uncorrected[i][view][0], there = other.uncorrected[i][view][0];
+            if (here != there) most = std::fmax(most, std::fabs(here - there));
+        }
+    }
+    if (most > 0.1) {
+        monitor.warn(
+            fmt::format("the luminaire is not symmetric: seen from the opposite sides (C{:g} crosswise, "
+                        "C{:g} endwise) its "
+                        "ratings differ from these by up to {:.1f}",
+                        turned.facing[kCrosswise], turned.facing[kEndwise], most));
+    }
+}
+
 void act(const UgrCommand& command, const CommandContext& context) {
     require_readable(command.lamp);
     CommandFiles files;
@@ -108,16 +130,18 @@ void act(const UgrCommand& command, const CommandContext& context) {
                            {context.process.terminal, command.quiet, context.process.stop, {}});
     const PhotometricWeb web = naming(command.lamp, [&] { return rated_web(command, monitor); });
     const bool axis_is_c90 = command.axis_is_c90.value_or(suffix_of(command.lamp) == ".ldt");
-    const UgrTable table = ugr_table(luminaire_of(web, axis_is_c90), command.per_height);
+    const UgrLuminaire luminaire = luminaire_of(web, axis_is_c90);
+    const UgrTable table = ugr_table(luminaire, command.per_height);
+    warn_of_asymmetry(luminaire, table, monitor);
     if (!command.csv.empty()) write_text(command.csv, ugr_csv(table));
     if (command.quiet) return;
     fmt::print(context.out, "{}", ugr_text(table));
     fmt::print(context.out,
                "flux                 {:.6g} lm, of {:.6g} lm of the lamps\n"
                "correction           {:+.2f} = 8 log10({:.6g} lm / 1000 lm), from 1000 lm to the lamps\n"
-               "axis                 {}; the observer sees {} crosswise, {} endwise\n",
+               "axis                 {}; the observer sees C{:g} crosswise, C{:g} endwise\n",
                web.flux(), table.lamp_flux, table.correction(), table.lamp_flux, axis_is_c90 ? "C90" : "C0",
-               axis_is_c90 ? "C0" : "C90", axis_is_c90 ? "C90" : "C0");
+               luminaire.facing[kCrosswise], luminaire.facing[kEndwise]);
 }
 
 int parse_spacing(const std::string& word) {
