@@ -116,15 +116,17 @@ TEST_F(UgrCommand, OfRays_NeedsAnOpeningAndTellsTheFlux) {
 }
 
 TEST_F(UgrCommand, Long_OfALightField_IsThatOfItsFarFieldAndOfTheLamp) {
-    const Outcome acquired = lucerna_run({"light", "acquire", "--radius", "30cm", "--flux", "2000", "--unit",
-                                          "lm", "--views", "8x8", "--pixels", "48x48", "-o", "disc.exr"});
+    const Outcome acquired =
+        lucerna_run({"light", "acquire", "--radius", "30cm", "--flux", "2000", "--unit", "lm", "--views",
+                     "8x8", "--pixels", "48x48", "--capture", "99.5%", "-o", "disc.exr"});
     ASSERT_EQ(acquired.code, 0) << acquired.err;
     const Outcome far = lucerna_run({"light", "farfield", "disc.exr", "-o", "disc.ies"});
     ASSERT_EQ(far.code, 0) << far.err;
     auto of_field = ratings({"disc.exr"}), of_file = ratings({"disc.ies"});
     for (const auto& [cell, rating] : of_field) EXPECT_NEAR(rating, of_file[cell], 0.01) << cell;
-    // A disc of 30 cm radius has another area than the square of 0.6 m. Rooms of 2H x 2H are seen at up to 63
-    // degrees.
+    // A disc of 30 cm radius has another area than the square of 0.6 m. In rooms of 2H x 2H it is seen at up
+    // to 65 degrees from nadir. The missing 0.5 % of the light, at greater angles, raises ratings for 1000 lm
+    // by 0.03.
     auto of_disc = ratings({"disc.exr", "--opening", "531.736mmx531.736mm"});
     EXPECT_NEAR(of_disc["2,2,crosswise,0.7,0.5,0.2"],
                 ugr_table_test::kLambertian[0][0][0] - 8 * std::log10(kPiD * 0.09 / 0.36), 0.1);

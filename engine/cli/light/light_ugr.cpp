@@ -75,13 +75,12 @@ RatedLamp read_rated_lamp(const UgrCommand& command, Monitor& monitor) {
 // Returns the lamp in lm, with the opening that was asked for.
 PhotometricWeb rated_web(const UgrCommand& command, Monitor& monitor) {
     RatedLamp lamp = read_rated_lamp(command, monitor);
-    if (command.opening) {
+    if (command.opening)
         lamp.web.set_opening({LuminousOpening::Shape::box, V3d(command.opening->x, command.opening->y, 0)});
-    }
     if (!(lamp.web.info().opening.faces().second > 0))
         throw InputError(
-            "the file states no luminous opening, so that there is no luminance; give its size "
-            "with --opening");
+            "the file states no luminous opening, so that there is no luminance; give its size with "
+            "--opening");
     if (!(lamp.web.flux() > 0)) throw InputError("the lamp is dark");
     if (lamp.unit == FluxUnit::lumen) return std::move(lamp.web);
     const double efficacy = command.efficacy > 0 ? command.efficacy : lamp.lumens_per_watt;
@@ -113,11 +112,10 @@ void warn_of_asymmetry(const UgrLuminaire& luminaire, const UgrTable& table, Mon
         }
     }
     if (most > 0.1) {
-        monitor.warn(
-            fmt::format("the luminaire is not symmetric: seen from the opposite sides (C{:g} crosswise, "
-                        "C{:g} endwise) its "
-                        "ratings differ from these by up to {:.1f}",
-                        turned.facing[kCrosswise], turned.facing[kEndwise], most));
+        monitor.warn(fmt::format(
+            "the luminaire is not symmetric: seen from the opposite sides (C{:g} crosswise, C{:g} "
+            "endwise) its ratings differ from these by up to {:.1f}",
+            turned.facing[kCrosswise], turned.facing[kEndwise], most));
     }
 }
 
