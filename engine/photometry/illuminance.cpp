@@ -84,33 +84,31 @@ void sum_up(SurfaceIlluminance& done) {
     done.uniformity = {u0, hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
 }
 
-// Marks the points that are cut off from the light, and sums up their surfaces again.
-void leave_out_cut_off_points(std::vector<SurfaceIlluminance>& surfaces, const Job& job, std::uint64_t seed,
-                              const Workers& workers) {
-    std::size_t first = 0;
-    for (SurfaceIlluminance& surface : surfaces) {
+// Tells which points of the surfaces are cut off from the light.
+std::vector<bool> cut_off_from(const std::vector<SurfaceIlluminance>& surfaces, const Job& job,
+                               std::uint64_t seed, const Workers& workers) {
+    std::vector<bool> cut_off;
+    for (const SurfaceIlluminance& surface : surfaces) {
         std::vector<double> all, direct;
         for (const PointIlluminance& point : surface.points) {
             all.push_back(point.all.value);
             direct.push_back(point.direct);
         }
-        const std::vector<bool> cut_off =
-            cut_off_points(job.scene, std::span(job.receivers.points).subspan(first, all.size()), all, direct,
-                           seed, workers);
-        first += all.size();
-        const auto count = static_cast<std::size_t>(std::ranges::count(cut_off, true));
-        if (count == 0) continue;
-        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-        for (std::size_t i = 0; i < cut_off.size(); ++i) {
-            if (!cut_off[i]) continue;
-            const std::vector<double> groups(surface.groups.size(), kNone);
-            surface.points[i] = {{kNone, kNone}, kNone, {kNone, kNone}, kNone, groups};
-        }
-        // The points left out are dark and known exactly: the mean grows, and its interval with it.
-        const double mean_half_width = surface.mean.half_width * static_cast<double>(cut_off.size()) /
-                                       static_cast<double>(cut_off.size() - count);
-        sum_up(surface);
-        surface.mean.half_width = mean_half_width;
+        const auto receivers = std::span(job.receivers.points).subspan(cut_off.size(), all.size());
+        const std::vector<bool> of_surface = cut_off_points(job.scene, receivers, all, direct, seed, workers);
+        cut_off.insert(cut_off.end(), of_surface.begin(), of_surface.end());
+    }
+    return cut_off;
+}
+// Marks these points, and sums up their surfaces again.
+void leave_out(const std::vector<bool>& cut_off, std::vector<SurfaceIlluminance>& surfaces) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    auto is_cut_off = cut_off.begin();
+    for (SurfaceIlluminance& surface : surfaces) {
+        const std::vector<double> groups(surface.groups.size(), kNone);
+        for (PointIlluminance& point : surface.points)
+            if (*is_cut_off++) point = {{kNone, kNone}, kNone, {kNone, kNone}, kNone, groups};
+        if (surface.cut_off() > 0) sum_up(surface);
     }
 }
 
@@ -317,10 +315,12 @@ struct ChanceAtSurface {
     ChanceLight met;
     double rest = 0;  // half-width of the rest
 };
-ChanceAtSurface at_surface(std::span<const ChanceAtPoint> points) {
-    const auto n = static_cast<double>(points.size());
+ChanceAtSurface at_surface(std::span<const ChanceAtPoint> points, const SurfaceIlluminance& of) {
+    const auto n = static_cast<double>(points.size() - of.cut_off());
     ChanceAtSurface surface;
-    for (const ChanceAtPoint& point : points) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (of.points[i].is_cut_off()) continue;
+        const ChanceAtPoint& point = points[i];
         surface.met.value += point.met.value / n;
         surface.met.standard_error = hypot(surface.met.standard_error, point.met.standard_error / n);
         surface.rest = hypot(surface.rest, point.rest.half_width / n);
@@ -347,30 +347,34 @@ void take_from_light_paths(SurfaceIlluminance& surface, std::span<const ChanceAt
                            std::span<PointScatter> scatter, const LightPathsAt& there, std::size_t first) {
     constexpr double kTold = 4;   // standard errors by which the light paths' estimate differs from 0
     constexpr double kMany = 20;  // standard errors of the light met by chance: some 400 hits
-    const std::size_t count = surface.points.size();
+    const auto count = static_cast<double>(surface.points.size() - surface.cut_off());
     double apart = 0;  // half-width of the mean by points that paths alone know best
     std::vector<std::size_t> all, taken;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < surface.points.size(); ++i) {
+        PointIlluminance& point = surface.points[i];
+        if (point.is_cut_off()) {
+            scatter[i] = {};
+            continue;
+        }
         const std::size_t receiver = first + i;
         all.push_back(receiver);
         const LightPathsAt::Mean at_point = there.mean(std::span(&receiver, 1));
         const ChanceLight& met = chance[i].met;
-        PointIlluminance& point = surface.points[i];
         if (met.value > kMany * met.standard_error &&
             kStandardErrors95 * met.standard_error < half_width_of(at_point.light) + at_point.blur) {
-            apart = hypot(apart, point.all.half_width / static_cast<double>(count));
+            apart = hypot(apart, point.all.half_width / count);
         } else {
             take_from_light_paths(point, chance[i], scatter[i], at_point);
             taken.push_back(receiver);
         }
     }
     sum_up(surface);
-    const auto [met, rest] = at_surface(chance);
+    const auto [met, rest] = at_surface(chance, surface);
     surface.never_met = missing_light(there.mean(all).light, met, kTold);
     if (taken.empty()) return;
     // Light paths pass several points, whose errors are therefore not independent.
     const LightPathsAt::Mean of_taken = there.mean(taken);
-    const double share = static_cast<double>(taken.size()) / static_cast<double>(count);
+    const double share = static_cast<double>(taken.size()) / count;
     surface.by_light_paths = share * of_taken.light.value;
     surface.blur = share * of_taken.blur;
     surface.mean.half_width = hypot(apart, hypot(rest, share * half_width_of(of_taken.light))) + surface.blur;
@@ -578,6 +582,7 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     std::optional<LightPathRounds> light_paths;
     if (job.film.chance) light_paths.emplace(surfaces, job, options, clock, monitor);
     if (light_paths) rounds.end_at(kFirstShare * options.seconds);
+    std::optional<std::vector<bool>> cut_off;  // points of all surfaces
     double path_seconds = 0;
     for (;;) {
         const Stopwatch watch;
@@ -585,6 +590,8 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
         path_seconds += watch.seconds();
         if (result.report.samples_done == 0) throw Stopped("ended before every point had a sample");
         Readings readings = points.read(result, report.groups);
+        if (!cut_off) cut_off = cut_off_from(readings.surfaces, job, options.seed, options.workers);
+        leave_out(*cut_off, readings.surfaces);
         if (light_paths) readings = light_paths->completed(readings);
         const double scatter = worst_scatter_of(readings, options.indirect);
         const double light = worst_light_of(readings, options.indirect);
@@ -617,7 +624,6 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
             rounds.end_at(path_seconds + left * sqr(scatter) / (sqr(scatter) + sqr(light)));
     }
     if (light_paths && !light_paths->have_run()) warn_without_light_paths(monitor);
-    leave_out_cut_off_points(report.surfaces, job, options.seed, options.workers);
     warn_of_blurred_light(report.surfaces, options.precision, report.unit, monitor);
     report.seconds = clock.seconds();
     return report;

@@ -111,8 +111,8 @@ class LightPathsAt::BallTree {
 // Sums what a chunk of paths brings to the balls around receivers, by rings.
 struct LightPathsAt::Visitor : LightPathVisitor {
     const LightPathsAt* at = nullptr;
-    std::vector<double> sums;  // of rings, [receiver][part][ring]
-    std::array<Hits, kKinds> hits;
+    std::vector<double> sums;       // of rings, [receiver][part][ring]
+    std::vector<Hits> hits;         // [receiver][kind]
     bool is_pilot = false;          // records `passages` through the wide balls in place of sums
     std::vector<Passage> passages;  // with the number of the path in this chunk
     std::uint32_t paths = 0;
@@ -195,7 +195,7 @@ struct LightPathsAt::Visitor : LightPathVisitor {
                 passages.push_back({paths - 1, static_cast<std::uint32_t>(i), static_cast<float>(brought)});
                 return;
             }
-            hits[part % kKinds].add(brought);
+            hits[i * kKinds + part % kKinds].add({brought, sqr(brought)});
             const int ring = passes->beside > 0 ? -1 - std::ilogb(passes->beside / r) : kLevels - 1;
             sums[(i * at->parts_ + part) * kLevels +
                  static_cast<std::size_t>(std::clamp(ring, 0, kLevels - 1))] += brought;
@@ -215,6 +215,8 @@ LightPathsAt::LightPathsAt(std::span<const Receiver> receivers, std::span<const 
     }
     batches_.assign(kBatches, std::vector<double>(receivers.size() * parts_ * kLevels));
     levels_.resize(receivers.size() * kKinds);
+    hits_.resize(levels_.size());
+    was_hit_.resize(levels_.size());
 }
 
 // Traces the chunks; returns false if the monitor stopped it.
@@ -230,6 +232,7 @@ bool LightPathsAt::run(LightPathRequest& paths, bool is_pilot, std::vector<Visit
             Visitor visitor;
             visitor.at = this;
             visitor.is_pilot = is_pilot;
+            visitor.hits.resize(hits_.size());
             if (!is_pilot) visitor.sums.resize(batches_.front().size());
             return visitor;
         },
@@ -291,7 +294,9 @@ void LightPathsAt::focus(std::span<const double> errors) {
     first_ += paths_;
     paths_ = 0;
     for (std::vector<double>& batch : batches_) std::ranges::fill(batch, 0.0);
-    hits_ = {};
+    for (std::size_t i = 0; i < hits_.size(); ++i) was_hit_[i] = was_hit_[i] || hits_[i].sum > 0;
+    std::ranges::fill(hits_, Hits{});
+    pooled_ = {};
 }
 
 std::int64_t LightPathsAt::trace(std::int64_t wanted) {
@@ -310,9 +315,9 @@ std::int64_t LightPathsAt::trace(std::int64_t wanted) {
     for (std::size_t batch = 0; batch < kBatches; ++batch) {
         const std::vector<double>& more = chunks[batch].sums;
         for (std::size_t i = 0; i < more.size(); ++i) batches_[batch][i] += more[i];
-        for (std::size_t kind = 0; kind < kKinds; ++kind) {
-            hits_[kind].sum += chunks[batch].hits[kind].sum;
-            hits_[kind].squares += chunks[batch].hits[kind].squares;
+        for (std::size_t i = 0; i < hits_.size(); ++i) {
+            hits_[i].add(chunks[batch].hits[i]);
+            pooled_[i % kKinds].add(chunks[batch].hits[i]);
         }
     }
     paths_ += paths.count;
@@ -331,7 +336,8 @@ double LightPathsAt::estimate(std::size_t batch, std::size_t receiver, std::size
 // The standard error of a receiver's estimate from few hits is not known from their scatter, and is 0 without
 // hits. It is at least that of a Poisson process. Where the largest ball has many hits, the square of its
 // error over its estimate is what one hit brings there, and four times as much in a ball of half the radius;
-// otherwise a hit brings what one brings on the average of all receivers, and a receiver may have missed one.
+// otherwise it brings what the receiver's hits brought. A receiver without hits may have missed one, which
+// brings what one does on the average of all receivers; if it never had any, all paths so far have missed it.
 void LightPathsAt::choose_levels() {
     constexpr double kTold = 5;        // standard errors of an estimate that is told from 0
     constexpr double kAgreeing = 1.5;  // standard errors of a difference that may be chance
@@ -355,7 +361,10 @@ void LightPathsAt::choose_levels() {
         chosen = {};
         if (!(whole.value > kTold * whole.standard_error)) {
             const double r = double{balls_.balls[receiver].radius};  // > 0
-            const double each = hits_[kind].each() / (static_cast<double>(paths_) * kPiD * r * r);
+            const bool is_hit = hits_[i].sum > 0;
+            const std::int64_t paths = is_hit || was_hit_[i] ? paths_ : first_ + paths_;
+            const double each =
+                (is_hit ? hits_[i] : pooled_[kind]).each() / (static_cast<double>(paths) * kPiD * r * r);
             chosen.least_error = std::sqrt(each * std::max(whole.value, each));
             return;
         }

@@ -51,7 +51,7 @@ class LightPathsAt {
     std::int64_t trace(std::int64_t wanted);
     std::int64_t paths() const { return paths_; }
     // Whether any path has passed a receiver.
-    bool has_found() const { return hits_[0].sum > 0 || hits_[1].sum > 0; }
+    bool has_found() const { return pooled_[0].sum > 0 || pooled_[1].sum > 0; }
 
     struct Mean {
         ChanceLight light;
@@ -77,9 +77,9 @@ class LightPathsAt {
     };
     struct Hits {
         double sum = 0, squares = 0;  // of what they bring
-        void add(double brought) {
-            sum += brought;
-            squares += sqr(brought);
+        void add(const Hits& more) {
+            sum += more.sum;
+            squares += more.squares;
         }
         // Returns the mean of what a hit brings, weighted by what it brings; 0 without hits.
         double each() const { return sum > 0 ? squares / sum : 0.0; }
@@ -112,7 +112,9 @@ class LightPathsAt {
     std::vector<Passage> passages_;
     std::vector<double> weights_;               // of each receiver's squared error
     std::vector<std::vector<double>> batches_;  // sums of rings, [receiver][part][ring]
-    std::array<Hits, 2> hits_;                  // of all receivers: chains, other paths
+    std::vector<Hits> hits_;                    // [receiver][chains, other paths]
+    std::vector<bool> was_hit_;                 // by paths that focus() forgot
+    std::array<Hits, 2> pooled_;                // of all receivers: chains, other paths
     std::vector<Level> levels_;                 // [receiver][chains, other paths]
 };
 
