@@ -337,10 +337,17 @@ double LightPathsAt::estimate(std::size_t batch, std::size_t receiver, std::size
 // hits. It is at least that of a Poisson process. Where the largest ball has many hits, the square of its
 // error over its estimate is what one hit brings there, and four times as much in a ball of half the radius;
 // otherwise it brings what the receiver's hits brought. A receiver without hits may have missed one, which
-// brings what one does on the average of all receivers; if it never had any, all paths so far have missed it.
+// brings what one does on the average of all receivers, but no more than they get on the average; if it never
+// had any, all paths so far have missed it.
 void LightPathsAt::choose_levels() {
-    constexpr double kTold = 5;        // standard errors of an estimate that is told from 0
-    constexpr double kAgreeing = 1.5;  // standard errors of a difference that may be chance
+    constexpr double kTold = 5;            // standard errors of an estimate that is told from 0
+    constexpr double kAgreeing = 1.5;      // standard errors of a difference that may be chance
+    std::array<double, kKinds> average{};  // of all receivers
+    for (std::size_t i = 0; i < hits_.size(); ++i) {
+        const double r = double{balls_.balls[i / kKinds].radius};  // > 0
+        average[i % kKinds] += hits_[i].sum / (static_cast<double>(paths_) * kPiD * r * r) /
+                               static_cast<double>(receivers_.size());
+    }
     const auto choose = [&](std::size_t i) {
         const std::size_t receiver = i / kKinds, kind = i % kKinds;
         // Returns the estimate at a level, less that of a larger ball.
