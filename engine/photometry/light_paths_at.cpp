@@ -340,14 +340,13 @@ double LightPathsAt::estimate(std::size_t batch, std::size_t receiver, std::size
 // brings what one does on the average of all receivers, but no more than they get on the average; if it never
 // had any, all paths so far have missed it.
 void LightPathsAt::choose_levels() {
-    constexpr double kTold = 5;            // standard errors of an estimate that is told from 0
-    constexpr double kAgreeing = 1.5;      // standard errors of a difference that may be chance
-    std::array<double, kKinds> average{};  // of all receivers
-    for (std::size_t i = 0; i < hits_.size(); ++i) {
-        const double r = double{balls_.balls[i / kKinds].radius};  // > 0
-        average[i % kKinds] += hits_[i].sum / (static_cast<double>(paths_) * kPiD * r * r) /
-                               static_cast<double>(receivers_.size());
-    }
+    constexpr double kTold = 5;        // standard errors of an estimate that is told from 0
+    constexpr double kAgreeing = 1.5;  // standard errors of a difference that may be chance
+    double area = 0;                   // > 0
+    for (const Ball& ball : balls_.balls) area += kPiD * sqr(double{ball.radius});
+    const auto average = [&](std::size_t kind) {  // over the balls of all receivers, by their areas
+        return pooled_[kind].sum / (static_cast<double>(paths_) * area);
+    };
     const auto choose = [&](std::size_t i) {
         const std::size_t receiver = i / kKinds, kind = i % kKinds;
         // Returns the estimate at a level, less that of a larger ball.
@@ -370,8 +369,9 @@ void LightPathsAt::choose_levels() {
             const double r = double{balls_.balls[receiver].radius};  // > 0
             const bool is_hit = hits_[i].sum > 0;
             const std::int64_t paths = is_hit || was_hit_[i] ? paths_ : first_ + paths_;
-            const double each =
+            const double of_one =
                 (is_hit ? hits_[i] : pooled_[kind]).each() / (static_cast<double>(paths) * kPiD * r * r);
+            const double each = is_hit ? of_one : std::min(of_one, average(kind));
             chosen.least_error = std::sqrt(each * std::max(whole.value, each));
             return;
         }
