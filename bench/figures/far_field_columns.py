@@ -17,17 +17,18 @@ DISTANCES = (1.5, 3, 5, 10)
 
 SCENE = """Option "string unit" "photometric"
 Camera "perspective" WorldBegin
-LightSource "lightfield" "string filename" "{lamp}" {power}
+LightSource "lightfield" "string filename" "{lamp}" {efficacy}
 Material "diffuse" "rgb reflectance" [0 0 0]
 Translate 0 0 {below} Shape "disk" "float radius" 1e-4
 """
 
 
-def measure(lucerna, lamp, distance, side, flux):
+def measure(lucerna, lamp, distance, side, in_watts):
     """Returns the report of lucerna lux on the square, as read from JSON."""
     with tempfile.TemporaryDirectory() as folder:
+        efficacy = '"float efficacy" 1' if in_watts else ""
         scene, report = Path(folder) / "scene.pbrt", Path(folder) / "lux.json"
-        scene.write_text(SCENE.format(lamp=Path(lamp).resolve(), power=flux, below=-distance))
+        scene.write_text(SCENE.format(lamp=Path(lamp).resolve(), efficacy=efficacy, below=-distance))
         half = side / 2
         plane = f"square={-half},{-half},{distance}:{-half},{half},{distance}:{half},{-half},{distance}"
         subprocess.run([lucerna, "lux", scene, "--surface", plane, "--facing", "0,0,-1", "--spacing", str(side / 8.9),
@@ -42,12 +43,12 @@ def main():
     print("| --- | --- | --- | --- | --- | --- |")
     for lamp in lamps:
         name, file, size, *width = lamp.split("=")
-        unit = subprocess.run([lucerna, "info", file], capture_output=True, text=True, check=True).stdout
-        flux = '"float efficacy" 1' if " W (" in unit.split("flux", 1)[1].split("\n")[0] else ""
+        info = subprocess.run([lucerna, "info", file], capture_output=True, text=True, check=True).stdout
+        in_watts = " W (" in info.split("flux", 1)[1].split("\n")[0]
         for sizes in DISTANCES:
             distance = sizes * float(size)
             side = distance * float(width[0] if width else 1)
-            surface = measure(lucerna, file, distance, side, flux)["surfaces"][0]
+            surface = measure(lucerna, file, distance, side, in_watts)["surfaces"][0]
             cells = []
             for kind in ("point", "opening"):
                 of = surface["far_field_error"].get(kind)

@@ -248,7 +248,7 @@ double lambertian_floor_share(const UgrRoom& room, int per_height) {
     return share / (columns * rows);
 }
 
-// The same by ugr_floor_share().
+// Returns this share by integrating ugr_floor_share() over the angle from nadir.
 double integrated_floor_share(const UgrRoom& room, int per_height) {
     constexpr int kSteps = 900;
     double share = 0;

@@ -4,7 +4,7 @@ C++ code.
 
 Usage: ugr_tables.py FOLDER > tests/photometry/ugr_tables.h, where FOLDER has examp1.ies and fluorescent_luminaire.ldt.
 
-What is done in another way than in engine/photometry/ugr_table.cpp:
+It differs from engine/photometry/ugr_table.cpp in these ways:
   * the light on the floor of the room is the sum over points of the floor of the illuminance by every luminaire;
   * a luminaire's downward and upward flux is summed over zones of its own table of intensities;
   * interreflection is followed bounce by bounce, and form factors are computed by quadrature over points;

@@ -87,6 +87,13 @@ void add_light_command(CLI::App& program, const CommandContext& context) {
     add_light_ugr(light, context);
 }
 
+void add_efficacy(CLI::App& app, double& efficacy) {
+    add_word(
+        app, "--efficacy", "LM_PER_W",
+        "luminous efficacy of a lamp in W, in lm/W (default: as its file states)",
+        [&efficacy](const std::string& word) { efficacy = parse_number({"--efficacy"}, word, 1e-6, 683); });
+}
+
 // lucerna light info: prints the contents of a lamp's file.
 
 namespace {

@@ -79,6 +79,9 @@ void add_light_view(CLI::App& light, const CommandContext& context);
 void add_light_farfield(CLI::App& light, const CommandContext& context);
 void add_light_ugr(CLI::App& light, const CommandContext& context);
 
+// Adds --efficacy, which states the luminous efficacy of a lamp in W [lm/W].
+void add_efficacy(CLI::App& app, double& efficacy);
+
 // The content of a lamp's file, whose type follows from the suffix.
 
 using LampFile = std::variant<Lumigraph, RaySet>;

@@ -339,11 +339,7 @@ void add_light_farfield(CLI::App& light, const CommandContext& context) {
              [options](const std::string& word) {
                  options->grid.azimuth_step = parse_number({"--plane-step"}, word, 0.05, 90);
              });
-    add_word(app, "--efficacy", "LM_PER_W",
-             "luminous efficacy of a lamp in W, in lm/W (default: as its file states)",
-             [options](const std::string& word) {
-                 options->efficacy = parse_number({"--efficacy"}, word, 1e-6, 683);
-             });
+    add_efficacy(app, options->efficacy);
     add_threads(app, options->workers);
     app.add_flag("--quiet", options->quiet, "print warnings and errors only");
     app.callback([options, &context] { act(*options, context); });

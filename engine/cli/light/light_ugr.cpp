@@ -181,11 +181,7 @@ void add_light_ugr(CLI::App& light, const CommandContext& context) {
         "luminous opening, a rectangle: its lengths along C0 and C90, for example 1200mmx100mm "
         "(default: as the file states)",
         [command](const std::string& word) { command->opening = parse_length_pair({"--opening"}, word); });
-    add_word(app, "--efficacy", "LM_PER_W",
-             "luminous efficacy of a lamp in W, in lm/W (default: as its file states)",
-             [command](const std::string& word) {
-                 command->efficacy = parse_number({"--efficacy"}, word, 1e-6, 683);
-             });
+    add_efficacy(app, command->efficacy);
     add_threads(app, command->workers);
     app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     app.callback([command, &context] { act(*command, context); });
