@@ -109,6 +109,7 @@ class Run {
     }
     void take_features_of(Run& other) { image_.take_features_of(other.image_); }
     void report_first(double seconds) { report_.seconds.add("first image", seconds); }
+    void report_given_up(double seconds) { report_.seconds.add("given up", seconds); }
     // Ends without more samples than there are.
     void end_early() { end(monitor_.stopped() ? "user" : "time"); }
 
@@ -189,6 +190,14 @@ class Run {
         }
         if (can_be_sparse()) finishing_.spacing = std::max(kSparse, finishing_.least_spacing);
         set_end();
+        constexpr double kTooShort = 0.1;  // share of the time by which it is exceeded
+        const double over = elapsed() - ends_at_;
+        if (over > kTooShort * options_.limits.seconds) {
+            monitor_.warn(
+                fmt::format("the requested time is too short for an image of this size: the work after the "
+                            "samples alone takes about {} longer",
+                            duration_text(over)));
+        }
     }
     // Returns how much slower work of all threads is here than on a machine with nothing else to do.
     double slowdown(double seconds, double processor) const {
@@ -404,13 +413,22 @@ class Run {
     // pixels have them and some have not.
     Swept render_tiles(const Estimator& estimator, int end, Progress& progress) {
         if (report_.samples_done > 0) return sweep(estimator, {end}, progress);
+        const double begin = is_dispensable_ ? elapsed() : 0;
         for (int step = 0; step < TileRenderer::kFirstSteps; ++step) {
             // However little time there is, the first step is done, so that there is something to see
             // everywhere.
             const Swept swept = sweep(estimator, {end, step, step > 0 && can_be_sparse()}, progress);
             if (swept != Swept::whole) return swept;
+            if (is_dispensable_ && !is_whole_in_time(begin, step)) return Swept::out_of_time;
         }
         return Swept::whole;
+    }
+    // Returns whether the whole image will be there in time at the rate of its first steps. Otherwise the
+    // first image goes on: what is given up early costs little.
+    bool is_whole_in_time(double begin, int step) {
+        const double pixels = std::ldexp(1.0, 2 * (TileRenderer::kFirstSteps - 1 - step));  // per pixel done
+        const double now = elapsed();
+        return now + (pixels - 1) * (now - begin) <= ends_at_;
     }
 
     Swept sweep(const Estimator& estimator, const Sweep& sweep, Progress& progress) {
@@ -603,9 +621,9 @@ RenderResult render_better(Job& job, RenderOptions options, Monitor& monitor, co
         return second.finish();
     }
     first->take_features_of(second);
+    first->report_given_up(second.elapsed());
     job.integrator = simplest;
-    first->end_early();
-    return first->finish();
+    return first->go_on();
 }
 
 }  // namespace
