@@ -24,8 +24,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kFwhmOverSigma = 2.3548200450309493;
-
 // Number of batches of one luminaire's samples. The means of batches are nearly normal.
 constexpr int kBatches = 32;
 // The random numbers of luminaires begin here, beyond those that measure the background.
@@ -40,6 +38,8 @@ struct LuminaireSample {
     double flux = 0;         // L dω as it arrives, the illuminance without its cosine
     double position = 1;     // position index
     double square = 0;       // L² dω / p² of the filtered luminance
+    V3f w{0.0F};             // direction
+    double distance = 0;     // to the luminaire
 };
 using LuminaireSamples = std::array<std::vector<LuminaireSample>, kBatches>;
 
@@ -134,6 +134,14 @@ class Eye {
                                                                luminous(sample) / source.solid_angle);
                                                    }).half_width};
         source.seen = per_sample([](const LuminaireSample& sample) { return sample.square; });
+        if (options_.blur > 0) {
+            std::vector<std::vector<SeenLight>> lights(kBatches);
+            for (std::size_t batch = 0; batch < kBatches; ++batch) {
+                for (const LuminaireSample& sample : samples[batch])
+                    lights[batch].push_back({sample.w, sample.distance, sample.flux, sample.position});
+            }
+            source.effective = effective_part(lights, in_a_batch, options_.blur);
+        }
         return source;
     }
 
@@ -154,6 +162,8 @@ class Eye {
         sample.flux = double{luminance(towards->weight * arriving(*towards, way))};
         if (!(sample.flux > 0)) return std::nullopt;
         sample.solid_angle = 1 / double{towards->pdf_w};
+        sample.w = towards->w;
+        sample.distance = double{towards->distance};
         sample.luminance = double{luminance(towards->weight)} / sample.solid_angle;
         const double again =
             options_.blur > 0
@@ -211,12 +221,13 @@ bool is_known(const Reading95& background) {
     return background.value > background.half_width;
 }
 
-Reading95 rating(const std::vector<GlareSource>& sources, Reading95 GlareSource::*term,
-                 const Reading95& background) {
+template <typename TermOf>
+Reading95 rating(const std::vector<GlareSource>& sources, const Reading95& background, TermOf&& term_of) {
     double sum = 0, square = 0;
     for (const GlareSource& source : sources) {
-        sum += (source.*term).value;
-        square += sqr((source.*term).half_width);
+        const Reading95& term = term_of(source);
+        sum += term.value;
+        square += sqr(term.half_width);
     }
     if (!(sum > 0)) return {-INFINITY, 0};
     if (!is_known(background)) return {NAN, NAN};
@@ -328,8 +339,13 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
                 "UGR, which divides by it, is undefined",
                 plain_text(report.observer.name), report.background.value, report.background.half_width));
         }
-        report.ugr_even = rating(report.sources, &GlareSource::even, report.background);
-        report.ugr = rating(report.sources, &GlareSource::seen, report.background);
+        const auto rating_by = [&](const auto& term_of) {
+            return rating(report.sources, report.background, term_of);
+        };
+        report.ugr_even = rating_by([](const GlareSource& by) -> const Reading95& { return by.even; });
+        report.ugr = rating_by([](const GlareSource& by) -> const Reading95& { return by.seen; });
+        report.ugr_effective =
+            rating_by([](const GlareSource& by) -> const Reading95& { return by.effective.term; });
         if (report.daylight) report.daylight->dgp = daylight_rating(*report.daylight, report.vertical);
     }
     return reports;

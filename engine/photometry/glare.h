@@ -7,10 +7,10 @@
 // of CIE 117. Others are seen by an eye of limited acuity: CIE 232:2019 filters luminance by a Gaussian of 12
 // mm full width at half maximum on the luminaire. The integral of a squared filtered luminance is that of
 // L(w) L(w') over pairs of directions whose distance is normally distributed with twice the Gaussian's
-// variance. It is estimated in this form, without an image and its pixels.
+// variance. It is estimated in this form, without an image and its pixels. CIE 232 itself takes the mean of
+// the filtered luminance above 500 cd/m² (effective_part.h), which is less where luminance varies above that.
 //
-// Two corrections are not modelled: the threshold of CIE 232, which excludes parts of a luminaire below 500
-// cd/m², and those of CIE 147 for small, large or many sources.
+// The corrections of CIE 147 for small, large or many sources are not modelled.
 #pragma once
 
 #include <functional>
@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "engine/photometry/daylight_glare.h"
+#include "engine/photometry/effective_part.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/observer.h"
 
@@ -28,12 +29,13 @@ namespace lucerna {
 // One luminaire, a term of the UGR sum.
 struct GlareSource {
     std::uint32_t light = 0;
-    std::string kind;        // kind of the light
-    double solid_angle = 0;  // sr, of the smallest part with 90 % of the light, over 0.9
-    double luminance = 0;    // cd/m², mean over the luminous part
-    double position = 1;     // position index, mean weighted with luminance
-    Reading95 even;          // luminance² solid angle / p², the term of CIE 117 with the mean luminance
-    Reading95 seen;          // integral of L² / p² of the filtered luminance
+    std::string kind;         // kind of the light
+    double solid_angle = 0;   // sr, of the smallest part with 90 % of the light, over 0.9
+    double luminance = 0;     // cd/m², mean over the luminous part
+    double position = 1;      // position index, mean weighted with luminance
+    Reading95 even;           // luminance² solid angle / p², the term of CIE 117 with the mean luminance
+    Reading95 seen;           // integral of L² / p² of the filtered luminance
+    EffectivePart effective;  // without a filter there is none
 };
 
 struct GlareReport {
@@ -43,8 +45,9 @@ struct GlareReport {
     Reading95 vertical;    // lx, at the eye, on a plane across the line of sight
     // Ratings are -infinity where no luminaire is seen, and NaN (undefined) where one is seen before a
     // background that does not differ significantly from 0.
-    Reading95 ugr_even;  // from mean luminances
-    Reading95 ugr;       // from filtered luminances
+    Reading95 ugr_even;       // from mean luminances
+    Reading95 ugr;            // from filtered luminances
+    Reading95 ugr_effective;  // from the means of effective parts; -infinity without a filter
     // Set if there is a sky or a sun.
     std::optional<DaylightGlare> daylight;
 };

@@ -31,19 +31,19 @@ std::string csv_number(double value, int digits) {
 std::string glare_text(std::span<const GlareReport> reports) {
     const bool daylight = std::any_of(reports.begin(), reports.end(),
                                       [](const GlareReport& report) { return report.daylight.has_value(); });
-    constexpr const char* kRow = "{:<16} {:<24} {:<20} {:>15} {:>15} {:>10} {:>10} {:>10}{}\n";
+    constexpr const char* kRow = "{:<16} {:<24} {:<20} {:>15} {:>15} {:>15} {:>10} {:>10} {:>10}{}\n";
     const auto triple = [](const auto& v) { return fmt::format("{:.4g} {:.4g} {:.4g}", v.x, v.y, v.z); };
     std::string text =
-        fmt::format(fmt::runtime(kRow), "observer", "at", "looks along", "UGR", "UGR of means", "L_b cd/m²",
-                    "E_v lx", "luminaires", daylight ? fmt::format(" {:>14}", "DGP") : "");
+        fmt::format(fmt::runtime(kRow), "observer", "at", "looks along", "UGR", "UGR CIE 232", "UGR of means",
+                    "L_b cd/m²", "E_v lx", "luminaires", daylight ? fmt::format(" {:>14}", "DGP") : "");
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
         const V3f view = by.view + V3f(0);  // turns -0 into 0
-        text +=
-            fmt::format(fmt::runtime(kRow), plain_text(by.name), triple(by.eye), triple(view),
-                        rating_text(report.ugr), rating_text(report.ugr_even), short_text(report.background),
-                        short_text(report.vertical), report.sources.size(),
-                        report.daylight ? fmt::format(" {:>14}", reading_text(report.daylight->dgp)) : "");
+        text += fmt::format(
+            fmt::runtime(kRow), plain_text(by.name), triple(by.eye), triple(view), rating_text(report.ugr),
+            rating_text(report.ugr_effective), rating_text(report.ugr_even), short_text(report.background),
+            short_text(report.vertical), report.sources.size(),
+            report.daylight ? fmt::format(" {:>14}", reading_text(report.daylight->dgp)) : "");
     }
     return text;
 }
@@ -51,19 +51,20 @@ std::string glare_text(std::span<const GlareReport> reports) {
 std::string glare_csv(std::span<const GlareReport> reports) {
     std::string text =
         "observer,x,y,z,view x,view y,view z,UGR,half-width of 95 %,UGR of means,L_b [cd/m^2],E_v "
-        "[lx],luminaires,DGP,half-width of 95 % of DGP\n";
+        "[lx],luminaires,DGP,half-width of 95 % of DGP,UGR CIE 232\n";
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
         const bool rated = std::isfinite(report.ugr.value);
         text += fmt::format(
-            "{},{:.7g},{:.7g},{:.7g},{:.4g},{:.4g},{:.4g},{},{},{},{:.5g},{:.5g},{},{}\n",
+            "{},{:.7g},{:.7g},{:.7g},{:.4g},{:.4g},{:.4g},{},{},{},{:.5g},{:.5g},{},{},{}\n",
             csv_field(plain_text(by.name)), by.eye.x, by.eye.y, by.eye.z, by.view.x, by.view.y, by.view.z,
             csv_number(report.ugr.value, 4), csv_number(rated ? report.ugr.half_width : NAN, 2),
             csv_number(report.ugr_even.value, 4), report.background.value, report.vertical.value,
             report.sources.size(),
             report.daylight
                 ? fmt::format("{:.4g},{:.2g}", report.daylight->dgp.value, report.daylight->dgp.half_width)
-                : ",");
+                : ",",
+            csv_number(report.ugr_effective.value, 4));
     }
     return text;
 }
@@ -82,6 +83,7 @@ std::string glare_json(std::span<const GlareReport> reports) {
                           {"view", {by.view.x, by.view.y, by.view.z}},
                           {"ugr", number(report.ugr)},
                           {"ugr_of_means", number(report.ugr_even)},
+                          {"ugr_cie_232", number(report.ugr_effective)},
                           {"background", number(report.background)},
                           {"vertical", number(report.vertical)},
                           {"sources", nlohmann::json::array()}};
@@ -92,7 +94,10 @@ std::string glare_json(std::span<const GlareReport> reports) {
                                      {"luminance", source.luminance},
                                      {"position_index", source.position},
                                      {"term_of_mean", number(source.even)},
-                                     {"term", number(source.seen)}});
+                                     {"term", number(source.seen)},
+                                     {"effective_solid_angle", source.effective.solid_angle},
+                                     {"effective_luminance", source.effective.luminance},
+                                     {"term_of_effective_part", number(source.effective.term)}});
         }
         if (report.daylight) {
             const DaylightGlare& glare = *report.daylight;

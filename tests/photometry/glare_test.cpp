@@ -132,6 +132,58 @@ TEST(Glare, Long_OfAChip_IsThatOfTheFilteredLuminance) {
     EXPECT_LT(blurred.sources[0].seen.half_width, 0.2 * expected);
 }
 
+// The effective part of an even disc, filtered: the luminance at a distance from its middle is an integral
+// over the disc, which falls with this distance, so the part above 500 cd/m² is a disc, too.
+struct EffectiveDisc {
+    double area = 0, luminance = 0;  // on the luminaire
+};
+EffectiveDisc effective_disc(double radius, double luminance, double sigma) {
+    constexpr int kSteps = 4000;
+    const double end = radius + 6 * sigma, step = end / kSteps;
+    EffectiveDisc part;
+    double flux = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        const double at = (i + 0.5) * step;
+        double seen = 0;
+        constexpr int kRings = 400;
+        for (int k = 0; k < kRings; ++k) {
+            const double r = (k + 0.5) * radius / kRings, x = at * r / (sigma * sigma);
+            // exp(-(at² + r²) / 2σ²) I_0(x), in which both factors may overflow for themselves.
+            const double bessel =
+                x < 500 ? std::cyl_bessel_i(0, x) * std::exp(-x) : 1 / std::sqrt(2 * kPiD * x);
+            seen += luminance * r / (sigma * sigma) * bessel * std::exp(-sqr(at - r) / (2 * sigma * sigma)) *
+                    radius / kRings;
+        }
+        if (!(seen > 500)) continue;
+        part.area += 2 * kPiD * at * step;
+        flux += seen * 2 * kPiD * at * step;
+    }
+    if (part.area > 0) part.luminance = flux / part.area;
+    return part;
+}
+
+TEST(Glare, Long_OfEffectiveParts_IsCie232s) {
+    constexpr double kBlur = 0.012;
+    for (const Disc& disc : {Disc{0.05, 20000, 3, 20}, Disc{0.02, 3000, 1.5, 15}, Disc{0.001, 1e7, 2, 10}}) {
+        const GlareReport report = rate({disc}, kBlur);
+        const EffectiveDisc part = effective_disc(disc.r, disc.l, kBlur / 2.3548200450309493);
+        const double solid_angle = part.area / sqr(disc.d), p = position_index(0, disc.above);
+        const EffectivePart& found = report.sources.at(0).effective;
+        EXPECT_NEAR(found.solid_angle, solid_angle, 0.03 * solid_angle) << disc.r;
+        EXPECT_NEAR(found.luminance, part.luminance, 0.03 * part.luminance) << disc.r;
+        const double term = sqr(part.luminance) * solid_angle / sqr(p);
+        EXPECT_NEAR(found.term.value, term, 2 * found.term.half_width + 0.03 * term) << disc.r;
+        EXPECT_LT(found.term.half_width, 0.1 * term) << disc.r;
+        EXPECT_NEAR(report.ugr_effective.value, 8 * std::log10(0.25 / report.background.value * term), 0.15);
+    }
+    // A panel of 400 cd/m² has no effective part.
+    const GlareReport faint = rate({{0.1, 400, 2, 20}}, kBlur);
+    EXPECT_EQ(faint.sources.at(0).effective.solid_angle, 0);
+    EXPECT_EQ(faint.ugr_effective.value, -INFINITY);
+    EXPECT_GT(faint.ugr.value, -INFINITY);
+    EXPECT_EQ(rate({{0.05, 20000, 3, 20}}).ugr_effective.value, -INFINITY) << "without a filter";
+}
+
 TEST(Glare, Long_OfWhatIsHiddenOrBehind_IsNone) {
     EXPECT_TRUE(std::isinf(rate({{0.1, 1e4, 2, 180}}).ugr.value));
     std::string hidden = sphere_with({{0.1, 1e4, 3, 0}});

@@ -25,10 +25,11 @@ constexpr const char* kGlareFooter =
 luminance L_b and, for each luminaire, the luminance L, the solid angle w and the position index p (CIE 117). The lights of
 the scene must be in lm.
 
-UGR is computed twice: from the mean luminance of each luminaire, as with a photometric file, and from its luminance as seen
-by the observer, with the near field of the lamp: a few bright points cause more glare than a uniform surface of the same
-intensity. The luminance is filtered with a Gaussian of 12 mm on the luminaire, as CIE 232 specifies for non-uniform
-luminaires; --blur 0mm turns the filter off. Luminaires behind panes and media are rated as they are seen through them. What
+UGR is computed in three ways. "UGR" is from the luminance of each luminaire as seen by the observer, with the near field of
+the lamp, filtered with a Gaussian of 12 mm on the luminaire: a few bright points cause more glare than a uniform surface of
+the same intensity. "UGR CIE 232" is from the mean of that luminance where it is above 500 cd/m^2 and the solid angle of this
+part. "UGR of means" is from the mean luminance of the whole luminaire, as with a photometric file. --blur 0mm turns the
+filter off, and there is then no UGR CIE 232. Luminaires behind panes and media are rated as they are seen through them. What
 is seen of lights over mirrors, lenses or solid glass counts in the background luminance; where it is more than 1 % of the
 light at the eye, a warning names it.
 
