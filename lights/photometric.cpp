@@ -150,8 +150,7 @@ Beam beam_of(const PhotometricWeb& web) {
     beam.brightest =
         web.direction(grid.polar[most % grid.polar.size()], grid.azimuth[most / grid.polar.size()]);
     if (!(beam.peak > 0)) return beam;
-    // The interpolant is followed in steps finer than those of files, from the direction opposite to the
-    // axis.
+    // The interpolant is followed in steps finer than those of files, from 90 degrees to the axis.
     constexpr int kSteps = 3600;  // of half a turn
     const double axis = beam.brightest.z < 0 ? -1 : 1;
     const auto angle = [&](const V3d& across, double threshold) {
@@ -162,18 +161,24 @@ Beam beam_of(const PhotometricWeb& web) {
         // Returns the outermost angle on the side of `sign`, in steps; none if nothing is above the
         // threshold.
         const auto outermost = [&](int sign) -> std::optional<double> {
-            for (int step = kSteps; step >= -kSteps; --step) {
-                const double inside = intensity(sign * step);
-                if (!(inside >= threshold)) continue;
-                if (step == kSteps) return step;
-                const double outside = intensity(sign * (step + 1));  // < threshold <= inside
-                return sign * (step + (inside - threshold) / (inside - outside));
+            int step = kSteps / 2;
+            const auto is_inside = [&](int at) { return intensity(sign * at) >= threshold; };
+            if (is_inside(step)) {
+                while (step < kSteps && is_inside(step + 1)) ++step;
+                if (step == kSteps) return sign * step;
+            } else {
+                while (!is_inside(step)) {
+                    if (step == -kSteps / 2) return std::nullopt;
+                    --step;
+                }
             }
-            return std::nullopt;
+            const double inside = intensity(sign * step);
+            const double outside = intensity(sign * (step + 1));  // < threshold <= inside
+            return sign * (step + (inside - threshold) / (inside - outside));
         };
         const auto high = outermost(1), low = outermost(-1);
         if (!high || !low) return 0.0;
-        return *high == kSteps ? 360.0 : 180.0 / kSteps * (*high - *low);
+        return 180.0 / kSteps * (*high - *low);
     };
     const V3d planes[] = {{1, 0, 0}, {0, -1, 0}};
     for (std::size_t plane = 0; plane < 2; ++plane) {

@@ -110,7 +110,9 @@ class PhotometricWeb {
 
 // The beam of a lamp: its brightest direction, and the full angles between the outermost directions in which
 // the intensity is half of that (beam angle) and a tenth (field angle), in the planes C0-C180 and C90-C270
-// through the lamp's axis +z [IEC TR 61341].
+// through the lamp's axis, +z or -z, whichever is closer to the brightest direction [IEC TR 61341]. A beam
+// reaches beyond 90 degrees from the axis only where there is no gap: light on the other side of the lamp is
+// another beam.
 struct Beam {
     V3d brightest{0, 0, 1};
     double peak = 0;  // [cd]

@@ -81,9 +81,19 @@ TEST(PhotometricWeb, Beam_IsBetweenTheOutermostDirectionsAtItsShareOfThePeak) {
     }
     const Beam all_around = beam_of(web_of([](double, double) { return 7.0; }));
     EXPECT_EQ(all_around.beam_angle[0], 360);
-    const Beam up = beam_of(
-        web_of([](double gamma, double) { return gamma > 90 ? -std::cos(radians(gamma)) : 0.0; }));
+    const Beam up =
+        beam_of(web_of([](double gamma, double) { return gamma > 90 ? -std::cos(radians(gamma)) : 0.0; }));
     EXPECT_NEAR(up.beam_angle[0], 120, 0.1);
+    const Beam both_ways = beam_of(web_of([](double gamma, double) {
+        const double cosine = std::cos(radians(gamma));
+        return cosine > 0 ? 100 * cosine : -80 * cosine;
+    }));
+    EXPECT_NEAR(both_ways.beam_angle[0], 120, 0.1) << "the light upwards is another beam";
+    EXPECT_NEAR(both_ways.field_angle[0], angle(0.1, 1), 0.1);
+    const Beam bulb = beam_of(
+        web_of([](double gamma, double) { return 1 + std::cos(radians(gamma)); }));  // 50 % at 90 degrees
+    EXPECT_NEAR(bulb.beam_angle[0], 180, 0.1);
+    EXPECT_NEAR(bulb.field_angle[0], 2 * std::acos(-0.8) / radians(1), 0.1);
     // Two wings at 40° in the plane C0-C180; half as bright at 30° on one side of the other plane.
     const Beam wings = beam_of(web_of([](double gamma, double c) {
         const double middle = c == 90 ? 30 : 40, peak = c == 0 || c == 180 || c == 360 ? 100

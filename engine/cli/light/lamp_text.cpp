@@ -223,8 +223,11 @@ void print_beam(std::ostream& out, const PhotometricWeb& web, FluxUnit unit) {
     fmt::print(out, "peak intensity       {:.4g} {} towards ({:.3f}, {:.3f}, {:.3f})\n", beam.peak,
                unit == FluxUnit::lumen ? "cd" : "W/sr", d.x + 0.0, d.y + 0.0, d.z + 0.0);
     const auto line = [&](std::string_view name, std::string_view share, const std::array<double, 2>& angle) {
-        fmt::print(out, "{:<20} {:.1f} degrees in C0-C180, {:.1f} in C90-C270, to {} of the peak\n", name,
-                   angle[0], angle[1], share);
+        const auto text = [](double degrees) {
+            return degrees > 0 ? fmt::format("{:.1f} degrees", degrees) : std::string("none");
+        };
+        fmt::print(out, "{:<20} {} in C0-C180, {} in C90-C270, to {} of the peak\n", name, text(angle[0]),
+                   text(angle[1]), share);
     };
     line("beam angle", "50 %", beam.beam_angle);
     line("field angle", "10 %", beam.field_angle);
