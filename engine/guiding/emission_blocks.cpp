@@ -39,6 +39,7 @@ struct Block {
     std::array<float, 4> low{};
     std::array<int, 4> cuts{};
     double mean = 0;  // second moment, with the additional trials
+    double each = 1;  // what one additional trial counts
 
     float width(int axis) const { return std::ldexp(1.0F, -cuts[static_cast<std::size_t>(axis)]); }
     int depth() const { return cuts[0] + cuts[1] + cuts[2] + cuts[3]; }
@@ -59,28 +60,39 @@ struct Cut {
     }
 };
 
-double sum_of(std::span<const EmissionTrial> trials) {
-    double sum = 0;
-    for (const EmissionTrial& trial : trials) sum += double{trial.score};
-    return sum;
+// Sums over trials: their weights, the squares of these, and the weighted scores.
+struct Sums {
+    double weight = 0, square = 0, score = 0;
+
+    void add(const EmissionTrial& trial) {
+        const double w{trial.weight};
+        weight += w;
+        square += w * w;
+        score += w * double{trial.score};
+    }
+};
+Sums sums_of(std::span<const EmissionTrial> trials) {
+    Sums sums;
+    for (const EmissionTrial& trial : trials) sums.add(trial);
+    return sums;
 }
 
 // Returns by how much the root of the mean falls if the block is cut into slices along the axis; none if the
-// slices do not differ beyond chance.
+// slices do not differ beyond chance. `variance` is that of the sum of the weighted differences from the mean,
+// over the sum of the weights.
 std::optional<double> gain_along(const Block& block, int axis, double mean, double variance) {
-    std::array<double, kSlices> sum{};
-    std::array<double, kSlices> count{};
+    std::array<Sums, kSlices> slices{};
     const float low = block.low[static_cast<std::size_t>(axis)];
     const float scale = static_cast<float>(kSlices) / block.width(axis);
     for (const EmissionTrial& trial : block.trials) {
         const auto slice = static_cast<std::size_t>((number(trial.u, axis) - low) * scale);
-        sum[std::min(slice, kSlices - 1)] += double{trial.score};
-        count[std::min(slice, kSlices - 1)] += 1;
+        slices[std::min(slice, kSlices - 1)].add(trial);
     }
     double chi = 0, roots = 0;
-    for (std::size_t i = 0; i < kSlices; ++i) {
-        if (count[i] > 0) chi += (sum[i] - count[i] * mean) * (sum[i] - count[i] * mean) / count[i];
-        roots += std::sqrt((sum[i] + kInherited * mean) / (count[i] + kInherited));
+    for (const Sums& slice : slices) {
+        const double more = slice.score - slice.weight * mean, inherited = kInherited * block.each;
+        if (slice.weight > 0) chi += more * more / slice.weight;
+        roots += std::sqrt((slice.score + inherited * mean) / (slice.weight + inherited));
     }
     if (!(chi > kBeyondChance * variance)) return std::nullopt;
     return std::sqrt(mean) - roots / kSlices;
@@ -93,8 +105,9 @@ class Learner {
         : settings_(settings), made_(trials.size()), blocks_(trials.size()), shares_(trials.size()) {
         double sum = 0, count = 0, power = 0;
         for (std::size_t i = 0; i < trials.size(); ++i) {
-            sum += sum_of(trials[i]);
-            count += static_cast<double>(trials[i].size());
+            const Sums sums = sums_of(trials[i]);
+            sum += sums.score;
+            count += sums.weight;
             power += powers[i];
         }
         const double mean = count > 0 ? sum / count : 0.0;
@@ -119,23 +132,27 @@ class Learner {
     }
 
   private:
-    static void settle(Block& block, double inherited, double weight) {
-        block.mean =
-            (sum_of(block.trials) + weight * inherited) / (static_cast<double>(block.trials.size()) + weight);
+    // `additional` trials have the mean `inherited`, and the mean weight of those of the block.
+    static void settle(Block& block, double inherited, double additional) {
+        const Sums sums = sums_of(block.trials);
+        if (sums.weight > 0) block.each = sums.square / sums.weight;
+        const double weight = additional * block.each;  // > 0
+        block.mean = (sums.score + weight * inherited) / (sums.weight + weight);
     }
 
     // Proposes to cut the block along the axis where that gains most.
     void propose(std::uint32_t light, std::uint32_t node) {
         const Block& block = blocks_[light][node];
-        const auto count = static_cast<double>(block.trials.size());
         if (block.trials.size() < settings_.least_trials || block.depth() >= EmissionBlocks::kMostCuts)
             return;
-        const double mean = sum_of(block.trials) / count;
+        const Sums sums = sums_of(block.trials);  // of some trials, whose weights are > 0
+        const double mean = sums.score / sums.weight;
         double variance = 0;
         for (const EmissionTrial& trial : block.trials) {
-            variance += (double{trial.score} - mean) * (double{trial.score} - mean);
+            const double apart = double{trial.weight} * (double{trial.score} - mean);
+            variance += apart * apart;
         }
-        variance /= count;
+        variance /= sums.weight;
         std::optional<Cut> best;
         for (int axis = 0; axis < 4; ++axis) {
             if (block.cuts[static_cast<std::size_t>(axis)] >= EmissionBlocks::kMostCutsOfAxis) continue;

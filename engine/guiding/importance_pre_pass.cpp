@@ -163,23 +163,50 @@ class Scorer {
     std::vector<std::vector<Part>> parts_;  // by chunk of importons
 };
 
-// Returns the pre-pass's paths by light, with their emission numbers.
+// Returns q/p of a light and its numbers.
+double relative_density(const Scene& scene, const LearnedEmission* emission, std::uint32_t light,
+                        const LeSampleU& u) {
+    if (!emission) return 1;
+    // A light that is drawn has a probability > 0.
+    return emission->probability(light) / double{scene.picker().probability(light)} *
+           double{emission->density(light, u)};
+}
+
+// Returns the paths of all pilots by light, with their emission numbers.
 std::vector<std::vector<EmissionTrial>> trials(const Scene& scene, std::uint64_t seed,
-                                               std::span<const float> scores) {
+                                               std::span<const PilotPaths> pilots,
+                                               std::span<const float> moments) {
     std::vector<std::vector<EmissionTrial>> by_light(scene.lights().size());
-    const EmissionNet net(seed, Purpose::emission, kEmissionPrePass);
-    for (std::size_t path = 0; path < scores.size(); ++path) {
-        const EmissionNet::Point point = net.at(static_cast<std::uint32_t>(path));
-        const auto pick = scene.picker().pick(point.light);
-        if (pick) by_light[pick->light].push_back({point.u, scores[path]});
+    std::size_t next = 0;
+    for (const PilotPaths& pilot : pilots) {
+        const EmissionNet net(seed, Purpose::emission, pilot.pass);
+        for (std::int64_t path = 0; path < pilot.count; ++path, ++next) {
+            const EmissionNet::Point point = net.at(static_cast<std::uint32_t>(path));
+            const auto pick =
+                pilot.emission ? pilot.emission->pick(point.light) : scene.picker().pick(point.light);
+            if (!pick) continue;
+            EmissionTrial trial{point.u};
+            if (pilot.emission) pilot.emission->warp(pick->light, trial.u);
+            double density = 0;  // of the mixture, times the number of all paths; > 0
+            for (const PilotPaths& other : pilots) {
+                density += static_cast<double>(other.count) *
+                           relative_density(scene, other.emission.get(), pick->light, trial.u);
+            }
+            const double own = relative_density(scene, pilot.emission.get(), pick->light, trial.u);
+            trial.weight = static_cast<float>(static_cast<double>(moments.size()) / density);
+            // The path's power was divided by its own density.
+            trial.score = static_cast<float>(double{moments[next]} * sqr(own));
+            by_light[pick->light].push_back(trial);
+        }
     }
     return by_light;
 }
 
 }  // namespace
 
-LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const float> scores) {
-    auto by_light = trials(scene, seed, scores);
+LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const PilotPaths> pilots,
+                              std::span<const float> moments) {
+    auto by_light = trials(scene, seed, pilots, moments);
     std::vector<double> powers;
     for (const auto& light : scene.lights()) powers.push_back(light->power());
     return LearnedEmission(scene, learn_blocks(by_light, powers, {}));
@@ -219,7 +246,8 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
     const std::vector<float> scores = Scorer(maps, settings, importons, workers).scores();
 
     // Learn which paths to emit.
-    ImportancePrePass pre_pass{learn_density(scene, settings.seed, scores)};
+    ImportancePrePass pre_pass{
+        learn_density(scene, settings.seed, std::array{PilotPaths{.count = settings.paths}}, scores)};
     pre_pass.importons = importons.size();
     for (const float score : scores) pre_pass.useful += score > 0 ? 1 : 0;
     pre_pass.useful /= static_cast<double>(settings.paths);

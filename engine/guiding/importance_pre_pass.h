@@ -19,6 +19,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -104,9 +105,16 @@ struct ImportancePrePass {
     double seconds = 0;
 };
 
-// Learns the density from pre-pass paths 0, 1 …, given the second moment of each. They must have been emitted
-// plainly, by Emission(scene, seed, Purpose::emission, kEmissionPrePass).
-LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const float> scores);
+// Paths 0, 1 … of Emission(scene, seed, Purpose::emission, pass, emission), of which a density is learned.
+struct PilotPaths {
+    std::uint32_t pass = kEmissionPrePass;
+    std::int64_t count = 0;
+    std::shared_ptr<const LearnedEmission> emission = nullptr;  // null: plain
+};
+// Learns the density from the second moment of each path of all pilots, in their order. Paths of different
+// densities are weighted as if all were drawn from their mixture [Veach 1997, 9.2].
+LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const PilotPaths> pilots,
+                              std::span<const float> moments);
 
 // Describes a pre-pass of so many light paths in words.
 std::string describe_pre_pass(std::int64_t paths);
@@ -123,11 +131,12 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
 
 // LearnedEmission is learned from second moments of pre-pass paths, as blocks of emission numbers.
 //
-// A trial is one light path drawn plainly: its emission numbers, and the second moment of what it brought to
-// the image. Drawn from density q instead of p, paths have the variance ∫ m p²/q - (mean)², where m is the
-// mean second moment at given numbers. Over all q that is least for q ∝ p sqrt(m). The importance of a block
-// is therefore the root of the mean of its trials' second moments, and cutting a block gains as much as the
-// mean of its pieces' roots lies below the root of its own mean.
+// A trial is one light path: its emission numbers, and the second moment of what it would bring to the image
+// if it had been drawn plainly. Trials of other densities count by their weight. Drawn from density q instead
+// of p, paths have the variance ∫ m p²/q - (mean)², where m is the mean second moment at given numbers. Over
+// all q that is least for q ∝ p sqrt(m). The importance of a block is therefore the root of the mean of its
+// trials' second moments, and cutting a block gains as much as the mean of its pieces' roots lies below the
+// root of its own mean.
 //
 // Blocks are halved, the one that gains most first, as long as its trials show beyond chance that its pieces
 // differ: a chi-square test compares eight slices along an axis, so that chance alone cuts about one block in
@@ -136,7 +145,8 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
 
 struct EmissionTrial {
     LeSampleU u;
-    float score = 0;  // second moment, in any unit; finite, not negative; 0: no contribution
+    float score = 0;   // second moment, in any unit; finite, not negative; 0: no contribution
+    float weight = 1;  // plain density over that of the trial, > 0
 };
 
 struct BlockSettings {

@@ -281,11 +281,12 @@ double half_spacing(const CalculationSurface& surface) {
     return std::max(surface.u.length() / surface.points.x, surface.v.length() / surface.points.y) / 2;
 }
 
-// Returns the radius of the density estimate of light paths around a point: half of the spacing of a
-// surface's points, but at most a share of the median distance to the surfaces that the point sees, and this
-// share itself if half of the spacing is below a quarter of it.
-float blur_of(const CalculationSurface& surface, const Receiver& receiver, const Scene& scene) {
-    constexpr double kOfSight = 0.05;
+// Returns the distances around a point for light paths. The radius of the density estimate is half of the
+// spacing of a surface's points, but at most a share of the median distance to the surfaces that the point
+// sees, and this share itself if half of the spacing is below a quarter of it.
+LightPathsAt::Reach reach_of(const CalculationSurface& surface, const Receiver& receiver,
+                             const Scene& scene) {
+    constexpr double kOfSight = 0.05, kNearOfSight = 0.2;
     constexpr int kDirections = 31;
     const auto size = static_cast<double>(diagonal(scene));
     const V3f from = ray_origin(receiver, scene);
@@ -297,9 +298,11 @@ float blur_of(const CalculationSurface& surface, const Receiver& receiver, const
         sight.push_back(hit ? double{hit->t} : size);
     }
     std::nth_element(sight.begin(), sight.begin() + kDirections / 2, sight.end());
-    const double reach = std::min(kOfSight * sight[kDirections / 2], size);
+    const double seen = std::min(sight[kDirections / 2], size), reach = kOfSight * seen;
     const double spacing = half_spacing(surface);
-    return static_cast<float>(spacing > reach / 4 ? std::min(spacing, reach) : reach);
+    const double radius = spacing > reach / 4 ? std::min(spacing, reach) : reach;
+    return {static_cast<float>(radius), static_cast<float>(std::max(radius, spacing / 2)),
+            static_cast<float>(kNearOfSight * seen)};
 }
 
 double half_width_of(const ChanceLight& by_light_paths) {
@@ -397,42 +400,50 @@ class LightPathRounds {
     LightPathRounds(std::span<const CalculationSurface> surfaces, const Job& job,
                     const IlluminanceOptions& options, const Stopwatch& clock, Monitor& monitor)
         : options_(options), clock_(clock), monitor_(monitor, Deadline::after(options.seconds)) {
-        std::vector<float> radii, wide_radii;
+        std::vector<LightPathsAt::Reach> reaches;
         for (const CalculationSurface& surface : surfaces) {
-            const auto wide = static_cast<float>(half_spacing(surface) / 2);
-            for (std::size_t i = 0; i < surface.size(); ++i) {
-                radii.push_back(blur_of(surface, job.receivers.points[radii.size()], job.scene));
-                wide_radii.push_back(std::max(radii.back(), wide));
-            }
+            for (std::size_t i = 0; i < surface.size(); ++i)
+                reaches.push_back(reach_of(surface, job.receivers.points[reaches.size()], job.scene));
         }
         const auto* path = std::get_if<PathSettings>(&job.integrator);
-        there_.emplace(job.receivers.points, radii, wide_radii,
+        there_.emplace(job.receivers.points, reaches,
                        ChanceLightWork{job.scene, options.seed, most_bounces(path ? path->max_depth : 0),
                                        options.workers, monitor_});
     }
 
     // Adds the light paths' estimate to readings of paths from the points.
     Readings completed(const Readings& readings) {
+        turn_ends_at_ = options_.seconds;
         if (there_->paths() == 0 && !trace(2 * LightPathsAt::kLeastRound)) return readings;
         for (;;) {
-            while (!there_->has_found() && there_->paths() < kBeforeNone)
-                if (!trace(there_->paths())) return readings;
+            while (!there_->has_found() && there_->paths() < kBeforeNone) {
+                if (!learned_ && is_affordable() && !learn(readings)) return readings;
+                if (!trace(std::max(there_->paths(), 2 * LightPathsAt::kLeastRound))) return readings;
+            }
             Readings now = readings;
             if (!there_->has_found()) return now;
             take_from_light_paths(now, *there_);
             const double light = worst_light_of(now, options_.indirect),
                          scatter = worst_scatter_of(now, options_.indirect);
             const double wanted = std::max(scatter, kShare * options_.precision);
-            if (light <= wanted) return now;
+            if (light <= wanted || clock_.seconds() >= turn_ends_at_) return now;
+            limit_turn(light, scatter);
             if (focused_ < kFocused && is_affordable()) {
-                if (focused_++ == 0 && !there_->learn(rest_of(readings))) return now;
-                there_->focus(light_errors_of(now, options_.indirect));
+                ++focused_;
+                if (!learned_ && !learn(readings)) return now;
+                if (!there_->focus(light_errors_of(now, options_.indirect))) return now;
                 if (!trace(2 * LightPathsAt::kLeastRound)) return now;
                 continue;
             }
             const double growth = std::clamp(sqr(light / (kAim * wanted)) - 1, 1.0, 3.0);
             if (!trace(static_cast<std::int64_t>(growth * static_cast<double>(there_->paths())))) return now;
         }
+    }
+    // Returns the share of a limited time for light paths, by the variances at the least accurate points. It
+    // is bounded, so that one point, which light paths hardly reach, does not take the time of all.
+    static double share_of_light(double light, double scatter) {
+        constexpr double kMost = 0.6;
+        return std::min(kMost, sqr(light) / (sqr(light) + sqr(scatter)));
     }
     bool have_run() const { return there_->paths() > 0; }
     // Whether no more paths can be traced.
@@ -443,22 +454,33 @@ class LightPathRounds {
     static constexpr double kShare = 0.5;
 
   private:
-    std::vector<double> rest_of(const Readings& readings) const {
+    // Where paths from the points must become more precise, too, they get their share of a limited time: the
+    // time is divided by the variances of both.
+    void limit_turn(double light, double scatter) {
+        if (!std::isfinite(options_.seconds) || turn_ends_at_ < options_.seconds ||
+            scatter <= kAim * options_.precision)
+            return;
+        const double now = clock_.seconds();
+        turn_ends_at_ = now + (options_.seconds - now) * share_of_light(light, scatter);
+    }
+    // Returns false if the monitor stopped it.
+    bool learn(const Readings& readings) {
+        learned_ = true;
         std::vector<double> rest;
         for (const ChanceAtPoint& point : readings.chance)
             rest.push_back(options_.indirect ? point.rest_indirect.value : point.rest.value);
-        return rest;
+        return there_->learn(rest);
     }
     // Whether there is time for learning, which loses the paths traced so far.
     bool is_affordable() const {
-        constexpr double kPaths = 1 << 19;  // about as many as all pilots and their rounds
+        constexpr double kPaths = 1 << 20;  // about as many as all pilots and their rounds
         const double left = options_.seconds - clock_.seconds();
         return left > 2 * seconds_ / static_cast<double>(there_->paths()) * kPaths;
     }
     // Returns false if no more paths can be traced.
     bool trace(std::int64_t wanted) {
         constexpr std::int64_t kMostUntimed = 1 << 22;
-        const double left = options_.seconds - clock_.seconds();
+        const double left = turn_ends_at_ - clock_.seconds();
         if (options_.most_samples > 0 || !std::isfinite(left)) {
             wanted = std::min(wanted, kMostUntimed - there_->paths());
         } else if (there_->paths() > 0) {
@@ -467,9 +489,10 @@ class LightPathRounds {
                 wanted = static_cast<std::int64_t>(0.9 * paths_left);
         }
         const Stopwatch watch;
-        are_over_ = wanted < LightPathsAt::kLeastRound || there_->trace(wanted) == 0;
+        const bool goes_on = wanted >= LightPathsAt::kLeastRound && there_->trace(wanted) > 0;
+        are_over_ = !goes_on && turn_ends_at_ >= options_.seconds;
         seconds_ += watch.seconds();
-        return !are_over_;
+        return goes_on;
     }
 
     const IlluminanceOptions& options_;
@@ -477,8 +500,10 @@ class LightPathRounds {
     DeadlineMonitor monitor_;
     std::optional<LightPathsAt> there_;
     double seconds_ = 0;  // > 0 when paths are traced
+    double turn_ends_at_ = 0;
     static constexpr int kFocused = 3;
     int focused_ = 0;
+    bool learned_ = false;
     bool are_over_ = false;
 };
 
@@ -619,9 +644,8 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
             report.ended_by = "forecast";
         if (!report.ended_by.empty()) break;
         rounds.grow(scatter / (kAim * limit), kNoEndOfSamples);
-        // A limited time is divided by what reduces the variances of both, one of which is above its limit.
         if (light_paths && std::isfinite(left))
-            rounds.end_at(path_seconds + left * sqr(scatter) / (sqr(scatter) + sqr(light)));
+            rounds.end_at(path_seconds + left * (1 - LightPathRounds::share_of_light(light, scatter)));
     }
     if (light_paths && !light_paths->have_run()) warn_without_light_paths(monitor);
     warn_of_blurred_light(report.surfaces, options.precision, report.unit, monitor);

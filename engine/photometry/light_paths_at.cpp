@@ -1,6 +1,7 @@
 #include "engine/photometry/light_paths_at.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -8,19 +9,27 @@
 #include "engine/base/elementary.h"
 #include "engine/base/stats.h"
 #include "engine/guiding/importance_pre_pass.h"
+#include "engine/scene/media_traversal.h"
 #include "engine/scene/path_account.h"
 #include "kdtree/box_tree.h"
 
 namespace lucerna {
 namespace {
 
-// Radii of the balls: the largest, its half, its quarter and so on. A ring is the part of a ball's
-// cross-section outside of the next smaller ball.
+// Radii of the balls: the largest, its half, its quarter and so on. A ring is
+// the part of a ball's cross-section outside of the next smaller ball.
 constexpr int kLevels = 7;
-// Parts of the light of a group.
-constexpr std::size_t kChains = 0, kOthers = 1, kKinds = 2;
+// Kinds of light.
+constexpr std::size_t kChains = 0, kOthers = 1, kConnected = 2;
+// Paths of a pilot, and passages that suffice for learning.
+constexpr std::int64_t kPilot = 1 << 17;
+constexpr std::uint32_t kFirstBouncesPass = 0xffff0000U;  // and below it; no pilot or pass has these
+constexpr std::size_t kEnoughPassages = 2048;
+// The random numbers of a path's connections.
+constexpr std::uint32_t kConnectionBranch = 0x6c;
 
-// Returns what a receiver reads for a unit of flux density, across the direction, that arrives from w.
+// Returns what a receiver reads for a unit of flux density, across the
+// direction, that arrives from w.
 double response(const Receiver& receiver, const V3f& w) {
     const double along = double{receiver.normal.dot(w)};
     switch (receiver.kind) {
@@ -41,12 +50,32 @@ double response(const Receiver& receiver, const V3f& w) {
     return 0;
 }
 
+// Scores each path by what a first bounce off a specular surface leaves it.
+struct FirstBounces : LightPathVisitor {
+    std::vector<float> scores;
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, scores);
+    }
+    bool begin(std::uint32_t, const std::optional<LightPathStart>&, const Sampler&) {
+        scores.push_back(0);
+        return true;
+    }
+    template <typename At>
+    void arrive(const At& at) {
+        if (at.path.began_specular) scores.back() = sqr(luminance(at.power));
+    }
+    void hit(const LightPathHit& at) { arrive(at); }
+    void scatter(const LightPathScatter& at) { arrive(at); }
+    void escape(const LightPathEscape& at) { arrive(at); }
+};
+
 const auto kNoMemoryTest = [](const auto&, std::int64_t, std::int64_t) {};
 
 }  // namespace
 
-// Finds the balls that a segment comes near. Each ball is tested again with its own radius, so the tree may
-// return too many balls but never too few.
+// Finds the balls that a segment comes near. Each ball is tested again with its
+// own radius, so the tree may return too many balls but never too few.
 class LightPathsAt::BallTree {
   public:
     BallTree(std::span<const Ball> balls, const Workers& workers) {
@@ -86,8 +115,8 @@ class LightPathsAt::BallTree {
             }
             return keys;
         }
-        // These bound the keys by the ball around each box; they are lower by what the difference of squares
-        // above may lose by rounding.
+        // These bound the keys by the ball around each box; they are lower by what
+        // the difference of squares above may lose by rounding.
         Node8Keys bounds(const BoxNode8& node) const {
             constexpr float kRounding = 1e-3F;
             Node8Keys keys;
@@ -118,43 +147,112 @@ struct LightPathsAt::Visitor : LightPathVisitor {
     std::uint32_t paths = 0;
     SurfacePoint from;
     std::size_t group = 0;
+    // The last place where the path was not passed straight on, and whether it
+    // has connections.
+    V3f vertex;
+    bool is_connected = false, from_medium = false;
+    std::uint32_t bounces = 0;
+    std::optional<Sampler> connections;
 
     template <typename Archive>
     void fields(Archive& archive) {
         archive(ledger, sums, hits, passages, paths);
     }
-    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start, const Sampler&) {
+    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start, const Sampler& sampler) {
         ++paths;
         if (!start) return true;
+        connections = sampler.split(kConnectionBranch);
+        bounces = 0;
+        is_connected = from_medium = false;
         from = start->from;
         const LightGroups& groups = at->work_.scene.light_groups();
         group = groups.empty() ? 0 : groups.of(static_cast<std::int32_t>(start->light));
         return true;
     }
     void hit(const LightPathHit& hit) {
-        // If the surface lets the path pass straight on, the next segment continues there; otherwise the
-        // part of the ball behind the surface counts.
+        // If the surface lets the path pass straight on, the next segment continues
+        // there; otherwise the part of the ball behind the surface counts.
         const bool passes = !is_black(hit.bsdf.straight_share(-hit.d));
+        arrive(hit);
         add(hit, hit.hit.t, !passes);
         from = hit.hit.at;
+        from_medium = false;
+        if (!is_pilot) connect(hit);
     }
     void scatter(const LightPathScatter& scatter) {
+        arrive(scatter);
         add(scatter, (scatter.p - from.p).length(), false);
         from = SurfacePoint{scatter.p};
+        from_medium = true;
     }
-    void escape(const LightPathEscape& escape) { add(escape, INFINITY, false); }
+    void escape(const LightPathEscape& escape) {
+        arrive(escape);
+        add(escape, INFINITY, false);
+    }
 
   private:
+    // Where there are media, places are not connected.
+    bool connects() const { return at->work_.scene.media().empty(); }
+
+    // Finds out where the segment began that ends now.
+    template <typename At>
+    void arrive(const At& segment) {
+        if (segment.path.bounces() == bounces) return;  // it was passed straight on
+        bounces = segment.path.bounces();
+        vertex = from.p;
+        is_connected = connects() && !from_medium && !segment.path.specular_last;
+    }
+
+    // Adds the light that a surface scatters to some receivers in a straight
+    // line.
+    void connect(const LightPathHit& hit) {
+        constexpr std::size_t kConnections = 4;
+        if (!connects() || !hit.path.began_specular || hit.bsdf.is_delta() ||
+            static_cast<int>(hit.path.bounces()) >= at->work_.longest - 1)
+            return;
+        const std::size_t receivers = at->receivers_.size(), count = std::min(kConnections, receivers);
+        const double share = static_cast<double>(count) / static_cast<double>(receivers);
+        Sampler& sampler = *connections;
+        const double first = double{sampler.next()};
+        for (std::size_t k = 0; k < count; ++k) {
+            const auto i =
+                std::min(static_cast<std::size_t>((static_cast<double>(k) + first) / share), receivers - 1);
+            const Receiver& receiver = at->receivers_[i];
+            const Ball& ball = at->balls_.balls[i];
+            const V3f way = ball.centre - hit.hit.at.p;
+            const float distance = way.length();
+            if (!(distance > at->near_[i])) continue;  // > 0
+            const V3f w = way / distance;
+            const double read = response(receiver, -w);
+            if (!(read > 0)) continue;
+            const Rgb scattered =
+                hit.power * hit.bsdf.f(-hit.d, w, Transport::particles) *
+                (std::fabs(w.dot(hit.bsdf.shading_normal())) * shading_correction(hit.bsdf, -hit.d, w));
+            if (is_black(scattered)) continue;
+            const Rgb arriving =
+                scattered * passing(at->work_.scene, way_between(hit.hit.at, SurfacePoint{ball.centre}),
+                                    kNoMedium, sampler, false);
+            const double r = double{ball.radius};
+            // A density estimate divides by the cross-section of its ball.
+            const double brought =
+                double{luminance(arriving)} * read * kPiD * sqr(r) / (share * sqr(double{distance}));
+            if (!(brought > 0)) continue;
+            hits[i * kKinds + kConnected].add({brought, sqr(brought)});
+            sums[(i * at->parts_ + kKinds * group + kConnected) * kLevels] += brought;
+        }
+    }
+
     // Where a segment passes a receiver.
     struct Near {
         float along;   // the segment
         float beside;  // distance to the receiver, or what counts as such
         double response;
     };
-    // A planar receiver is passed where the segment crosses its plane from the front; the cosine is then
-    // that of the cross-section. Other receivers are passed at the point nearest to them. If the segment
-    // ends at a surface, that point may lie behind it: at most kBehind radii, so that the error of concave
-    // corners vanishes with the radius.
+    // A planar receiver is passed where the segment crosses its plane from the
+    // front; the cosine is then that of the cross-section. Other receivers are
+    // passed at the point nearest to them. If the segment ends at a surface, that
+    // point may lie behind it: at most kBehind radii, so that the error of
+    // concave corners vanishes with the radius.
     static std::optional<Near> near(const Receiver& receiver, const V3f& way, const V3f& d, float length,
                                     bool beyond) {
         if (receiver.kind == ReceiverKind::planar) {
@@ -184,6 +282,7 @@ struct LightPathsAt::Visitor : LightPathVisitor {
             const float r = ball.radius;
             const auto passes = near(receiver, ball.centre - from.p, d, length, beyond);
             if (!passes || !(passes->beside < r) || !(passes->response > 0)) return;
+            if (is_connected && !is_pilot && (ball.centre - vertex).length() > at->near_[i]) return;
             // Both points are moved slightly off the surfaces on which they may lie.
             constexpr float kOff = 1e-3F;
             const V3f eye = ball.centre + kOff * r * receiver.normal;
@@ -203,16 +302,19 @@ struct LightPathsAt::Visitor : LightPathVisitor {
     }
 };
 
-LightPathsAt::LightPathsAt(std::span<const Receiver> receivers, std::span<const float> radii,
-                           std::span<const float> wide_radii, const ChanceLightWork& work)
+LightPathsAt::LightPathsAt(std::span<const Receiver> receivers, std::span<const Reach> reaches,
+                           const ChanceLightWork& work)
     : receivers_(receivers),
       work_(work),
       parts_(kKinds * std::max<std::size_t>(1, work.scene.light_groups().names.size())) {
-    for (auto [balls, of] : {std::pair(&balls_, radii), std::pair(&wide_balls_, wide_radii)}) {
-        for (std::size_t i = 0; i < receivers.size(); ++i)
-            balls->balls.push_back({ray_origin(receivers[i], work.scene), of[i]});
-        balls->tree = std::make_shared<const BallTree>(balls->balls, work.workers);
+    for (std::size_t i = 0; i < receivers.size(); ++i) {
+        const V3f centre = ray_origin(receivers[i], work.scene);
+        balls_.balls.push_back({centre, reaches[i].radius});
+        wide_balls_.balls.push_back({centre, reaches[i].wide_radius});
+        near_.push_back(reaches[i].near);
     }
+    for (Balls* balls : {&balls_, &wide_balls_})
+        balls->tree = std::make_shared<const BallTree>(balls->balls, work.workers);
     batches_.assign(kBatches, std::vector<double>(receivers.size() * parts_ * kLevels));
     levels_.resize(receivers.size() * kKinds);
     hits_.resize(levels_.size());
@@ -241,8 +343,7 @@ bool LightPathsAt::run(LightPathRequest& paths, bool is_pilot, std::vector<Visit
 }
 
 bool LightPathsAt::learn(std::span<const double> others) {
-    constexpr std::int64_t kPilot = 1 << 17, kMostPilot = 1 << 19, kPerChunk = 2048;
-    constexpr std::size_t kEnough = 2048;  // passages
+    constexpr std::int64_t kMostPilot = 1 << 19;
     double mean = 0;
     for (const double other : others) mean += other / static_cast<double>(others.size());
     for (std::size_t i = 0; i < others.size(); ++i) {
@@ -250,28 +351,97 @@ bool LightPathsAt::learn(std::span<const double> others) {
         const double areas = sqr(double{balls_.balls[i].radius} * double{wide_balls_.balls[i].radius});
         weights_.push_back(1 / (sqr(light > 0 ? light : 1.0) * areas));
     }
+    if (!pilot(kPilot, nullptr)) return false;
+    if (has_learned()) return true;
+    if (!learn_first_bounces()) return false;
+    while (!has_learned() && pilot_paths_ < kMostPilot)
+        if (!pilot(kPilot, emission_)) return false;
+    if (emission_) forget();
+    return true;
+}
+
+// Forgets all paths but the pilots', which other densities have emitted.
+void LightPathsAt::forget() {
+    first_ += paths_;
+    paths_ = 0;
+    for (std::vector<double>& batch : batches_) std::ranges::fill(batch, 0.0);
+    for (std::size_t i = 0; i < hits_.size(); ++i) was_hit_[i] = was_hit_[i] || hits_[i].sum > 0;
+    std::ranges::fill(hits_, Hits{});
+    for (std::size_t kind = 0; kind < kKinds; ++kind) {
+        if (pooled_[kind].sum > 0) earlier_[kind] = pooled_[kind].each();
+    }
+    pooled_ = {};
+}
+
+bool LightPathsAt::has_learned() const {
+    return passages_.size() >= kEnoughPassages;
+}
+
+// Traces pilot paths and records which receivers they pass. Returns false if
+// the monitor stopped it.
+bool LightPathsAt::pilot(std::int64_t count, std::shared_ptr<const LearnedEmission> emission) {
     LightPathRequest paths;
     paths.purpose = Purpose::emission;
-    paths.pass = kEmissionPrePass;
-    paths.per_chunk = kPerChunk;
-    for (std::int64_t end = kPilot; end <= kMostPilot && passages_.size() < kEnough; end *= 2) {
-        paths.first = pilot_paths_;
-        paths.count = end - pilot_paths_;
-        std::vector<Visitor> chunks;
-        if (!run(paths, true, chunks)) return false;
-        for (const Visitor& chunk : chunks) {
-            for (Passage passage : chunk.passages) {
-                passage.path += static_cast<std::uint32_t>(pilot_paths_);
-                passages_.push_back(passage);
-            }
-            pilot_paths_ += chunk.paths;
+    paths.pass = kEmissionPrePass - static_cast<std::uint32_t>(pilots_.size());
+    paths.emission = emission.get();
+    paths.per_chunk = 2048;
+    paths.count = count;
+    std::vector<Visitor> chunks;
+    if (!run(paths, true, chunks)) return false;
+    for (const Visitor& chunk : chunks) {
+        for (Passage passage : chunk.passages) {
+            passage.path += static_cast<std::uint32_t>(pilot_paths_);
+            passages_.push_back(passage);
         }
+        pilot_paths_ += chunk.paths;
+    }
+    pilots_.push_back({paths.pass, count, std::move(emission)});
+    return true;
+}
+
+// Learns emission from paths that end after the first bounce, if any meet a specular surface. Returns false
+// if the monitor stopped it.
+bool LightPathsAt::learn_first_bounces() {
+    constexpr std::int64_t kFirst = 1 << 20, kFurther = 1 << 17;
+    constexpr std::size_t kRounds = 8, kPlainRounds = 4;
+    constexpr std::size_t kFew = 8, kEnough = 1024;  // bounces off specular surfaces
+    std::vector<PilotPaths> rounds;
+    std::vector<float> scores;
+    for (std::size_t found = 0; rounds.size() < kRounds && found < kEnough;) {
+        LightPathRequest paths;
+        paths.purpose = Purpose::emission;
+        paths.pass = kFirstBouncesPass - static_cast<std::uint32_t>(rounds.size());
+        paths.seed = work_.seed;
+        paths.count = found < kFew ? kFirst : kFurther;
+        paths.emission = emission_.get();
+        paths.use = PathUse::began_specular;
+        paths.longest = 1;
+        paths.interleaved = false;
+        paths.phase = "light paths";
+        std::vector<FirstBounces> chunks;
+        trace_light_paths({work_.scene, work_.workers, work_.monitor}, paths, chunks,
+                          [](std::int64_t) { return FirstBounces(); });
+        if (work_.monitor.stopped()) return false;
+        for (const FirstBounces& chunk : chunks) {
+            scores.insert(scores.end(), chunk.scores.begin(), chunk.scores.end());
+            found +=
+                static_cast<std::size_t>(std::ranges::count_if(chunk.scores, [](float x) { return x > 0; }));
+        }
+        rounds.push_back({paths.pass, paths.count, emission_});
+        if (found < kFew && rounds.size() < kPlainRounds) continue;
+        if (found == 0) return true;
+        const float largest = std::ranges::max(scores);  // > 0
+        std::vector<float> relative;
+        for (const float score : scores) relative.push_back(score / largest);
+        emission_ =
+            std::make_shared<LearnedEmission>(learn_density(work_.scene, work_.seed, rounds, relative));
     }
     return true;
 }
 
-void LightPathsAt::learn_emission() {
-    if (passages_.empty()) return;
+// Returns how many pilot paths with equal second moments would tell as much. A few teach nothing.
+double LightPathsAt::learn_emission() {
+    constexpr double kFew = 16;
     double largest = 0;
     std::vector<double> moments(static_cast<std::size_t>(pilot_paths_));
     for (const Passage& passage : passages_) {
@@ -279,24 +449,33 @@ void LightPathsAt::learn_emission() {
         moment += weights_[passage.receiver] * sqr(double{passage.brought});
         largest = std::max(largest, moment);
     }
+    if (!(largest > 0)) return 0;
     std::vector<float> scores;
-    for (const double moment : moments)
-        scores.push_back(largest > 0 ? static_cast<float>(moment / largest) : 0.0F);
-    emission_ = learn_density(work_.scene, work_.seed, scores);
+    double sum = 0, squares = 0;
+    for (const double moment : moments) {
+        scores.push_back(static_cast<float>(moment / largest));
+        sum += moment / largest;
+        squares += sqr(moment / largest);
+    }
+    const double effective = sqr(sum) / squares;
+    if (effective >= kFew)
+        emission_ =
+            std::make_shared<LearnedEmission>(learn_density(work_.scene, work_.seed, pilots_, scores));
+    return effective;
 }
 
-void LightPathsAt::focus(std::span<const double> errors) {
+bool LightPathsAt::focus(std::span<const double> errors) {
     constexpr double kLeast = 1e-3;  // relative to the largest error
     const double largest = *std::max_element(errors.begin(), errors.end());
-    if (!(largest > 0)) return;
+    if (!(largest > 0)) return true;
     for (std::size_t i = 0; i < errors.size(); ++i) weights_[i] *= sqr(std::max(errors[i] / largest, kLeast));
-    learn_emission();
-    first_ += paths_;
-    paths_ = 0;
-    for (std::vector<double>& batch : batches_) std::ranges::fill(batch, 0.0);
-    for (std::size_t i = 0; i < hits_.size(); ++i) was_hit_[i] = was_hit_[i] || hits_[i].sum > 0;
-    std::ranges::fill(hits_, Hits{});
-    pooled_ = {};
+    constexpr double kEnough = 256;
+    if (learn_emission() < kEnough) {
+        if (!pilot(kPilot, emission_)) return false;
+        learn_emission();
+    }
+    forget();
+    return true;
 }
 
 std::int64_t LightPathsAt::trace(std::int64_t wanted) {
@@ -309,7 +488,7 @@ std::int64_t LightPathsAt::trace(std::int64_t wanted) {
     paths.purpose = Purpose::importance;
     paths.pass = 1;
     paths.per_chunk = paths.count / static_cast<std::int64_t>(kBatches);
-    paths.emission = emission_ ? &*emission_ : nullptr;
+    paths.emission = emission_.get();
     std::vector<Visitor> chunks;
     if (!run(paths, false, chunks)) return 0;
     for (std::size_t batch = 0; batch < kBatches; ++batch) {
@@ -333,19 +512,34 @@ double LightPathsAt::estimate(std::size_t batch, std::size_t receiver, std::size
     return sum * static_cast<double>(kBatches) / (static_cast<double>(paths_) * kPiD * r * r);
 }
 
-// The standard error of a receiver's estimate from few hits is not known from their scatter, and is 0 without
-// hits. It is at least that of a Poisson process. Where the largest ball has many hits, the square of its
-// error over its estimate is what one hit brings there, and four times as much in a ball of half the radius;
-// otherwise it brings what the receiver's hits brought. A receiver without hits may have missed one, which
-// brings what one does on the average of all receivers, but no more than they get on the average; if it never
-// had any, all paths so far have missed it.
+// The standard error of a receiver's estimate from few hits is not known from
+// their scatter, and is 0 without hits. It is at least that of a Poisson
+// process. Where the largest ball has many hits, the square of its error over
+// its estimate is what one hit brings there, and four times as much in a ball
+// of half the radius; otherwise it brings what the receiver's hits brought. A
+// receiver without hits may have missed one, which brings what one does on the
+// average of all receivers, but no more than they get on the average; if it
+// never had any, all paths so far have missed it. If no receiver has hits, they
+// are at least one like the last ones.
 void LightPathsAt::choose_levels() {
     constexpr double kTold = 5;        // standard errors of an estimate that is told from 0
     constexpr double kAgreeing = 1.5;  // standard errors of a difference that may be chance
     double area = 0;                   // > 0
     for (const Ball& ball : balls_.balls) area += kPiD * sqr(double{ball.radius});
+    const auto each_of = [&](std::size_t kind) {
+        return pooled_[kind].sum > 0 ? pooled_[kind].each() : earlier_[kind];
+    };
     const auto average = [&](std::size_t kind) {  // over the balls of all receivers, by their areas
-        return pooled_[kind].sum / (static_cast<double>(paths_) * area);
+        return std::max(pooled_[kind].sum, each_of(kind)) / (static_cast<double>(paths_) * area);
+    };
+    const auto error_of_hits = [&](std::size_t i, double value) {
+        const double r = double{balls_.balls[i / kKinds].radius};  // > 0
+        const bool is_hit = hits_[i].sum > 0;
+        const std::int64_t paths = is_hit || was_hit_[i] ? paths_ : first_ + paths_;
+        const double brought = is_hit ? hits_[i].each() : each_of(i % kKinds);
+        const double of_one = brought / (static_cast<double>(paths) * kPiD * r * r);
+        const double each = is_hit ? of_one : std::min(of_one, average(i % kKinds));
+        return std::sqrt(each * std::max(value, each));
     };
     const auto choose = [&](std::size_t i) {
         const std::size_t receiver = i / kKinds, kind = i % kKinds;
@@ -365,14 +559,12 @@ void LightPathsAt::choose_levels() {
         const ChanceLight whole = difference(0, std::nullopt);
         Level& chosen = levels_[i];
         chosen = {};
+        if (kind == kConnected) {
+            chosen.least_error = error_of_hits(i, whole.value);
+            return;
+        }
         if (!(whole.value > kTold * whole.standard_error)) {
-            const double r = double{balls_.balls[receiver].radius};  // > 0
-            const bool is_hit = hits_[i].sum > 0;
-            const std::int64_t paths = is_hit || was_hit_[i] ? paths_ : first_ + paths_;
-            const double of_one =
-                (is_hit ? hits_[i] : pooled_[kind]).each() / (static_cast<double>(paths) * kPiD * r * r);
-            const double each = is_hit ? of_one : std::min(of_one, average(kind));
-            chosen.least_error = std::sqrt(each * std::max(whole.value, each));
+            chosen.least_error = error_of_hits(i, whole.value);
             return;
         }
         double of_hit = sqr(whole.standard_error) / whole.value;
@@ -387,8 +579,9 @@ void LightPathsAt::choose_levels() {
                 if (level == 1 && !agrees) chosen.blur = change;
                 return;
             }
-            // Blur grows with the square of the radius where light is smooth, and in proportion to it at
-            // edges: what remains is a third of the change, or all of it.
+            // Blur grows with the square of the radius where light is smooth, and in
+            // proportion to it at edges: what remains is a third of the change, or
+            // all of it.
             chosen = {level, agrees ? change / 3 : change, least_error};
             if (agrees) return;
         }

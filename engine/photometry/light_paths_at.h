@@ -8,11 +8,20 @@
 // radius shrinks as more paths reveal the blur, and the blur stays below the standard error. Light over
 // specular surfaces alone may have sharp edges, other light is smooth: each has a radius of its own.
 //
-// Emission can be learned: pilot paths, emitted plainly, tell which of them pass receivers, and paths are
-// then emitted in proportion to the root of the second moment of what they add to the receivers' relative
-// errors (photon/learned_emission.h). Receivers are weighted by these errors, as the greatest counts.
+// Where a surface scatters a path otherwise, not by a delta lobe, and is not near a receiver, the light that
+// it sends there needs no density estimate: it is computed by a shadow ray, as from a virtual point light
+// [Keller 1997]. Each such place is connected to a few of the receivers. Segments from there to a receiver
+// do not count in balls, except in media, where places are not connected.
+//
+// Emission can be learned: pilot paths tell which of them pass receivers, and paths are then emitted in
+// proportion to the root of the second moment of what they add to the receivers' relative errors
+// (photon/learned_emission.h). Receivers are weighted by these errors, as the greatest counts. The first
+// pilot paths are emitted plainly. If few of them pass receivers, more are emitted by a density that is
+// learned from the first bounces of still more paths, since most miss specular surfaces that are small beside
+// what the lamps light, and then by the densities that all pilots so far have taught.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -20,6 +29,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/guiding/importance_pre_pass.h"
 #include "engine/render/chance_light.h"
 #include "engine/scene/receiver.h"
 #include "photon/learned_emission.h"
@@ -34,24 +44,33 @@ class LightPathsAt {
     // The number of paths of a round is this, times a power of 2.
     static constexpr std::int64_t kLeastRound = 1 << 16;
 
-    // `radii` are those of the largest balls, in scene units, > 0; each receiver has one. `wide_radii` are
-    // those within which the pilot looks for paths that come near, and are not smaller. The receivers, and
-    // what the work refers to, must outlive this object.
-    LightPathsAt(std::span<const Receiver> receivers, std::span<const float> radii,
-                 std::span<const float> wide_radii, const ChanceLightWork& work);
+    // Distances around a receiver, in scene units, > 0.
+    struct Reach {
+        float radius;       // of the largest ball
+        float wide_radius;  // within which the pilot looks for paths that come near, not smaller
+        float near;         // closer places are not connected, as their light would scatter too much
+    };
+    // Each receiver has a reach. The receivers, and what the work refers to, must outlive this object.
+    LightPathsAt(std::span<const Receiver> receivers, std::span<const Reach> reaches,
+                 const ChanceLightWork& work);
 
-    // Traces pilot paths, from which focus() learns. `others` is the illuminance at each receiver by other
-    // light, relative to which errors count. Returns false if the monitor stopped it.
+    // Traces pilot paths, from which focus() learns, and forgets all others if they have taught a density
+    // already. `others` is the illuminance at each receiver by other light, relative to which errors count.
+    // Returns false if the monitor stopped it.
     bool learn(std::span<const double> others);
     // Learns the density of emission for receivers where the given relative errors, one for each receiver,
-    // are large, and forgets all paths but the pilot's. May be called again, for the errors that remain.
-    void focus(std::span<const double> errors);
+    // are large, and forgets all paths but the pilots'. May be called again, for the errors that remain, and
+    // traces another pilot if few paths have passed these receivers. Returns false if the monitor stopped it.
+    bool focus(std::span<const double> errors);
     // Traces more paths: at most `wanted`, at least kLeastRound. Returns how many; 0 if the monitor stopped
     // it, whose paths are lost then.
     std::int64_t trace(std::int64_t wanted);
     std::int64_t paths() const { return paths_; }
-    // Whether any path has passed a receiver.
-    bool has_found() const { return pooled_[0].sum > 0 || pooled_[1].sum > 0; }
+    // Whether any path has ever passed a receiver.
+    bool has_found() const {
+        return std::ranges::any_of(pooled_, [](const Hits& of_kind) { return of_kind.sum > 0; }) ||
+               std::ranges::any_of(earlier_, [](double of_hit) { return of_hit > 0; });
+    }
 
     struct Mean {
         ChanceLight light;
@@ -64,6 +83,8 @@ class LightPathsAt {
     Mean mean(std::span<const std::size_t> receivers) const;
 
   private:
+    // Kinds of light: of chains of specular surfaces alone, of other paths by balls, and of connections.
+    static constexpr std::size_t kKinds = 3;
     struct Visitor;
     struct Ball {
         V3f centre;
@@ -93,29 +114,36 @@ class LightPathsAt {
         double blur = 0, least_error = 0;
     };
 
+    bool pilot(std::int64_t paths, std::shared_ptr<const LearnedEmission> emission);
+    bool learn_first_bounces();
+    void forget();
+    bool has_learned() const;
     bool run(LightPathRequest& paths, bool is_pilot, std::vector<Visitor>& chunks) const;
-    void learn_emission();
+    double learn_emission();
     void choose_levels();
     // Returns the mean over paths of a batch's estimate by balls of a level, for one receiver.
     double estimate(std::size_t batch, std::size_t receiver, std::size_t part, int level) const;
 
     std::span<const Receiver> receivers_;
     ChanceLightWork work_;
-    std::size_t parts_;  // of each receiver: one of chains and one of other paths, for each light group
+    std::size_t parts_;  // of each receiver: one of each kind, for each light group
     struct Balls {
         std::vector<Ball> balls;
         std::shared_ptr<const BallTree> tree;
     };
     Balls balls_, wide_balls_;
-    std::optional<LearnedEmission> emission_;
-    std::int64_t first_ = 0, paths_ = 0, pilot_paths_ = 0;
+    std::shared_ptr<const LearnedEmission> emission_;  // null: plain
+    std::vector<PilotPaths> pilots_;
+    std::int64_t first_ = 0, paths_ = 0, pilot_paths_ = 0;  // pilot_paths_: of all pilots
     std::vector<Passage> passages_;
     std::vector<double> weights_;               // of each receiver's squared error
     std::vector<std::vector<double>> batches_;  // sums of rings, [receiver][part][ring]
-    std::vector<Hits> hits_;                    // [receiver][chains, other paths]
+    std::vector<Hits> hits_;                    // [receiver][kind]
     std::vector<bool> was_hit_;                 // by paths that focus() forgot
-    std::array<Hits, 2> pooled_;                // of all receivers: chains, other paths
-    std::vector<Level> levels_;                 // [receiver][chains, other paths]
+    std::array<Hits, kKinds> pooled_;           // of all receivers
+    std::array<double, kKinds> earlier_{};      // what each hit brought before focus()
+    std::vector<Level> levels_;                 // [receiver][kind]
+    std::vector<float> near_;                   // Reach::near of each receiver
 };
 
 }  // namespace lucerna

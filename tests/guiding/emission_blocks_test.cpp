@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "tests/support/emission_blocks.h"
 
@@ -70,6 +71,47 @@ TEST(EmissionBlocks, TheMiddleOfALamp_IsFound) {
     const double outside = importance_at(blocks[0], {{0.3F, 0.3F}, {0.9F, 0.1F}});
     EXPECT_NEAR(inside, 1, 0.1);
     EXPECT_LT(outside, 0.3);
+}
+
+// Draws twenty times as many trials in one slice of the numbers as elsewhere, with their weights.
+std::vector<EmissionTrial> uneven_trials(std::uint32_t count, std::uint64_t seed, bool weighted,
+                                         const std::function<double(const LeSampleU&)>& score) {
+    constexpr float kShare = 20.0F / 27;  // of the trials in an eighth of the numbers
+    std::vector<EmissionTrial> made;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        LeSampleU u = emit_numbers(seed, i);
+        const bool often = u.position.x < kShare;
+        u.position.x =
+            often ? u.position.x / kShare / 8 : 0.125F + (u.position.x - kShare) / (1 - kShare) * 0.875F;
+        const float weight = often ? 0.125F / kShare : 0.875F / (1 - kShare);
+        made.push_back({u, static_cast<float>(score(u)), weighted ? weight : 1.0F});
+    }
+    return made;
+}
+
+TEST(EmissionBlocks, TrialsOfAnotherDensity_TeachTheSameByTheirWeights) {
+    const auto corner = [](const LeSampleU& u) {
+        return u.direction.x >= 0.5F && u.position.x < 0.25F ? 9.0 : 1.0;
+    };
+    const auto blocks = learn({uneven_trials(16000, 1, true, corner)}, {1});
+    for (const float x : {0.05F, 0.2F})
+        EXPECT_NEAR(importance_at(blocks[0], {{x, 0.1F}, {0.8F, 0.5F}}), 3, 0.1) << x;
+    EXPECT_NEAR(importance_at(blocks[0], {{0.9F, 0.9F}, {0.8F, 0.5F}}), 1, 0.05);
+    EXPECT_NEAR(importance_at(blocks[0], {{0.1F, 0.1F}, {0.2F, 0.5F}}), 1, 0.05);
+    // The light's mean second moment is 2, which trials without weights overstate.
+    const auto importance = [&](bool weighted) {
+        return learn({uneven_trials(4000, 2, weighted, corner), {}}, {1, 1})[1].nodes[0].importance;
+    };
+    EXPECT_NEAR(importance(true), std::sqrt(2.0), 0.1);
+    EXPECT_GT(importance(false), 1.8);
+    // Scores that do not depend on the numbers cut nothing.
+    std::size_t cut = 0;
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        std::uint32_t i = 0;
+        const auto noise = [&](const LeSampleU&) { return Sampler(3, Purpose::test, 4, i++).next() < 0.05F; };
+        cut += learn({uneven_trials(4000, seed, true, noise)}, {1})[0].nodes.size() > 1 ? 1 : 0;
+    }
+    EXPECT_LE(cut, 2U);
 }
 
 TEST(EmissionBlocks, Lights_AreAsImportantAsTheirPaths_AndAsAllOnTheAverageWithoutAny) {
