@@ -1,5 +1,5 @@
-# Measures what short renders do with their time (docs/howto/budgets.md): samples per pixel, the shares of the
-# time in preparations and in the samples of the image, and the time of the whole command.
+# Measures what short renders do with their time (docs/howto/budgets.md): the method, samples per pixel (or the
+# resolution), the share of the time in the samples of the image and the time of the whole command.
 #   usage: budgets.py LUCERNA OUT_FOLDER DATA_FOLDER [--busy N] [--sizes 256x256,1280x720] [--times 2,5,10] [SCENE...]
 # DATA_FOLDER is that of methods.py, whose scenes are the default; a SCENE may be a file, too. With --busy, N endless
 # processes run beside it. Run nothing else meanwhile.
@@ -21,11 +21,11 @@ def resolution_said(lines):
     """What the program says of an image with less than one sample per pixel."""
     for part in ("half", "a quarter"):
         if f"rendered at {part} of its resolution" in lines:
-            return f"{part} of the resolution"
+            return part
     return ""
 
 
-def row(lucerna, out, data, name, size, seconds):
+def cell(lucerna, out, data, name, size, seconds):
     label = os.path.basename(os.path.dirname(name)) if name not in SCENES else name
     stats = f"{out}/{label}.json"
     begin = time.time()
@@ -37,9 +37,7 @@ def row(lucerna, out, data, name, size, seconds):
         numbers = json.load(file)
     took = numbers["seconds"]
     samples = numbers["samples"]["done"] or resolution_said(done.stderr)
-    shares = [f"{100 * sum(took.get(phase, 0) for phase in phases) / seconds:.0f} %"
-              for phases in (["choose"], ["prepare"], ["features", "denoise"], ["first image"], ["image"])]
-    return f"| {label} | {size} | {seconds} s | {numbers['integrator']} | {samples} | {' | '.join(shares)} | {wall:.2f} s |"
+    return f"{numbers['integrator']}, {samples}, {100 * took.get('image', 0) / seconds:.0f} %, {wall:.2f} s"
 
 
 def main():
@@ -49,15 +47,13 @@ def main():
     times = [int(t) for t in option(words, "--times", "2,5,10").split(",")]
     lucerna, out, data = words[:3]
     os.makedirs(out, exist_ok=True)
-    print("| scene | size | time | method | samples per pixel | trials | preparation | features, denoising | first image, dropped "
-          "| image | command |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    print(f"| scene | size | {' | '.join(f'{t} s' for t in times)} |\n|{' --- |' * (len(times) + 2)}")
     beside = [subprocess.Popen(["yes"], stdout=subprocess.DEVNULL) for _ in range(busy)]
     try:
         for name in words[3:] or SCENES:
             for size in sizes:
-                for seconds in times:
-                    print(row(lucerna, out, data, name, size, seconds), flush=True)
+                cells = [cell(lucerna, out, data, name, size, seconds) for seconds in times]
+                print(f"| {name} | {size} | {' | '.join(cells)} |", flush=True)
     finally:
         for process in beside:
             process.kill()

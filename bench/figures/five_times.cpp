@@ -2,10 +2,10 @@
 // docs/explanation/near-and-far.md.
 //
 // Three lamps light a square surface that faces them and is as wide as it is distant. Each is evaluated as it
-// is and as a point with its far-field intensities, and the two are compared over the distance in sizes of
-// the lamp. Writes lines "lamp,distance,axis,rms,worst" with relative errors: on the axis (or at the
-// surface's centre), root mean square over the surface relative to the mean, and the largest relative to the
-// peak.
+// is and with its far-field intensities, from a point and from an evenly bright disc of its size, and these
+// are compared over the distance in sizes of the lamp. For the Lambertian disc the latter is exact. Writes
+// lines "lamp,distance,axis,rms,worst" with relative errors: on the axis (or at the surface's centre), root
+// mean square over the surface relative to the mean, and the largest relative to the peak.
 //
 // usage: five_times LED.tm25ray|- > five-times.csv
 #include <fmt/core.h>
@@ -27,11 +27,14 @@ using namespace lucerna;
 
 constexpr int kDistances = 49;
 constexpr double kFirst = 0.5, kLast = 20;  // sizes
+constexpr const char* kOpening = " (opening)";
 
 // Irradiance at (x, y) on the plane at distance z, for a lamp of size 1.
 struct Compared {
     std::string name;
     std::function<double(double x, double y, double z)> near, far;
+    // That of an evenly bright disc with the lamp's far field; none where it is `near`.
+    std::function<double(double x, double y, double z)> opening = {};
     int pixels = 41;
 };
 
@@ -82,8 +85,22 @@ struct Trio {
 };
 
 Compared trio() {
+    const auto opening = [](double x, double y, double z) {
+        constexpr int kSectors = 24;
+        double sum = 0;
+        for (const GaussNode& ring : gauss_rule(8)) {
+            const double radius = 0.5 * std::sqrt(ring.x);
+            for (int sector = 0; sector < kSectors; ++sector) {
+                const double angle = 2 * M_PI * (sector + 0.5) / kSectors;
+                sum += ring.weight / kSectors *
+                       point_irradiance(x - radius * std::cos(angle), y - radius * std::sin(angle), z,
+                                        Trio::intensity);
+            }
+        }
+        return sum;
+    };
     return {"three narrow beams", Trio::near,
-            [](double x, double y, double z) { return point_irradiance(x, y, z, Trio::intensity); }};
+            [](double x, double y, double z) { return point_irradiance(x, y, z, Trio::intensity); }, opening};
 }
 
 // The origin of a ray file's light: the centre of the waist, where the rays are closest together (an LED's
@@ -154,16 +171,18 @@ double distance_at(int i) {
 void compare_formulas(const Compared& lamp) {
     for (int i = 0; i < kDistances; ++i) {
         const double z = distance_at(i);
-        std::vector<double> near, far;
+        std::vector<double> near, far, opening;
         for (int y = 0; y < lamp.pixels; ++y) {
             for (int x = 0; x < lamp.pixels; ++x) {
                 const double px = ((x + 0.5) / lamp.pixels - 0.5) * z,
                              py = ((y + 0.5) / lamp.pixels - 0.5) * z;
                 near.push_back(lamp.near(px, py, z));
                 far.push_back(lamp.far(px, py, z));
+                if (lamp.opening) opening.push_back(lamp.opening(px, py, z));
             }
         }
         print(lamp.name, z, errors_of(near, far));
+        if (lamp.opening) print(lamp.name + kOpening, z, errors_of(near, opening));
     }
 }
 
@@ -181,19 +200,30 @@ void compare_rays(const std::filesystem::path& file) {
     for (int i = 0; i < kDistances; ++i) {
         const double z = distance_at(i) * extent.size;
         const PlaneIrradiance near = project(rays, {z, {0, 0}, {z, z}, {kPixels, kPixels}});
-        std::vector<double> far;
+        std::vector<double> far, opening;
         for (int p = 0; p < kPixels * kPixels; ++p) {
-            double sum = 0;
+            double sum = 0, opening_sum = 0;
             for (int s = 0; s < kFine * kFine; ++s) {
                 const double x = ((p % kPixels + (s % kFine + 0.5) / kFine) / kPixels - 0.5) * z;
                 const double y = ((p / kPixels + (s / kFine + 0.5) / kFine) / kPixels - 0.5) * z;
-                const V3d way(x, y, z);
-                const double d2 = way.length2();
-                sum += web.intensity(way / std::sqrt(d2)) * z / std::sqrt(d2) / d2;
+                const auto from = [&](double u, double v) {
+                    const V3d way(x - u, y - v, z);
+                    const double d2 = way.length2();  // > 0
+                    return web.intensity(way / std::sqrt(d2)) * z / std::sqrt(d2) / d2;
+                };
+                sum += from(0, 0);
+                // Points of the disc are on a spiral, in an order that has nothing to do with the pixel's.
+                constexpr int kPoints = kFine * kFine, kStride = 997;  // without a common divisor
+                const double turn = s * kStride % kPoints + 0.5;
+                const double radius = extent.size / 2 * std::sqrt(turn / kPoints);
+                const double angle = 2 * M_PI * turn * 0.6180339887498949;
+                opening_sum += from(radius * std::cos(angle), radius * std::sin(angle));
             }
             far.push_back(sum / (kFine * kFine));
+            opening.push_back(opening_sum / (kFine * kFine));
         }
         print("measured LED", distance_at(i), errors_of(near.values, far));
+        print(std::string("measured LED") + kOpening, distance_at(i), errors_of(near.values, opening));
     }
 }
 

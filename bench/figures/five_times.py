@@ -54,7 +54,10 @@ def main(source, picture):
     figure, axes = plt.subplots(1, len(MEASURES), figsize=(11, 3.8), sharey=True)
     for ax, (key, label) in zip(axes, MEASURES):
         for name, lamp in lamps.items():
-            ax.loglog(lamp["distance"], [100 * max(e, 1e-6) for e in lamp[key]], label=name)
+            of_opening = name.endswith(" (opening)")
+            same = [line for line in ax.get_lines() if line.get_label() == name.removesuffix(" (opening)")]
+            ax.loglog(lamp["distance"], [100 * max(e, 1e-6) for e in lamp[key]], "--" if of_opening else "-",
+                      color=same[0].get_color() if same else None, label=name)
         for limit in LIMITS:
             ax.axhline(100 * limit, color="grey", linewidth=0.6, linestyle=":")
         ax.axvline(5, color="black", linewidth=0.8, linestyle="--")
