@@ -6,8 +6,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "engine/gltf/model.h"
 #include "engine/image/image.h"
+#include "engine/model/model.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/system/files.h"
 #include "tests/cli/run_support.h"

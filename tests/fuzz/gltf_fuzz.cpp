@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "engine/gltf/model.h"
+#include "engine/model/model.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::file_of_input;
@@ -13,8 +13,8 @@ using lucerna::testing::require_one_line;
 
 namespace {
 
-void require_sound(const lucerna::GltfModel& model) {
-    for (const lucerna::GltfMesh& mesh : model.meshes) {
+void require_sound(const lucerna::Model& model) {
+    for (const lucerna::ModelMesh& mesh : model.meshes) {
         for (const lucerna::V3i& triangle : mesh.triangles) {
             for (int c = 0; c < 3; ++c) {
                 const bool inside = triangle[c] >= 0 && static_cast<std::size_t>(triangle[c]) < mesh.p.size();

@@ -9,7 +9,7 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
-#include "engine/gltf/write_pbrt.h"
+#include "engine/model/write_pbrt.h"
 #include "engine/system/files.h"
 
 namespace lucerna {
@@ -60,7 +60,7 @@ void act(const ImportCommand& command, const CommandContext& context) {
     check(command, files);
     ConsoleMonitor monitor(context.out, context.err,
                            {context.process.terminal, command.quiet, context.process.stop, {}});
-    const GltfModel model = read_gltf(command.model, monitor);
+    const Model model = read_gltf(command.model, monitor);
     files.reads(model.files);
     const WrittenScene made =
         write_pbrt(model, command.output, std::filesystem::path(command.model).filename().string(), monitor);

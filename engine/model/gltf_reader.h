@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/gltf/model.h"
+#include "engine/model/model.h"
 #include "engine/text/plain_text.h"
 
 namespace lucerna {
@@ -32,13 +32,13 @@ std::string decoded_uri(const std::string& uri);
 // Returns three numbers times a factor; missing, negative or non-finite ones are 0.
 Rgb color_of(const std::vector<double>& numbers, double factor = 1);
 
-// Call read() once. The parts are in read_gltf.cpp (the file, the nodes), extensions.cpp, accessors.cpp,
-// materials.cpp and meshes.cpp.
+// Call read() once. The parts are in read_gltf.cpp (the file, the nodes) and in gltf_extensions.cpp,
+// gltf_accessors.cpp, gltf_materials.cpp and gltf_meshes.cpp.
 class GltfReader {
   public:
     GltfReader(const std::filesystem::path& file, Monitor& monitor) : file_(file), monitor_(monitor) {}
 
-    GltfModel read();
+    Model read();
 
   private:
     template <typename... Args>
@@ -68,16 +68,16 @@ class GltfReader {
 
     void read_images();
     std::span<const std::byte> image_bytes(int image) const;
-    GltfTexture texture(int index, int tex_coord, const tinygltf::ExtensionMap& extensions,
-                        const std::string& material) const;
-    std::optional<Pixels> pixels(const GltfTexture& texture) const;
-    GltfMaterial material(const tinygltf::Material& from) const;
-    void read_transmission(GltfMaterial& made, const tinygltf::Material& from) const;
-    void read_alpha(GltfMaterial& made, const tinygltf::Material& from) const;
+    ModelTexture texture(int index, int tex_coord, const tinygltf::ExtensionMap& extensions,
+                         const std::string& material) const;
+    std::optional<Pixels> pixels(const ModelTexture& texture) const;
+    ModelMaterial material(const tinygltf::Material& from) const;
+    void read_transmission(ModelMaterial& made, const tinygltf::Material& from) const;
+    void read_alpha(ModelMaterial& made, const tinygltf::Material& from) const;
 
     void read_meshes();
     void require_room_for_meshes() const;
-    GltfMesh primitive(const tinygltf::Primitive& from, const std::string& name) const;
+    ModelMesh primitive(const tinygltf::Primitive& from, const std::string& name) const;
     std::vector<std::uint32_t> corners(const tinygltf::Primitive& from, std::size_t vertices,
                                        const std::string& name) const;
 
@@ -89,15 +89,15 @@ class GltfReader {
     std::size_t instance_count(const tinygltf::Node& node) const;
     std::vector<M44d> instances(const tinygltf::Node& node) const;
     void read_profiles();
-    std::optional<GltfLight> profile_light(const tinygltf::Node& node, const M44d& world) const;
+    std::optional<ModelLight> profile_light(const tinygltf::Node& node, const M44d& world) const;
     M44d local_matrix(const tinygltf::Node& node) const;
-    GltfCamera camera(const tinygltf::Camera& from, const M44d& world) const;
-    GltfLight light(const tinygltf::Light& from, const M44d& world) const;
+    ModelCamera camera(const tinygltf::Camera& from, const M44d& world) const;
+    ModelLight light(const tinygltf::Light& from, const M44d& world) const;
 
     std::filesystem::path file_;
     Monitor& monitor_;
     tinygltf::Model in_;
-    GltfModel out_;
+    Model out_;
     std::vector<std::vector<std::size_t>> primitives_;  // indices in out_.meshes, by glTF mesh
     std::vector<bool> visited_;
 };

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "engine/gltf/reader.h"
+#include "engine/model/gltf_reader.h"
 #include "engine/system/files.h"
 #include "engine/system/memory.h"
 
@@ -157,8 +157,8 @@ M44d GltfReader::local_matrix(const tinygltf::Node& node) const {
     return matrix;
 }
 
-GltfCamera GltfReader::camera(const tinygltf::Camera& from, const M44d& world) const {
-    GltfCamera made;
+ModelCamera GltfReader::camera(const tinygltf::Camera& from, const M44d& world) const {
+    ModelCamera made;
     made.name = from.name;
     made.world_from_camera = world;
     made.perspective = from.type != "orthographic";
@@ -181,14 +181,14 @@ GltfCamera GltfReader::camera(const tinygltf::Camera& from, const M44d& world) c
     return made;
 }
 
-GltfLight GltfReader::light(const tinygltf::Light& from, const M44d& world) const {
-    GltfLight made;
+ModelLight GltfReader::light(const tinygltf::Light& from, const M44d& world) const {
+    ModelLight made;
     made.name = from.name;
     made.world_from_light = world;
     if (from.type == "directional") {
-        made.kind = GltfLight::Kind::directional;
+        made.kind = ModelLight::Kind::directional;
     } else if (from.type == "spot") {
-        made.kind = GltfLight::Kind::spot;
+        made.kind = ModelLight::Kind::spot;
         made.inner = from.spot.innerConeAngle, made.outer = from.spot.outerConeAngle;
         if (!(made.inner >= 0 && made.inner <= made.outer && made.outer > 0 && made.outer <= 1.5708)) {
             fail("light \"{}\": cone angles {} and {} are not accepted; expected 0 <= inner <= outer <= pi/2",
@@ -255,7 +255,7 @@ void GltfReader::require_room_for_placements() const {
     for (const tinygltf::Node& node : in_.nodes) {
         if (node.mesh >= 0) placements += pick(primitives_, node.mesh, "mesh").size() * instance_count(node);
     }
-    require_memory(bytes_of(placements, sizeof(GltfPlacement) + kText),
+    require_memory(bytes_of(placements, sizeof(ModelPlacement) + kText),
                    fmt::format("{}: {} mesh instances", file_.string(), placements), "use fewer nodes");
 }
 
@@ -280,7 +280,7 @@ void GltfReader::visit_nodes() {
     }
 }
 
-GltfModel GltfReader::read() {
+Model GltfReader::read() {
     monitor_.begin("glTF", 3);
     parse();
     check_extensions();
@@ -298,7 +298,7 @@ GltfModel GltfReader::read() {
     return std::move(out_);
 }
 
-GltfModel read_gltf(const std::filesystem::path& file, Monitor& monitor) {
+Model read_gltf(const std::filesystem::path& file, Monitor& monitor) {
     return GltfReader(file, monitor).read();
 }
 

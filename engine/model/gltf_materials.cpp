@@ -3,7 +3,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "engine/gltf/reader.h"
+#include "engine/model/gltf_reader.h"
 #include "engine/system/files.h"
 #include "engine/system/memory.h"
 #include "engine/text/plain_text.h"
@@ -31,7 +31,7 @@ std::string decoded_uri(const std::string& uri) {
 
 void GltfReader::read_images() {
     for (const tinygltf::Image& image : in_.images) {
-        GltfFile made;
+        ModelFile made;
         if (!image.uri.empty()) {
             made.file = file_.parent_path() / decoded_uri(image.uri);
             out_.files.push_back(made.file);
@@ -47,9 +47,9 @@ void GltfReader::read_images() {
     }
 }
 
-std::optional<Pixels> GltfReader::pixels(const GltfTexture& texture) const {
+std::optional<Pixels> GltfReader::pixels(const ModelTexture& texture) const {
     if (texture.image < 0) return std::nullopt;
-    const GltfFile& image = out_.images[static_cast<std::size_t>(texture.image)];
+    const ModelFile& image = out_.images[static_cast<std::size_t>(texture.image)];
     const std::vector<std::byte> bytes = image.file.empty() ? image.bytes : read_bytes(image.file);
     if (const auto size = picture_size(bytes)) {
         constexpr std::uint64_t kDecoding = 4 * 4;  // bytes per pixel: rows, planes, RGBA and its copy
@@ -89,9 +89,9 @@ std::optional<double> number_in(const tinygltf::ExtensionMap& extensions, const 
     return value.GetNumberAsDouble();
 }
 
-GltfTexture GltfReader::texture(int index, int tex_coord, const tinygltf::ExtensionMap& extensions,
-                                const std::string& material) const {
-    GltfTexture made;
+ModelTexture GltfReader::texture(int index, int tex_coord, const tinygltf::ExtensionMap& extensions,
+                                 const std::string& material) const {
+    ModelTexture made;
     if (index < 0) return made;
     made.image = pick(in_.textures, index, "texture").source;
     if (made.image < 0) {
@@ -138,7 +138,7 @@ Rgb color_of(const std::vector<double>& numbers, double factor) {
     return color;
 }
 
-void GltfReader::read_alpha(GltfMaterial& made, const tinygltf::Material& from) const {
+void GltfReader::read_alpha(ModelMaterial& made, const tinygltf::Material& from) const {
     if (from.alphaMode != "MASK" && from.alphaMode != "BLEND") return;
     const std::vector<double>& base = from.pbrMetallicRoughness.baseColorFactor;
     made.alpha = base.size() > 3 ? in_unit(base[3]) : 1;
@@ -159,7 +159,7 @@ void GltfReader::read_alpha(GltfMaterial& made, const tinygltf::Material& from) 
 
 // Reads transmission [KHR_materials_transmission, KHR_materials_volume]. Without a thickness the surface is a
 // thin pane.
-void GltfReader::read_transmission(GltfMaterial& made, const tinygltf::Material& from) const {
+void GltfReader::read_transmission(ModelMaterial& made, const tinygltf::Material& from) const {
     constexpr const char* kExtension = "KHR_materials_transmission";
     made.transmission = in_unit(number_in(from.extensions, kExtension, "transmissionFactor").value_or(0));
     if (!(made.transmission > 0)) return;
@@ -181,8 +181,8 @@ void GltfReader::read_transmission(GltfMaterial& made, const tinygltf::Material&
         warn("material \"{}\": it is clear glass; the attenuation in its volume is ignored", from.name);
 }
 
-GltfMaterial GltfReader::material(const tinygltf::Material& from) const {
-    GltfMaterial made;
+ModelMaterial GltfReader::material(const tinygltf::Material& from) const {
+    ModelMaterial made;
     made.name = from.name;
     const tinygltf::PbrMetallicRoughness& pbr = from.pbrMetallicRoughness;
     made.base = color_of(pbr.baseColorFactor);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/gltf/reader.h"
+#include "engine/model/gltf_reader.h"
 
 namespace lucerna {
 namespace {
@@ -144,7 +144,7 @@ void GltfReader::read_profiles() {
     const tinygltf::Value& lights = extension->Get("lights");
     for (std::size_t i = 0; i < lights.ArrayLen(); ++i) {
         const tinygltf::Value& light = lights.Get(static_cast<int>(i));
-        GltfFile made;
+        ModelFile made;
         made.suffix = ".ies";
         const auto keep = [&made](std::span<const unsigned char> bytes) {
             const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
@@ -172,14 +172,14 @@ void GltfReader::read_profiles() {
     }
 }
 
-std::optional<GltfLight> GltfReader::profile_light(const tinygltf::Node& node, const M44d& world) const {
+std::optional<ModelLight> GltfReader::profile_light(const tinygltf::Node& node, const M44d& world) const {
     constexpr const char* kExtension = "EXT_lights_ies";
     const tinygltf::Value* here = object_in(node.extensions, kExtension);
     const auto index = here ? index_in(*here, "light") : std::nullopt;
     if (!index) return std::nullopt;
     pick(out_.profiles, *index, "IES light");
-    GltfLight made;
-    made.kind = GltfLight::Kind::ies;
+    ModelLight made;
+    made.kind = ModelLight::Kind::ies;
     made.name = node.name;
     made.world_from_light = world;
     made.profile = static_cast<std::size_t>(*index);

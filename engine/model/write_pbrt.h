@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
-#include "engine/gltf/model.h"
+#include "engine/model/model.h"
 
 namespace lucerna {
 
@@ -27,7 +27,7 @@ bool is_part_name(const std::string& file);
 
 // Writes `scene` and its parts folder, which is created if missing. `source` names the model in the header.
 // Throws InputError if a file cannot be written.
-WrittenScene write_pbrt(const GltfModel& model, const std::filesystem::path& scene, const std::string& source,
+WrittenScene write_pbrt(const Model& model, const std::filesystem::path& scene, const std::string& source,
                         Monitor& monitor);
 
 // The functions below return the scene text of a model's cameras, materials, lights and shapes.
@@ -40,27 +40,27 @@ struct Extent {
     V3d centre{0, 0, 0};
     double radius = 1;  // > 0
 };
-Extent extent_of(const GltfModel& model);
+Extent extent_of(const Model& model);
 
 // Return camera and film. The default camera sees the whole model from the front, its right and a little
 // above.
-std::string camera_text(const GltfCamera& camera, const std::string& image_name);
+std::string camera_text(const ModelCamera& camera, const std::string& image_name);
 std::string default_camera_text(const Extent& extent, const std::string& image_name);
 
 // Returns the name of material `index`; -1 is glTF's default material.
-std::string material_name(const GltfModel& model, int index);
+std::string material_name(const Model& model, int index);
 // Returns a material and its textures. `image_file` returns the file of an image, relative to the scene.
-std::string material_text(const GltfModel& model, int index,
+std::string material_text(const Model& model, int index,
                           const std::function<std::string(int image)>& image_file);
 // Return the texture and the parameters of a shape with a partly transparent material. `cutout_file` is empty
 // if it has no cutout.
-std::string cutout_texture_text(const GltfModel& model, int index, const std::string& cutout_file);
-std::string alpha_text(const GltfModel& model, int index);
+std::string cutout_texture_text(const Model& model, int index, const std::string& cutout_file);
+std::string alpha_text(const Model& model, int index);
 // Returns the text before a shape that emits.
-std::string emission_text(const GltfMaterial& material);
+std::string emission_text(const ModelMaterial& material);
 
 // `profile_file` is the file of its IES profile, relative to the scene, or empty.
-std::string light_text(const GltfLight& light, const std::string& profile_file);
+std::string light_text(const ModelLight& light, const std::string& profile_file);
 std::string default_light_text();
 
 // Returns "Transform [ ... ]".

@@ -1,4 +1,4 @@
-#include "engine/gltf/write_pbrt.h"
+#include "engine/model/write_pbrt.h"
 
 #include <fmt/format.h>
 
@@ -30,7 +30,7 @@ void append(std::string& out, const T& value) {  // little-endian, like this mac
     out.append(bytes, sizeof value);
 }
 
-std::string ply_of(const GltfMesh& mesh) {
+std::string ply_of(const ModelMesh& mesh) {
     std::string out = fmt::format(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\n"
         "property float x\nproperty float y\nproperty float z\n",
@@ -52,7 +52,7 @@ std::string ply_of(const GltfMesh& mesh) {
 }
 
 // Writes alpha as grey levels encoded by sRGB, because a reader decodes them like any picture.
-void write_cutout(const fs::path& file, const GltfCutout& cutout) {
+void write_cutout(const fs::path& file, const ModelCutout& cutout) {
     Image image = Image::rgb(cutout.width, cutout.height);
     for (std::size_t i = 0; i < cutout.alpha.size(); ++i) {
         const float code = srgb_encoded(cutout.alpha[i]);
@@ -63,12 +63,12 @@ void write_cutout(const fs::path& file, const GltfCutout& cutout) {
 
 class Writer {
   public:
-    Writer(const GltfModel& model, const fs::path& scene) : model_(model), scene_(scene) {}
+    Writer(const Model& model, const fs::path& scene) : model_(model), scene_(scene) {}
 
     WrittenScene write(const std::string& source, Monitor& monitor) {
         fs::create_directories(parts_folder(scene_));
         std::set<int> used;
-        for (const GltfPlacement& placement : model_.placements) used.insert(mesh_of(placement).material);
+        for (const ModelPlacement& placement : model_.placements) used.insert(mesh_of(placement).material);
         std::string world;
         for (const int index : used) world += material(index);
         world += fmt::format("\n{}\n", lights());
@@ -78,7 +78,7 @@ class Writer {
             monitor.advance(1);
         }
         monitor.end();
-        for (const GltfPlacement& placement : model_.placements) world += shape(placement);
+        for (const ModelPlacement& placement : model_.placements) world += shape(placement);
         const std::string view = camera();
         write_bytes(scene_, header(source) + view + "\nWorldBegin\n\n" + world);
         ++written_.files;
@@ -86,7 +86,7 @@ class Writer {
     }
 
   private:
-    const GltfMesh& mesh_of(const GltfPlacement& placement) const { return model_.meshes[placement.mesh]; }
+    const ModelMesh& mesh_of(const ModelPlacement& placement) const { return model_.meshes[placement.mesh]; }
 
     // Returns the name of a file in the parts folder relative to the scene.
     std::string part(const std::string& name) const {
@@ -98,7 +98,7 @@ class Writer {
     }
 
     // Returns a file's name for the scene; writes an embedded file at its first use.
-    std::string file_of(const GltfFile& file, const std::string& stem) {
+    std::string file_of(const ModelFile& file, const std::string& stem) {
         if (!file.file.empty()) {
             const fs::path folder = scene_.has_parent_path() ? scene_.parent_path() : fs::path(".");
             return quotable(fs::proximate(file.file, folder).generic_string());
@@ -142,7 +142,7 @@ class Writer {
     }
 
     bool shines() const {
-        for (const GltfPlacement& placement : model_.placements) {
+        for (const ModelPlacement& placement : model_.placements) {
             const int index = mesh_of(placement).material;
             if (index >= 0 && luminance(model_.materials[static_cast<std::size_t>(index)].emission) > 0)
                 return true;
@@ -152,8 +152,8 @@ class Writer {
 
     std::string lights() {
         std::string text;
-        for (const GltfLight& light : model_.lights) {
-            const bool profile = light.kind == GltfLight::Kind::ies;
+        for (const ModelLight& light : model_.lights) {
+            const bool profile = light.kind == ModelLight::Kind::ies;
             text += light_text(light, profile ? file_of(model_.profiles[light.profile],
                                                         fmt::format("profile-{}", light.profile))
                                               : std::string());
@@ -168,8 +168,8 @@ class Writer {
         return text;
     }
 
-    std::string shape(const GltfPlacement& placement) {
-        const GltfMesh& mesh = mesh_of(placement);
+    std::string shape(const ModelPlacement& placement) {
+        const ModelMesh& mesh = mesh_of(placement);
         ++written_.shapes;
         written_.triangles += mesh.triangles.size();
         const std::string emission =
@@ -194,7 +194,7 @@ class Writer {
         return text + "\nOption \"string unit\" \"photometric\"\n";
     }
 
-    const GltfModel& model_;
+    const Model& model_;
     fs::path scene_;
     WrittenScene written_;
     std::set<std::string> embedded_;
@@ -214,7 +214,7 @@ bool is_part_name(const std::string& file) {
            file.starts_with("profile-");
 }
 
-WrittenScene write_pbrt(const GltfModel& model, const fs::path& scene, const std::string& source,
+WrittenScene write_pbrt(const Model& model, const fs::path& scene, const std::string& source,
                         Monitor& monitor) {
     return Writer(model, scene).write(source, monitor);
 }

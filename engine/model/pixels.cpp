@@ -1,5 +1,5 @@
 #include "engine/base/elementary.h"
-#include "engine/gltf/model.h"
+#include "engine/model/model.h"
 
 #include <algorithm>
 #include <array>
@@ -28,12 +28,11 @@ Rgb mean_linear(const Pixels& pixels) {
 
 Rgb mean_srgb(const Pixels& pixels) {
     // sRGB decoding of IEC 61966-2-1.
-    return mean_of(pixels,
-                   [](double v) { return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4); });
+    return mean_of(pixels, [](double v) { return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4); });
 }
 
-std::optional<GltfCutout> cutout_of(const Pixels& pixels, double factor, std::optional<double> cutoff) {
-    GltfCutout made{pixels.width, pixels.height, {}};
+std::optional<ModelCutout> cutout_of(const Pixels& pixels, double factor, std::optional<double> cutoff) {
+    ModelCutout made{pixels.width, pixels.height, {}};
     bool whole = true;
     for (std::size_t i = 3; i < pixels.rgba.size(); i += 4) {
         double alpha = pixels.rgba[i] / 255.0 * factor;

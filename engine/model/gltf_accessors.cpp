@@ -4,7 +4,7 @@
 #include <cstring>
 #include <utility>
 
-#include "engine/gltf/reader.h"
+#include "engine/model/gltf_reader.h"
 #include "engine/system/memory.h"
 #include "engine/text/plain_text.h"
 

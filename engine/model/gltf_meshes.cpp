@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/gltf/reader.h"
+#include "engine/model/gltf_reader.h"
 #include "engine/system/memory.h"
 
 namespace lucerna {
@@ -44,8 +44,8 @@ std::vector<std::uint32_t> GltfReader::corners(const tinygltf::Primitive& from, 
     return corners;
 }
 
-GltfMesh GltfReader::primitive(const tinygltf::Primitive& from, const std::string& name) const {
-    GltfMesh made;
+ModelMesh GltfReader::primitive(const tinygltf::Primitive& from, const std::string& name) const {
+    ModelMesh made;
     made.name = name;
     made.material = from.material;
     if (made.material >= 0) pick(in_.materials, made.material, "material");
@@ -114,7 +114,7 @@ void GltfReader::read_meshes() {
                 warn("{}: points and lines are left out", name);
                 continue;
             }
-            GltfMesh made = primitive(from, name);
+            ModelMesh made = primitive(from, name);
             if (made.triangles.empty()) {
                 warn("{}: has no triangles; left out", name);
                 continue;

@@ -1,7 +1,7 @@
 // Converts glTF's terms to pbrt's. glTF's GGX alpha is the square of its roughness; pbrt takes alpha itself
 // with "remaproughness" false.
 #include "engine/base/elementary.h"
-#include "engine/gltf/write_pbrt.h"
+#include "engine/model/write_pbrt.h"
 
 #include <fmt/format.h>
 
@@ -37,7 +37,7 @@ std::string look_at_text(const V3d& eye, const V3d& look, const V3d& up) {
                        point_text(up));
 }
 
-std::string texture_mapping(const GltfTexture& texture) {
+std::string texture_mapping(const ModelTexture& texture) {
     std::string text;
     const auto add = [&](const char* name, double value, double usual) {
         if (value != usual) text += fmt::format(" \"float {}\" {:.9g}", name, value);
@@ -49,8 +49,8 @@ std::string texture_mapping(const GltfTexture& texture) {
     return text;
 }
 
-const GltfMaterial& material_of(const GltfModel& model, int index) {
-    static const GltfMaterial usual{};  // glTF's default: white, metallic 1, roughness 1
+const ModelMaterial& material_of(const Model& model, int index) {
+    static const ModelMaterial usual{};  // glTF's default: white, metallic 1, roughness 1
     return index < 0 ? usual : model.materials[static_cast<std::size_t>(index)];
 }
 
@@ -65,9 +65,9 @@ std::string quotable(const std::string& name) {
     return out;
 }
 
-Extent extent_of(const GltfModel& model) {
+Extent extent_of(const Model& model) {
     V3d low(1e300), high(-1e300);
-    for (const GltfPlacement& placement : model.placements) {
+    for (const ModelPlacement& placement : model.placements) {
         for (const V3f& p : model.meshes[placement.mesh].p) {
             V3d q;
             placement.world_from_mesh.multVecMatrix(V3d(p), q);
@@ -82,7 +82,7 @@ Extent extent_of(const GltfModel& model) {
     return extent;
 }
 
-std::string camera_text(const GltfCamera& camera, const std::string& image_name) {
+std::string camera_text(const ModelCamera& camera, const std::string& image_name) {
     const M44d& m = camera.world_from_camera;
     const V3d eye(m[3][0], m[3][1], m[3][2]), back(m[2][0], m[2][1], m[2][2]), up(m[1][0], m[1][1], m[1][2]);
     // Uses only the directions of the node's axes, as a camera is not scaled. A zero axis falls back to
@@ -112,15 +112,15 @@ std::string default_camera_text(const Extent& extent, const std::string& image_n
            fmt::format("Camera \"perspective\" \"float fov\" {}\n", kFov) + film_text(0, image_name);
 }
 
-std::string material_name(const GltfModel& model, int index) {
+std::string material_name(const Model& model, int index) {
     if (index < 0) return "default";
     const std::string name = quotable(model.materials[static_cast<std::size_t>(index)].name);
     return name.empty() ? fmt::format("{}", index) : fmt::format("{} {}", index, name);
 }
 
-std::string material_text(const GltfModel& model, int index,
+std::string material_text(const Model& model, int index,
                           const std::function<std::string(int image)>& image_file) {
-    const GltfMaterial& material = material_of(model, index);
+    const ModelMaterial& material = material_of(model, index);
     const std::string name = material_name(model, index);
     std::string before, color = fmt::format("\"rgb reflectance\" {}", color_text(material.base));
     if (material.base_texture.image >= 0) {
@@ -158,19 +158,19 @@ std::string material_text(const GltfModel& model, int index,
     return before + fmt::format("MakeNamedMaterial \"{}\" \"string type\" {}\n", name, kind);
 }
 
-std::string cutout_texture_text(const GltfModel& model, int index, const std::string& cutout_file) {
+std::string cutout_texture_text(const Model& model, int index, const std::string& cutout_file) {
     return fmt::format("Texture \"{} cutout\" \"float\" \"imagemap\" \"string filename\" \"{}\"{}\n",
                        material_name(model, index), cutout_file,
                        texture_mapping(material_of(model, index).cutout_texture));
 }
 
-std::string alpha_text(const GltfModel& model, int index) {
-    const GltfMaterial& material = material_of(model, index);
+std::string alpha_text(const Model& model, int index) {
+    const ModelMaterial& material = material_of(model, index);
     if (material.cutout) return fmt::format(" \"texture alpha\" \"{} cutout\"", material_name(model, index));
     return material.alpha < 1 ? fmt::format(" \"float alpha\" {:.6g}", material.alpha) : std::string();
 }
 
-std::string emission_text(const GltfMaterial& material) {
+std::string emission_text(const ModelMaterial& material) {
     if (!(luminance(material.emission) > 0)) return {};
     return fmt::format("    AreaLightSource \"diffuse\" \"rgb L\" {}{}\n", color_text(material.emission),
                        material.two_sided ? " \"bool twosided\" true" : "");
@@ -181,7 +181,7 @@ namespace {
 // A lamp's frame has its nadir along +z, the half-plane C0 along +x and C90 along -y; EXT_lights_ies has
 // these along the node's -z, +x and +y. Uses only directions of a node that scales or shears, as a light is
 // not scaled.
-std::string profile_text(const GltfLight& light, const std::string& profile_file) {
+std::string profile_text(const ModelLight& light, const std::string& profile_file) {
     const M44d& m = light.world_from_light;
     const auto axis = [&m](int row, const V3d& otherwise) {
         const V3d v(m[row][0], m[row][1], m[row][2]);
@@ -206,18 +206,18 @@ std::string profile_text(const GltfLight& light, const std::string& profile_file
 
 }  // namespace
 
-std::string light_text(const GltfLight& light, const std::string& profile_file) {
-    if (light.kind == GltfLight::Kind::ies) return profile_text(light, profile_file);
+std::string light_text(const ModelLight& light, const std::string& profile_file) {
+    if (light.kind == ModelLight::Kind::ies) return profile_text(light, profile_file);
     const M44d& m = light.world_from_light;
     const V3d from(m[3][0], m[3][1], m[3][2]), back(m[2][0], m[2][1], m[2][2]);
     const V3d to = back.length() > 0 ? -back.normalized() : V3d(0, 0, -1);
     const std::string comment = fmt::format("# light \"{}\"\n", quotable(light.name));
     const std::string color = color_text(light.intensity);
-    if (light.kind == GltfLight::Kind::point) {
+    if (light.kind == ModelLight::Kind::point) {
         return comment + fmt::format("LightSource \"point\" \"rgb I\" {} \"point3 from\" [ {} ]\n", color,
                                      point_text(from));
     }
-    if (light.kind == GltfLight::Kind::directional) {
+    if (light.kind == ModelLight::Kind::directional) {
         return comment +
                fmt::format(
                    "LightSource \"distant\" \"rgb L\" {} \"point3 from\" [ 0 0 0 ] \"point3 to\" [ {} ]\n",

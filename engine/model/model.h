@@ -22,36 +22,36 @@ namespace lucerna {
 using Imath::V2d;
 
 // A picture (PNG or JPEG) or a photometric file (IES) that the model refers to or contains.
-struct GltfFile {
+struct ModelFile {
     std::filesystem::path file;    // its path; empty: embedded
     std::vector<std::byte> bytes;  // content, if embedded
     std::string suffix;            // ".png", ".jpg" or ".ies"
 };
 
 // One use of an image, with uv scaled, then offset.
-struct GltfTexture {
+struct ModelTexture {
     int image = -1;  // -1: none
     V2d scale{1, 1}, offset{0, 0};
 };
 
 // The opacity of a surface, from 0 to 1, top row first.
-struct GltfCutout {
+struct ModelCutout {
     int width = 0, height = 0;
     std::vector<float> alpha;
 };
 
-struct GltfMaterial {
+struct ModelMaterial {
     std::string name;
     Rgb base{1.0F};  // linear; multiplies the texture
-    GltfTexture base_texture;
+    ModelTexture base_texture;
     // Textures give their means, because a parameter of pbrt cannot be one channel of an image.
     double metallic = 1;
     double roughness = 1;  // its square is GGX's alpha
-    GltfTexture normal;
+    ModelTexture normal;
     Rgb emission{0.0F};  // cd/m², including the mean of the texture
     double alpha = 1;
-    std::optional<GltfCutout> cutout;
-    GltfTexture cutout_texture;  // its uv applies to the cutout
+    std::optional<ModelCutout> cutout;
+    ModelTexture cutout_texture;  // its uv applies to the cutout
     double transmission = 0;
     bool thin = true;  // transmits without volume, like a pane
     double ior = 1.5;
@@ -60,12 +60,12 @@ struct GltfMaterial {
 };
 
 // pbrt's glass transmits either all or nothing.
-inline bool is_glass(const GltfMaterial& material) {
+inline bool is_glass(const ModelMaterial& material) {
     return material.transmission >= 0.5;
 }
 
 // One primitive of a mesh: triangles of one material.
-struct GltfMesh {
+struct ModelMesh {
     std::string name;
     int material = -1;   // -1: glTF's default
     std::vector<V3f> p;  // finite
@@ -74,12 +74,12 @@ struct GltfMesh {
     std::vector<V3i> triangles;  // all indices are valid
 };
 
-struct GltfPlacement {
+struct ModelPlacement {
     std::size_t mesh = 0;
     M44d world_from_mesh;
 };
 
-struct GltfCamera {
+struct ModelCamera {
     std::string name;
     bool perspective = true;
     double yfov = 0.8;          // radians
@@ -88,22 +88,22 @@ struct GltfCamera {
     M44d world_from_camera;
 };
 
-struct GltfLight {
+struct ModelLight {
     enum class Kind : std::uint8_t { point, spot, directional, ies } kind = Kind::point;
     std::string name;
     Rgb intensity{1.0F};          // candela; lux if directional; a factor of an IES file's candela
-    std::size_t profile = 0;      // index in GltfModel::profiles, for an IES file
+    std::size_t profile = 0;      // index in Model::profiles, for an IES file
     double inner = 0, outer = 0;  // radians from the axis, for a spot
     M44d world_from_light;
 };
 
-struct GltfModel {
-    std::vector<GltfFile> images, profiles;
-    std::vector<GltfMaterial> materials;
-    std::vector<GltfMesh> meshes;
-    std::vector<GltfPlacement> placements;
-    std::vector<GltfCamera> cameras;
-    std::vector<GltfLight> lights;
+struct Model {
+    std::vector<ModelFile> images, profiles;
+    std::vector<ModelMaterial> materials;
+    std::vector<ModelMesh> meshes;
+    std::vector<ModelPlacement> placements;
+    std::vector<ModelCamera> cameras;
+    std::vector<ModelLight> lights;
     bool other_lights = false;                      // has hidden lights or lights of an unsupported extension
     std::vector<std::filesystem::path> files = {};  // files that it refers to
 };
@@ -111,7 +111,7 @@ struct GltfModel {
 // Reads a .gltf or .glb file and the files that it refers to. Warns of features that cannot be converted
 // (animations, skins, points and lines, ...). Throws InputError naming file, place and cause; counts and
 // offsets are checked against their buffers.
-GltfModel read_gltf(const std::filesystem::path& file, Monitor& monitor);
+Model read_gltf(const std::filesystem::path& file, Monitor& monitor);
 
 // Returns the triangles of glTF's modes: 4 triangles, 5 strip, 6 fan. Every other triangle of a strip is
 // reversed so that all face one side. Drops triangles that use a vertex twice and left-over corners.
@@ -129,7 +129,7 @@ Rgb mean_linear(const Pixels& pixels);  // of the stored numbers
 Rgb mean_srgb(const Pixels& pixels);    // of the colours that they encode
 // Returns alpha times `factor`, or with a cutoff 1 from there on and 0 below. Returns nothing if all is
 // opaque.
-std::optional<GltfCutout> cutout_of(const Pixels& pixels, double factor, std::optional<double> cutoff);
+std::optional<ModelCutout> cutout_of(const Pixels& pixels, double factor, std::optional<double> cutoff);
 
 // Returns width and height from the header of a PNG or JPEG file; nothing if it is neither.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> picture_size(std::span<const std::byte> bytes);
