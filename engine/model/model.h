@@ -113,6 +113,11 @@ struct Model {
 // offsets are checked against their buffers.
 Model read_gltf(const std::filesystem::path& file, Monitor& monitor);
 
+// Cuts a polygon into triangles of its corners' numbers, all of which face its side. It may be concave, and
+// may run back along an edge to reach a hole. One that crosses itself, or is not plane, is covered
+// approximately. Triangles without area are dropped.
+std::vector<V3i> triangles_of_polygon(std::span<const V3d> corners);
+
 // Returns the triangles of glTF's modes: 4 triangles, 5 strip, 6 fan. Every other triangle of a strip is
 // reversed so that all face one side. Drops triangles that use a vertex twice and left-over corners.
 std::vector<V3i> triangles_of(int mode, const std::vector<std::uint32_t>& corners);
