@@ -47,32 +47,33 @@ void GltfReader::read_images() {
     }
 }
 
-std::optional<Pixels> GltfReader::pixels(const ModelTexture& texture) const {
-    if (texture.image < 0) return std::nullopt;
-    const ModelFile& image = out_.images[static_cast<std::size_t>(texture.image)];
-    const std::vector<std::byte> bytes = image.file.empty() ? image.bytes : read_bytes(image.file);
+std::optional<Pixels> decoded_picture(std::span<const std::byte> bytes, const std::string& name) {
     if (const auto size = picture_size(bytes)) {
         constexpr std::uint64_t kDecoding = 4 * 4;  // bytes per pixel: rows, planes, RGBA and its copy
         const auto [width, height] = *size;
-        require_memory(
-            std::uint64_t{width} * height * kDecoding,
-            fmt::format("{}: image {} of {} x {} pixels", file_.string(), texture.image, width, height),
-            "use fewer pixels");
+        require_memory(std::uint64_t{width} * height * kDecoding,
+                       fmt::format("{} of {} x {} pixels", name, width, height), "use fewer pixels");
     }
     tinygltf::Image decoded;
     std::string error, warning;
     const bool good = bytes.size() <= kMostCount &&
-                      tinygltf::LoadImageData(&decoded, texture.image, &error, &warning, 0, 0,
+                      tinygltf::LoadImageData(&decoded, 0, &error, &warning, 0, 0,
                                               reinterpret_cast<const unsigned char*>(bytes.data()),
                                               static_cast<int>(bytes.size()), nullptr);
+    if (good && decoded.bits == 16) return std::nullopt;
     if (!good || decoded.width < 1 || decoded.height < 1 || decoded.component != 4 || decoded.bits != 8) {
-        if (good && decoded.bits == 16) {
-            warn("image {}: 16-bit values are not read; only its factor is used", texture.image);
-            return std::nullopt;
-        }
-        fail("image {} cannot be decoded: {}", texture.image, error.empty() ? "not PNG or JPEG" : error);
+        throw InputError(fmt::format("{} cannot be decoded; expected PNG or JPEG", name));
     }
     return Pixels{decoded.width, decoded.height, std::move(decoded.image)};
+}
+
+std::optional<Pixels> GltfReader::pixels(const ModelTexture& texture) const {
+    if (texture.image < 0) return std::nullopt;
+    const ModelFile& image = out_.images[static_cast<std::size_t>(texture.image)];
+    auto made = decoded_picture(image.file.empty() ? image.bytes : read_bytes(image.file),
+                                fmt::format("{}: image {}", file_.string(), texture.image));
+    if (!made) warn("image {}: 16-bit values are not read; only its factor is used", texture.image);
+    return made;
 }
 
 const tinygltf::Value* object_in(const tinygltf::ExtensionMap& extensions, const char* extension) {

@@ -1,8 +1,8 @@
-// A glTF 2.0 model as plain numbers: its meshes, materials, cameras and lights, checked and independent of
-// the file's encoding.
+// A model, read from glTF 2.0 or OBJ, as plain numbers: its meshes, materials, cameras and lights, checked
+// and independent of the file's encoding.
 //
-// Coordinates are glTF's: metres, right-handed, y up, cameras and lights look along their -z. Matrices are
-// Imath's (row vectors). Texture coordinates are pbrt's: (0,0) is an image's lower left corner.
+// Placed coordinates are glTF's: metres, right-handed, y up, cameras and lights look along their -z. Matrices
+// are Imath's (row vectors). Texture coordinates are pbrt's: (0,0) is an image's lower left corner.
 #pragma once
 
 #include <cstddef>
@@ -113,6 +113,17 @@ struct Model {
 // offsets are checked against their buffers.
 Model read_gltf(const std::filesystem::path& file, Monitor& monitor);
 
+// The frame of an OBJ file, which does not state it.
+struct ObjFrame {
+    double unit = 1;  // metres, from 1e-6 to 1e6
+    bool z_up = false;
+};
+
+// Reads an .obj file and the .mtl files that it names. Meshes keep the file's unit and axes; their placements
+// turn and scale them. Warns once of each kind of statement that is not converted. Throws InputError naming
+// file, line and cause, also for a material or an index that does not exist.
+Model read_obj(const std::filesystem::path& file, const ObjFrame& frame, Monitor& monitor);
+
 // Cuts a polygon into triangles of its corners' numbers, all of which face its side. It may be concave, and
 // may run back along an edge to reach a hole. One that crosses itself, or is not plane, is covered
 // approximately. Triangles without area are dropped.
@@ -129,6 +140,10 @@ struct Pixels {
     int width = 0, height = 0;
     std::vector<unsigned char> rgba;
 };
+
+// Decodes a PNG or JPEG file. Returns nothing for one of 16 bits. Throws InputError "NAME cannot be decoded;
+// expected PNG or JPEG", or if it needs more memory than there is.
+std::optional<Pixels> decoded_picture(std::span<const std::byte> bytes, const std::string& name);
 
 Rgb mean_linear(const Pixels& pixels);  // of the stored numbers
 Rgb mean_srgb(const Pixels& pixels);    // of the colours that they encode

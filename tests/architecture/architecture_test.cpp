@@ -73,6 +73,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<hwy/", {"lights/eight_lanes.h"}},
     {"<Random123/", {"engine/base/sampler.cpp"}},
     {"<tiny_gltf", {"engine/model/gltf_reader.h"}},
+    {"<tiny_obj_loader", {"engine/model/read_obj.cpp"}},
     {"<toml++/", {"engine/system/toml.cpp"}},
     {"<pybind11/",
      {"python/bindings/arrays.h", "python/bindings/bindings.h", "python/bindings/images.cpp",

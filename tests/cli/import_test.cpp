@@ -561,7 +561,7 @@ TEST_F(RunImport, WrongWords_AreRefused) {
     expect_refused({"import", "m.gltf"}, {"--output"});
     expect_refused({"import", "none.gltf", "-o", "n.pbrt"}, {"none.gltf", "no such file"});
     expect_refused({"import", "m.gltf", "-o", "n.exr"}, {"n.exr", ".pbrt"});
-    expect_refused({"import", "scene.pbrt", "-o", "n.pbrt"}, {"scene.pbrt", ".gltf or .glb"});
+    expect_refused({"import", "scene.pbrt", "-o", "n.pbrt"}, {"scene.pbrt", ".gltf, .glb or .obj"});
     expect_refused({"import", "m.gltf", "-o", "nowhere/n.pbrt"}, {"the folder nowhere does not exist"});
 }
 

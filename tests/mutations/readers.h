@@ -15,6 +15,7 @@
     X(ldt)                      \
     X(lightfield)               \
     X(manifest)                 \
+    X(obj)                      \
     X(pbrt)                     \
     X(photons)                  \
     X(picture)                  \

@@ -25,6 +25,9 @@ inline constexpr const char* kModel =
 "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
 "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"uri": "model.bin", "byteLength": 36}]})";
 
+// One triangle, whose material is in room.mtl.
+inline constexpr const char* kRoom = "mtllib room.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl white\nf 1 2 3\n";
+
 // A rig up to its emitter, and an emitter that suits it.
 inline constexpr const char* kPlanes =
     "[rig]\nsetup = 'A'\nviews = 6\nspacing = '4mm'\npixels = [12, 10]\npixel = '2mm'\ndistance = "
@@ -46,13 +49,15 @@ class GoodFiles {
         const Finished made = run_command(words, {folder_, kPatience});
         if (made.code != 0) throw std::runtime_error(words[1] + ": " + made.err);
     }
-    // Writes mesh.ply, paint.spd, rig.toml, model.gltf and model.bin, and the identical picture.exr and
-    // reference.exr.
+    // Writes mesh.ply, paint.spd, rig.toml, model.gltf and model.bin, room.obj and room.mtl, and the
+    // identical picture.exr and reference.exr.
     void write_parts() const {
         write("mesh.ply", kMesh);
         write("paint.spd", "400 0.2\n500 0.4\n700 0.5\n");
         write("rig.toml", std::string(kPlanes) + kDisc);
         write("model.gltf", kModel);
+        write("room.obj", kRoom);
+        write("room.mtl", "newmtl white\nKd 0.8 0.8 0.8\n");
         const float corners[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
         write("model.bin", std::string(reinterpret_cast<const char*>(corners), sizeof corners));
         for (const char* name : {"picture.exr", "reference.exr"}) write_exr(folder_ / name, picture());

@@ -103,6 +103,10 @@ std::vector<Command> commands() {
          {"import", "model.gltf", "--overwrite"},
          {{"-o", "made.pbrt"}},
          {"model.gltf", "model.bin"}},
+        {"import_obj",
+         {"import", "room.obj", "--overwrite"},
+         {{"-o", "made.pbrt"}},
+         {"room.obj", "room.mtl"}},
     };
 }
 

@@ -121,6 +121,8 @@ std::vector<Reader> readers() {
          {"light", "assemble", "shots/manifest.toml", "-o", "made.exr"}},
         {"gltf", "model.gltf", {"import", "model.gltf", "-o", "made.pbrt"}},
         {"gltf_buffer", "model.bin", {"import", "model.gltf", "-o", "made.pbrt"}},
+        text({"obj", "room.obj", {"import", "room.obj", "-o", "made.pbrt"}}),
+        text({"obj_materials", "room.mtl", {"import", "room.obj", "-o", "made.pbrt"}}),
         text({"study", "study.toml", {"study", "study.toml", "-o", "out"}}),
         text({"study_scene", "whole.pbrt", {"study", "study.toml", "-o", "out"}}),
     };

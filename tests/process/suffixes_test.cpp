@@ -55,7 +55,7 @@ std::string lowered(const std::string& text) {
 std::string in_capitals(const std::string& name) {
     static const std::set<std::string> kEnds{".pbrt", ".gz",  ".exr",  ".png",  ".ply",     ".spd",
                                              ".ies",  ".ldt", ".gltf", ".toml", ".tm25ray", ".dat",
-                                             ".ray",  ".svg", ".tif",  ".json", ".html"};
+                                             ".ray",  ".svg", ".tif",  ".json", ".html",    ".obj"};
     fs::path path = name;
     if (!kEnds.contains(path.extension().string())) return name;
     const std::string end = changed(path.extension().string(), [](int c) { return std::toupper(c); });
@@ -83,6 +83,7 @@ class Suffixes : public ::testing::Test {
         const GoodFiles good(small.path());
         good.write_parts();
         good.write("scene.pbrt", kScene);
+        good.write("triangle.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
         good.write("part.pbrt", "LightSource \"point\"\n");
         good.write("packed.pbrt", "LightSource \"point\" \"point3 from\" [ 0 1 0 ]\n");
         ASSERT_EQ(std::system(("gzip " + (small / "packed.pbrt").string()).c_str()), 0);
@@ -202,6 +203,7 @@ TEST_F(Suffixes, InCapitals_LampsAndModelsAreTheSame) {
     expect_alike({"light", "farfield", "lamp.exr", "--efficacy", "100", "-o", "far.ies", "--quiet"}, 1);
     expect_alike({"light", "farfield", "lamp.ldt", "-o", "ldt.svg", "--quiet"}, 1);
     expect_alike({"import", "model.gltf", "-o", "model.pbrt", "--quiet"}, 2);
+    expect_alike({"import", "triangle.obj", "-o", "triangle.pbrt", "--quiet"}, 2);
 }
 
 }  // namespace suffixes_test
