@@ -29,9 +29,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMost = 1e12;               // of any number in a file
-constexpr std::size_t kMostCorners = 10000;  // of a face: the time to cut it into triangles has a bound
-constexpr float kUnknown = 0.5F;             // reflectance where none is stated
+constexpr double kMost = 1e12;              // of any number in a file
+constexpr std::size_t kMostCorners = 4000;  // of a face: the time to cut it into triangles has a bound
+constexpr float kUnknown = 0.5F;            // reflectance where none is stated
 // Memory while a model is read, at most.
 constexpr std::uint64_t kBytesOfLetter = 10, kBytesOfCorner = 200, kBytesOfMesh = 2048;
 
@@ -328,7 +328,6 @@ void ObjReader::read_library(const fs::path& file) {
             if (present) present->unread.emplace_back(what, number);
         };
         if (word == "newmtl") {
-            memory_.add(4 * sizeof(tinyobj::material_t));
             present = &materials_.try_emplace(rest_of(words), ObjMaterial{at, {}}).first->second;
         } else if (is_one_of({"Kd", "Ks", "Ke"})) {
             if (words.size() != 2 && words.size() < 4)
@@ -357,7 +356,11 @@ void ObjReader::read_library(const fs::path& file) {
             leave(word);
         }
     };
-    ObjLines lines(read_text(file), see_line);
+    std::string text = read_text(file);
+    std::uint64_t count = 1;
+    for (std::size_t at = 0; (at = text.find("newmtl", at)) != text.npos; ++at) ++count;
+    require_memory(bytes_of(count, 4 * sizeof(tinyobj::material_t)), file.string(), "use fewer materials");
+    ObjLines lines(std::move(text), see_line);
     std::istream in(&lines);
     in.exceptions(std::ios::badbit);  // which passes on what see_line throws
     std::map<std::string, int> numbers;

@@ -33,7 +33,7 @@ ENDS = ("--time", "--error", "--spp", "--passes", "--samples", "--precision")
 ENDED_BY = {"render": ["--spp", "2"], "lux": ["--samples", "4"], "glare": ["--precision", "50%"]}
 OUTPUTS = ("-o", "--output", "--html", "--json", "--plan", "--signed", "--save-maps", "--checkpoint", "--resume",
            "--photographs", "--csv")
-FILE = re.compile(r"(?:[\w./-]*/)?[\w.-]+\.(?:pbrt|toml|exr|tm25ray|dat|ray|ies|ldt|glb|gltf|photons)$")
+FILE = re.compile(r"(?:[\w./-]*/)?[\w.-]+\.(?:pbrt|toml|exr|tm25ray|dat|ray|ies|ldt|glb|gltf|obj|photons)$")
 
 ROOM = """Option "string unit" "photometric"
 LookAt 2 1.5 0.5  2 1.2 4  0 1 0
@@ -123,6 +123,7 @@ class Stage:
             "--save-maps", "maps.photons")
         (folder / "study.toml").write_text(STUDY.replace("ROOM", str(folder / "room.pbrt")))
         (folder / "model.gltf").write_text(json.dumps(TRIANGLE))
+        (folder / "model.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
         data = json.dumps(TRIANGLE).encode()
         data += b" " * (-len(data) % 4)
         (folder / "model.glb").write_bytes(b"glTF" + (2).to_bytes(4, "little") + (20 + len(data)).to_bytes(4, "little") +
@@ -147,7 +148,7 @@ class Stage:
             return self.folder / {"acquire": "rig.toml", "assemble": "shots/manifest.toml", "study": "study.toml"}[command[-1]]
         return self.folder / {".pbrt": "room.pbrt", ".tm25ray": "rays.tm25ray", ".dat": "rays.dat", ".ray": "rays.tm25ray",
                               ".ies": "lamp.ies", ".ldt": "lamp.ldt", ".glb": "model.glb", ".gltf": "model.gltf",
-                              ".photons": "maps.photons"}[kind]
+                              ".obj": "model.obj", ".photons": "maps.photons"}[kind]
 
 
 def command_of(words):
