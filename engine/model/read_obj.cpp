@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <charconv>
 #include <cmath>
 #include <functional>
 #include <istream>
@@ -44,6 +44,12 @@ std::vector<std::string_view> obj_words(std::string_view line) {
     }
     if (!words.empty() && words[0].starts_with('#')) words.clear();
     return words;
+}
+
+bool is_number(std::string_view word) {
+    double ignored = 0;
+    const auto end = word.data() + word.size();
+    return std::from_chars(word.data(), end, ignored).ptr == end;
 }
 
 // Returns what follows a line's first word, without white space around it: a name, which may contain spaces.
@@ -340,15 +346,24 @@ void ObjReader::read_library(const fs::path& file) {
             if (words.size() < 2) input_error(at, "\"{}\" without a number", word);
             line = plain_numbers(word, numbers_of(at, line, all.subspan(1, 1), 0));
         } else if (is_one_of({"map_Kd", "map_d", "norm"})) {
-            // tinyobjloader would take the name of a file for a third number that is missing.
-            for (std::size_t i = 1; i < words.size() && words[i].starts_with('-');) {
-                const bool of_three = words[i] == "-s" || words[i] == "-o" || words[i] == "-t";
-                if (of_three && words.size() < i + 5)
-                    input_error(at, "\"{}\" needs three numbers, then a file's name", words[i]);
-                if (of_three) numbers_of(at, line, all.subspan(i + 1, 3), -kMost);
-                if (words[i] != "-s" && words[i] != "-o") leave(fmt::format("{} {}", word, words[i]));
-                i += of_three ? 4 : 2;
+            // tinyobjloader would take the file's name for the third number of a mapping that has two.
+            std::string made = word;
+            std::size_t i = 1;
+            while (i + 1 < words.size() && words[i].starts_with('-')) {
+                const std::string_view option = words[i++];
+                if (option != "-s" && option != "-o") {
+                    leave(fmt::format("{} {}", word, option));
+                    i += option == "-mm" ? 2 : 1;
+                    continue;
+                }
+                std::vector<double> mapping;
+                while (i + 1 < words.size() && mapping.size() < 3 && is_number(words[i]))
+                    mapping.push_back(numbers_of(at, line, all.subspan(i++, 1), -kMost)[0]);
+                mapping.resize(3, option == "-s" ? 1 : 0);
+                made += " " + plain_numbers(option, mapping);
             }
+            if (i >= words.size()) input_error(at, "\"{}\" without a file's name", word);
+            line = made + line.substr(static_cast<std::size_t>(words[i].data() - line.data()) - 1);
         } else if (!is_one_of({"Ka", "map_Ka", "Tf"}) &&
                    !std::ranges::all_of(all.subspan(1), [](std::string_view value) {
                        return value.find_first_not_of("+-0.") == value.npos;

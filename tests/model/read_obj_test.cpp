@@ -239,6 +239,10 @@ TEST_F(ReadObj, Textures_AreNamedWithTheirMapping) {
     EXPECT_THAT(warned_.lines, IsEmpty());
 
     EXPECT_EQ(material("map_Kd a b.png\n").base, Rgb(1.0F));
+    made = material("map_Kd  -o 0.5\t-s 2 3   a b.png\n");
+    EXPECT_EQ(made.base_texture.scale, V2d(2, 3));
+    EXPECT_EQ(made.base_texture.offset, V2d(0.5, 0));
+    EXPECT_THAT(warned_.lines, IsEmpty());
     made = material("map_Kd -clamp on a b.png\nbump -bm 0.2 x.png\nmap_Ks x.png\nmap_Bump y.png\n");
     EXPECT_EQ(made.base_texture.image, 0);
     EXPECT_THAT(warned_.lines, ElementsAre(HasSubstr("m.mtl:3:1: \"bump\" is not read"),
@@ -315,10 +319,10 @@ TEST_F(ReadObj, WrongMaterials_AreRefusedWithTheirLine) {
     expect_lines_refused("Ke -1 0 0\n", "m.mtl:2:4: \"-1\" " + range);
     expect_lines_refused("d -halo 0.5\n", "m.mtl:2:3: \"-halo\" " + range);
     expect_lines_refused("Ns\n", "m.mtl:2:1: \"Ns\" without a number");
-    expect_lines_refused("map_Kd -s 2 2 a.png\n",
-                         "m.mtl:2:1: \"-s\" needs three numbers, then a file's name");
-    expect_lines_refused("map_Kd -s 2 2 a b.png\n",
-                         "m.mtl:2:15: \"a\" is not accepted; expected a number from -1e+12 to 1e+12");
+    expect_lines_refused("map_Kd -s 2 2e13 1 a.png\n",
+                         "m.mtl:2:13: \"2e13\" is not accepted; expected a number from -1e+12 to 1e+12");
+    expect_lines_refused("map_Kd -clamp on\n", "m.mtl:2:1: \"map_Kd\" without a file's name");
+    expect_lines_refused("map_Kd\n", "m.mtl:2:1: \"map_Kd\" without a file's name");
 }
 
 }  // namespace lucerna::read_obj_test
