@@ -69,7 +69,9 @@ fs::path path_beside(const fs::path& file, std::string name) {
 class ObjLines : public std::streambuf {
   public:
     using See = std::function<void(std::string& line, int number)>;
-    ObjLines(std::string text, See see) : text_(std::move(text)), see_(std::move(see)) {}
+    ObjLines(std::string text, See see) : text_(std::move(text)), see_(std::move(see)) {
+        if (text_.starts_with("\xEF\xBB\xBF")) at_ = 3;  // the mark of UTF-8
+    }
 
   protected:
     int_type underflow() override {

@@ -189,6 +189,15 @@ std::vector<Bomb> growing_bombs() {
          },
          {"import", "model.gltf", "-o", "model.pbrt", "--quiet"},
          {"model.gltf", "memory"}},
+        {"MaterialsOfAnObjModel",
+         [](const std::filesystem::path& folder) {
+             std::string materials;
+             for (int i = 0; i < 300'000; ++i) materials += fmt::format("newmtl {}\n", i);
+             write(folder / "model.mtl", materials);
+             write(folder / "model.obj", "mtllib model.mtl\n");
+         },
+         {"import", "model.obj", "-o", "model.pbrt", "--quiet"},
+         {"model.mtl", "memory"}},
     };
 }
 

@@ -171,7 +171,7 @@ TEST_F(ReadObj, GroupsAndMaterials_AreSeparate) {
 }
 
 TEST_F(ReadObj, ContinuedLines_AreOne) {
-    const Model model = read("v 0 0 0\nv 1 0 \\\n 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\r\n 3 \\\r\n 4");
+    const Model model = read("\xEF\xBB\xBFv 0 0 0\nv 1 0 \\\n 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\r\n 3 \\\r\n 4");
     EXPECT_NEAR(sums_of(model).area, 1, 1e-6);
     expect_refused("v 0 0 0\n\\\n\nv 1 \\\n x 0\n",
                    "m.obj:4:7: \"x\" is not accepted; expected a number from -1e+12 to 1e+12");
