@@ -70,8 +70,7 @@ V3d read_position(Reading& reading, Params& params) {
 
 }  // namespace
 
-LightAxes light_axes(const Reading& reading, const Params& params) {
-    const M44d& m = reading.state.ctm;
+LightAxes light_axes(const M44d& m, const Params& params) {
     const auto axis = [&m](int i) { return V3d(m[i][0], m[i][1], m[i][2]).normalized(); };
     const V3d x = axis(0), y = axis(1), z = axis(2);
     if (uniform_scale(m)) return {V3f(x), V3f(y), V3f(z)};
@@ -106,13 +105,14 @@ void read_image_infinite(Reading& reading, Params& params) {
     const double illuminance =
         image->illuminance(reading.colours().weights()) * static_cast<double>(luminance(factor));
     const Rgb color = with_illuminance(params, factor, illuminance);
-    reading.draft.lights.push_back({params.place(), ImageInfiniteSpec{image, light_axes(reading, params),
-                                                                      scaled_color(reading, params, color)}});
+    reading.draft.lights.push_back(
+        {params.place(), ImageInfiniteSpec{image, light_axes(reading.state.ctm, params),
+                                           scaled_color(reading, params, color)}});
 }
 
 void read_goniometric(Reading& reading, Params& params) {
     const auto image = read_sphere(reading, params);
-    LightAxes axes = light_axes(reading, params);
+    LightAxes axes = light_axes(reading.state.ctm, params);
     std::swap(axes.y, axes.z);  // the image's pole is the light's +y in every version
     const auto [intensity, power] = read_strength(reading, params, light_color(reading, params, "I"));
     reading.draft.lights.push_back(
@@ -126,10 +126,10 @@ void read_projection(Reading& reading, Params& params) {
     // Version 4 projects the image upright, earlier versions upside down.
     const auto slide = std::make_shared<const Slide>(named.image, fov, named.version4);
     const auto [intensity, power] = read_strength(reading, params, light_color(reading, params, "I"));
-    reading.draft.lights.push_back(
-        {params.place(),
-         ProjectionSpec{read_position(reading, params), light_axes(reading, params), slide, intensity},
-         power});
+    reading.draft.lights.push_back({params.place(),
+                                    ProjectionSpec{read_position(reading, params),
+                                                   light_axes(reading.state.ctm, params), slide, intensity},
+                                    power});
 }
 
 }  // namespace lucerna

@@ -39,9 +39,15 @@ void read_projection(Reading& reading, Params& params);
 // Reads lights from photometric files, "ies" and "ldt".
 void read_photometric_light(Reading& reading, const std::string& kind, Params& params);
 
-// Returns the axes of the current transformation, which may rotate, mirror and scale uniformly. Other
+// Reads "from", "to" and "up" of a lamp that shines along its +z, and returns the transformation from its
+// frame to the world. It moves the origin to "from" (default: the origin), then the current transformation
+// applies. With "to" it first turns +z towards "to" and +y as near to "up" (default: +y) as possible, as
+// LookAt does. Along "up" it is +x that stays as near to +x as possible, or to +y if "up" is closest to the x
+// axis. Throws TextError if "from" and "to" are the same point or "up" is no direction.
+M44d read_placement(const Reading& reading, Params& params);
+// Returns the axes of a transformation to the world, which may rotate, mirror and scale uniformly. Other
 // transformations are orthogonalised, starting with z.
-LightAxes light_axes(const Reading& reading, const Params& params);
+LightAxes light_axes(const M44d& world_from_light, const Params& params);
 // Readers of measured lamps.
 void read_light_field(Reading& reading, Params& params);
 void read_ray_file(Reading& reading, Params& params);

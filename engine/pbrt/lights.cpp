@@ -11,6 +11,7 @@
 
 #include "engine/base/elementary.h"
 #include "engine/pbrt/light_params.h"
+#include "engine/pbrt/shapes.h"
 #include "lights/cell_table.h"
 #include "lights/photometric_files.h"
 
@@ -278,13 +279,54 @@ LampUnit read_lamp_unit(const Reading& reading, Params& params) {
     return unit;
 }
 
+// Reads "up", a direction in the current coordinates, as a unit vector.
+V3d read_up(Params& params) {
+    const Param* param = params.find("up", {Param::Type::vector3, Param::Type::normal3, Param::Type::point3});
+    if (!param) return {0, 1, 0};
+    require_count(*param, param->numbers.size(), 3);
+    const V3d up(param->numbers[0], param->numbers[1], param->numbers[2]);
+    if (!(unit(up).length2() > 0)) {
+        fail(param->values, "\"up\" of {} is ({:g} {:g} {:g}), which is not a direction", params.owner(),
+             up.x, up.y, up.z);
+    }
+    return unit(up);
+}
+
+}  // namespace
+
+M44d read_placement(const Reading& reading, Params& params) {
+    const V3d from = params.point("from", V3d(0));
+    const M44d moved = then(translation(from), reading.state.ctm);
+    if (!params.has("to")) return moved;
+    const V3d to = params.point("to", V3d(0)), z = unit(to - from);
+    if (!(z.length2() > 0)) {
+        fail(params.place_of("to"),
+             "\"from\" ({:g} {:g} {:g}) and \"to\" ({:g} {:g} {:g}) of {} give no direction; expected two "
+             "different points",
+             from.x, from.y, from.z, to.x, to.y, to.z, params.owner());
+    }
+    const V3d up = read_up(params);
+    constexpr double kAlong = 1e-6;  // radians between "up" and the line of sight that count as none
+    V3d x = up.cross(z);
+    if (!(x.length() > kAlong)) {
+        const bool x_is_up = std::fabs(up.x) > std::max(std::fabs(up.y), std::fabs(up.z));
+        const V3d side = x_is_up ? V3d(0, 1, 0) : V3d(1, 0, 0);
+        x = side - side.dot(z) * z;
+    }
+    x.normalize();
+    const V3d y = z.cross(x);
+    return then(M44d(x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, 0, 0, 0, 1), moved);
+}
+
+namespace {
+
 // Reads the parameters of both kinds: file, place, "scale" and "power".
 template <typename Settings>
 Settings read_lamp(Reading& reading, Params& params) {
     if (!params.has("filename")) fail(params.place(), "{} lacks \"string filename\"", params.owner());
     Settings lamp;
     lamp.file = reading.resolve(params.string("filename", ""));
-    lamp.world_from_light = reading.state.ctm;
+    lamp.world_from_light = read_placement(reading, params);
     lamp.colours = reading.colours();
     lamp.power_scale = static_cast<float>(params.real_within("scale", 1, 0, 1e30));
     lamp.power = static_cast<float>(positive_or_none(params, "power"));
@@ -325,8 +367,6 @@ void read_ray_file(Reading& reading, Params& params) {
 // or a point, in lumens.
 //
 // The lamp's frame is that of light fields: nadir (γ = 0) is +z, the plane C0 contains +x, C90 contains -y.
-// The current transformation places it, so a hanging lamp is rotated until its z points down, as for pbrt's
-// spot.
 
 namespace {
 
@@ -384,11 +424,11 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
     PhotometricWeb web = read_web(reading, kind, file, place);
     read_emission_of(params, web, file);
     spec.web = std::make_shared<const PhotometricWeb>(std::move(web));
-    spec.axes = light_axes(reading, params);
-    const M44d& ctm = reading.state.ctm;
+    const M44d placement = read_placement(reading, params);
+    spec.axes = light_axes(placement, params);
     spec.metre =
-        cbrt(std::fabs(ctm.determinant()));  // of a stretched one, which has been warned of, the mean
-    spec.position = transform_point(ctm, params.point("from", V3d(0)));
+        cbrt(std::fabs(placement.determinant()));  // of a stretched one, which has been warned of, the mean
+    spec.position = transform_point(placement, V3d(0));
     // A colour tints the light and leaves its candela unchanged.
     const Rgb colour = light_color(reading, params, "color", ColorUse::tint);
     if (!(luminance(colour) > 0)) fail(params.place_of("color"), "\"color\" is black");
