@@ -25,6 +25,9 @@ constexpr double kDigitWidth = 0.64;  // for DejaVu Sans, relative to the font s
 constexpr double kMargin = 14, kTitleHeight = 26;
 constexpr double kLegendWidth = 110, kLegendGap = 18, kBarWidth = 16, kLeastLegend = 150;
 constexpr double kAxisLeft = 52, kAxisBelow = 42;
+constexpr double kCaptionMargin = 6, kBarGap = 8;
+constexpr double kWideLetters =
+    1.1;  // how much wider than digits a caption's words are at most, with their m and W
 
 double text_width(std::string_view text, double size) {
     const auto bytes = std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });
@@ -489,6 +492,27 @@ std::string picture_svg(const PictureFigure& figure) {
                        figure.title);
 }
 
+int caption_width(const Caption& caption) {
+    double widest = 0;
+    for (const std::string& line : caption.lines) widest = std::max(widest, text_width(line, kFontSize));
+    widest = std::max(widest, caption.bar + kBarGap + text_width(caption.bar_text, kSmallFont));
+    return static_cast<int>(std::ceil(kWideLetters * widest + 2 * kCaptionMargin));
+}
+
+std::string caption_svg(const Caption& caption, int width) {
+    constexpr double kLine = 16, kTick = 4;
+    Drawing drawing;
+    double y = kCaptionMargin;
+    for (const std::string& line : caption.lines)
+        drawing.text({kCaptionMargin, (y += kLine) - 4}, line, "start");
+    y += kLine - 4;
+    const V2d left(kCaptionMargin, y), right(kCaptionMargin + caption.bar, y);
+    drawing.line(left, right, "#000000", 2);
+    for (const V2d& end : {left, right}) drawing.line(end - V2d(0, kTick), end + V2d(0, kTick), "#000000", 1);
+    drawing.text(right + V2d(kBarGap, 4), caption.bar_text, "start", kSmallFont, R"(class="bar")");
+    return drawing.svg(width, y + kTick + kCaptionMargin, caption.lines.empty() ? "" : caption.lines.front());
+}
+
 Image drawn(const std::string& svg, const std::filesystem::path& file) {
     const FloatTraps none(kNoFaults);
     DrawnSvg pixels;
@@ -510,7 +534,10 @@ std::string value_text(double value) {
 }
 
 std::string unit_as_written(std::string unit) {
-    for (std::size_t at; (at = unit.find("^2")) != std::string::npos;) unit.replace(at, 2, "²");
+    for (const std::string_view square : {"m^2", "m2"}) {
+        for (std::size_t at; (at = unit.find(square)) != std::string::npos;)
+            unit.replace(at, square.size(), "m²");
+    }
     return unit;
 }
 

@@ -1,5 +1,5 @@
-// Figures of measured values: a plan with axes in metres, and an image in false colour, each with a legend,
-// as self-contained SVG or as pixels.
+// Figures of measured values: a plan with axes in metres, an image in false colour, each with a legend, and
+// the caption of a picture, as self-contained SVG or as pixels.
 //
 // An SVG is one element for a separate file or an HTML page, possibly several on one page: it has no ids, its
 // own background and no script. Text is in DejaVu Sans, or in the viewer's replacement. The smooth plan and
@@ -64,13 +64,26 @@ struct PictureFigure : FigureValues {
 
 std::string picture_svg(const PictureFigure& figure);
 
+// The caption of a picture: lines of text, and below them a bar for a length in the picture.
+struct Caption {
+    std::vector<std::string> lines;
+    double bar = 0;        // pixels
+    std::string bar_text;  // the length that the bar has in the picture
+};
+
+// Returns the pixels across that all of the caption fits into.
+int caption_width(const Caption& caption);
+// Draws the caption on a white ground, `width` >= caption_width() pixels wide; the height follows from the
+// number of lines.
+std::string caption_svg(const Caption& caption, int width);
+
 // Renders a figure to display-referred pixels. Throws InputError, naming `file`, the intended output, if
 // there is no picture library, no font, or not enough memory.
 Image drawn(const std::string& svg, const std::filesystem::path& file);
 
 // Formats a value with three digits, or as a whole number from 100 on.
 std::string value_text(double value);
-// Converts "cd/m^2" to "cd/m²".
+// Converts "cd/m^2" to "cd/m²", and so does it with "W/m2".
 std::string unit_as_written(std::string unit);
 
 }  // namespace lucerna

@@ -1,5 +1,10 @@
 // `lucerna light project`, `view` and `info`: what they write and what they refuse.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/figures/figure.h"
 #include "engine/image/image.h"
+#include "engine/image/photograph.h"
 #include "lights/light_field.h"
 #include "tests/cli/run_support.h"
 
@@ -61,6 +66,48 @@ TEST_F(LightTools, Project_Series_WritesOneImagePerDistanceAndOnePicture) {
     for (const char* name : {"beam-0mm.exr", "beam-20mm.exr", "beam-500mm.exr", "beam.png"})
         EXPECT_TRUE(std::filesystem::exists(name)) << name;
     EXPECT_FALSE(std::filesystem::exists("beam.exr"));
+    // The three are in one row, above captions that are wider than they are.
+    const Photograph sheet = read_photograph("beam.png");
+    const Photograph one = [] {
+        lucerna_run({"light", "project", "lamp.exr", "--distance", "20mm", "--pixels", "16x16", "-o",
+                     "one.exr", "--png"});
+        return read_photograph("one.png");
+    }();
+    EXPECT_GE(sheet.size.x, 3 * one.size.x);
+    EXPECT_EQ(sheet.size.y, one.size.y);
+}
+
+// The caption that the values of the image give is below the picture, pixel by pixel.
+TEST_F(LightTools, Project_Picture_StatesDistanceSizeAndIrradiance) {
+    ASSERT_EQ(lucerna_run({"light", "project", "lamp.exr", "--distance", "100mm", "--size", "60mmx80mm",
+                           "--pixels", "6x8", "-o", "wall.exr", "--png"})
+                  .code,
+              0);
+    const Image wall = read_exr("wall.exr");
+    double peak = 0, sum = 0;
+    for (int y = 0; y < 8; ++y) {
+        for (int x = 0; x < 6; ++x) {
+            peak = std::max(peak, double{wall.value(x, y, 1)});
+            sum += double{wall.value(x, y, 1)};
+        }
+    }
+    const Caption caption{{"distance 100 mm", "60 mm × 80 mm", "peak " + value_text(peak) + " lx",
+                           "mean " + value_text(sum / 48) + " lx"},
+                          2,  // of six pixels for 60 mm
+                          "20 mm"};
+    const Image expected = drawn(caption_svg(caption, caption_width(caption)), "caption.png");
+    const Photograph found = read_photograph("wall.png");
+    ASSERT_EQ(found.size, V2i(expected.width, 8 + expected.height));
+    const auto count_at = [&found](int x, int y) {
+        return found.counts[static_cast<std::size_t>(y * found.size.x + x)];
+    };
+    EXPECT_EQ(count_at(6, 0), 255) << "white beside the picture";
+    int different = 0;
+    for (int y = 0; y < expected.height; ++y) {
+        for (int x = 0; x < expected.width; ++x)
+            different += std::fabs(count_at(x, 8 + y) - 255 * expected.rgb_at(x, y).y) > 1.5F ? 1 : 0;
+    }
+    EXPECT_EQ(different, 0);
 }
 
 TEST_F(LightTools, Project_AtAHeight_CountsFromTheLampsOwnOrigin) {

@@ -66,6 +66,61 @@ TEST(Plans, Isolines_AreWhereTheMetresSay) {
     EXPECT_EQ(count(plan_svg(figure), "class=\"isoline\""), 0);
 }
 
+// Captions of the smallest and largest values, drawn in the width that they ask for, leave their margins
+// white.
+TEST(Captions, FitIntoTheirWidth) {
+    for (const Caption& caption :
+         {Caption{{"distance 1 m", "2 m × 2 m", "peak 1 lx", "mean 0 lx"}, 13, "500 mm"},
+          Caption{
+              {"height 0.25 um", "mmmmmmmm", "peak 1.235e-06 W/m²", "mean -1.235e-06 W/m²"}, 30, "0.05 um"},
+          Caption{{"distance 1.235e+04 m", "888.8 mm × 888.8 mm", "peak 1.235e+07 lx"}, 300, "888.8 mm"},
+          Caption{{}, 0, ""}}) {
+        const int width = caption_width(caption);
+        const std::string svg = caption_svg(caption, width);
+        EXPECT_EQ(count(svg, "<text "), static_cast<int>(caption.lines.size()) + 1);
+        Image picture;
+        try {
+            picture = drawn(svg, "caption.png");
+        } catch (const InputError& error) {
+            LUCERNA_CANNOT_RUN() << error.what();
+        }
+        ASSERT_EQ(picture.width, width);
+        int ink = 0;
+        for (int y = 0; y < picture.height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                const bool white = picture.rgb_at(x, y).x > 0.99F;
+                const bool margin = std::min({x, y, width - 1 - x, picture.height - 1 - y}) < 3;
+                EXPECT_TRUE(white || !margin) << x << ", " << y << " of " << svg;
+                ink += white ? 0 : 1;
+            }
+        }
+        EXPECT_GT(ink, 20 * static_cast<int>(caption.lines.size()));
+    }
+}
+
+// Lines are farther apart than letters are high, and the bar is as long as it should be.
+TEST(Captions, HaveLinesApart_AndABarOfItsLength) {
+    const std::string svg = caption_svg({{"a", "b", "<c>"}, 40, "1 m"}, 200);
+    std::vector<double> heights;
+    const std::regex text(R"re(<text x="[\d.]+" y="([\d.]+)")re");
+    for (std::sregex_iterator i(svg.begin(), svg.end(), text), end; i != end; ++i)
+        heights.push_back(std::stod((*i)[1]));
+    ASSERT_EQ(heights.size(), 4U);
+    for (std::size_t i = 1; i < heights.size(); ++i) EXPECT_GE(heights[i] - heights[i - 1], 14);
+    std::smatch bar;
+    ASSERT_TRUE(std::regex_search(
+        svg, bar, std::regex(R"re(<line x1="([\d.]+)" y1="([\d.]+)" x2="([\d.]+)" y2="([\d.]+)")re")));
+    EXPECT_NEAR(std::stod(bar[3]) - std::stod(bar[1]), 40, 1e-9);
+    EXPECT_EQ(bar[2], bar[4]);
+    EXPECT_THAT(svg, HasSubstr("&lt;c&gt;"));
+}
+
+TEST(Units, AreWrittenWithASquare) {
+    EXPECT_EQ(unit_as_written("cd/m^2"), "cd/m²");
+    EXPECT_EQ(unit_as_written("W/m2"), "W/m²");
+    EXPECT_EQ(unit_as_written("lx"), "lx");
+}
+
 TEST(Plans, Names_StayText) {
     PlanFigure figure = room();
     figure.title = "<script>\x01\n& \"a\"";

@@ -13,7 +13,9 @@
 #include "engine/colour/spectrum.h"
 #include "engine/colour/tone.h"
 #include "engine/evaluation/error_pictures.h"
+#include "engine/figures/figure.h"
 #include "engine/image/image.h"
+#include "engine/image/pictures.h"
 #include "engine/system/files.h"
 #include "lights/measurement/colour_over_angle.h"
 #include "lights/measurement/join_sides.h"
@@ -32,7 +34,8 @@ file. With --side the screen is on another side of the lamp than +z, perpendicul
 light there are included. x on the screen is then horizontal (+x of the frame for -y, -x for -z and +y, +y for +x, -y for
 -x) and y is the frame's z (y for -z). Without --size each screen holds about 96 % of the
 light in each direction. Several distances make a series: one image for each, and with --png one picture of all,
-each with its own exposure.
+each with its own exposure. Below it are its distance (or height), the screen's width and height, the largest and the
+mean irradiance on it, and a scale bar.
 
 With --chromaticity a second image, NAME-chromaticity.exr, is written for each image: u' in its red channel, v' in
 green, and in blue delta u'v', the distance from the colour of all the light on the screen; 0 where there is
@@ -200,7 +203,7 @@ Image image_of(const ColouredPlane& coloured, const LampFile& lamp) {
     return image;
 }
 
-// Paints the image with its brightest pixels just below white.
+// Paints the image, display-referred, with its brightest pixels just below white.
 void paint_exposed(const Image& image, Image& sheet, int left, int top) {
     std::vector<double> values;
     for (int y = 0; y < image.height; ++y) {
@@ -209,8 +212,9 @@ void paint_exposed(const Image& image, Image& sheet, int left, int top) {
     constexpr double kBrightest = 0.999, kShown = 0.75;
     const double bright = level(values, kBrightest);
     const float exposure = bright > 0 ? static_cast<float>(kShown / bright) : 0.0F;
+    const Display display({.exposure = exposure}, image.space);
     for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x) sheet.set_rgb(left + x, top + y, image.rgb_at(x, y) * exposure);
+        for (int x = 0; x < image.width; ++x) sheet.set_rgb(left + x, top + y, display(image.rgb_at(x, y)));
     }
 }
 
@@ -256,18 +260,60 @@ void write_chromaticity(const std::filesystem::path& file, const Image& image, b
     write_png_display(beside(file, ".png"), magma_picture(off, kPale));
 }
 
-void write_series_picture(const ProjectCommand& command, const std::vector<Image>& images) {
+// One screen of the series' picture.
+struct ShownScreen {
+    Image image;
+    std::vector<std::string> lines;  // of its caption
+    double width;                    // of the screen, metres
+};
+
+ShownScreen shown_of(const ProjectCommand& command, double distance, const PlaneIrradiance& plane,
+                     Image image) {
+    const V2d& size = plane.patch.size;
+    const std::string unit = unit_as_written(image.attributes.at("lucerna.unit"));
+    return {std::move(image),
+            {fmt::format("{} {}", command.heights ? "height" : "distance", length_text(distance)),
+             fmt::format("{} × {}", length_text(size.x), length_text(size.y)),
+             fmt::format("peak {} {}", value_text(plane.peak()), unit),
+             fmt::format("mean {} {}", value_text(plane.flux() / (size.x * size.y)), unit)},
+            size.x};
+}
+
+void write_series_picture(const ProjectCommand& command, const std::vector<ShownScreen>& screens) {
     constexpr int kWidest = 2400, kPerRow = 3, kGap = 4;
-    const int count = static_cast<int>(images.size());
+    constexpr double kBarShare = 0.2;  // least length of the bar, of the screen's width
+    const std::filesystem::path file = sheet_of(command);
+    const int count = static_cast<int>(screens.size());
     const int columns = std::min(count, kPerRow);
-    const int factor = (columns * images[0].width + kWidest - 1) / kWidest;
+    const int factor = (columns * command.pixels.x + kWidest - 1) / kWidest;
     std::vector<Image> small;
-    for (const Image& image : images) small.push_back(shrunk(image, factor));
-    const Image sheet = contact_sheet(count, columns, {small[0].width, small[0].height}, kGap,
-                                      [&](int i, Image& target, int x, int y) {
-                                          paint_exposed(small[static_cast<std::size_t>(i)], target, x, y);
-                                      });
-    write_png(sheet_of(command), sheet, {});
+    std::vector<Caption> captions;
+    int width = 0;
+    for (const ShownScreen& shown : screens) {
+        small.push_back(shrunk(shown.image, factor));
+        const double bar = round_step_from(kBarShare * shown.width).value();
+        const double pixels = bar / shown.width * command.pixels.x / factor;
+        captions.push_back({shown.lines, pixels, length_text(bar)});
+        width = std::max({width, small.back().width, caption_width(captions.back())});
+    }
+    std::vector<Image> below;
+    for (const Caption& caption : captions) below.push_back(drawn(caption_svg(caption, width), file));
+    const int height = small[0].height;
+    const Image sheet =
+        contact_sheet(count, columns, {width, height + below[0].height}, kGap,
+                      [&](int i, Image& target, int left, int top) {
+                          const auto n = static_cast<std::size_t>(i);
+                          for (int y = 0; y < height; ++y) {
+                              for (int x = small[n].width; x < width; ++x)
+                                  target.set_rgb(left + x, top + y, Rgb(1));
+                          }
+                          paint_exposed(small[n], target, left, top);
+                          for (int y = 0; y < below[n].height; ++y) {
+                              for (int x = 0; x < width; ++x)
+                                  target.set_rgb(left + x, top + height + y, below[n].rgb_at(x, y));
+                          }
+                      });
+    write_png_display(file, sheet);
 }
 
 void print_plane(std::ostream& out, const ProjectCommand& command, double distance,
@@ -304,7 +350,10 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
         files.writes(beside(name_of(command, distance), ".exr"), ".exr", "--chromaticity");
         if (command.png) files.writes(beside(name_of(command, distance), ".png"), ".png", "--chromaticity");
     }
-    if (command.png) files.writes(sheet_of(command), ".png", "--png");
+    if (command.png) {
+        files.writes(sheet_of(command), ".png", "--png");
+        pictures(sheet_of(command));  // the library that draws its captions must be available
+    }
     ConsoleMonitor monitor(context.out, context.err,
                            {context.process.terminal, true, context.process.stop, {}});
     const LampFile lamp = seen_from(command.side, read_lamp_file(command.lamp, monitor));
@@ -315,16 +364,17 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
             {"--reconstruction"},
             "approximate works for a single light field towards +z only; rays are counted directly");
     }
-    std::vector<Image> images;
+    std::vector<ShownScreen> screens;
     for (const double distance : command.distances) {
         const ColouredPlane plane =
             naming(command.lamp, [&] { return project_at(command, lamp, distance, monitor); });
-        images.push_back(image_of(plane, lamp));
-        write_exr(name_of(command, distance), images.back());
-        if (command.chromaticity) write_chromaticity(name_of(command, distance), images.back(), command.png);
+        screens.push_back(shown_of(command, distance, plane.luminance, image_of(plane, lamp)));
+        const Image& image = screens.back().image;
+        write_exr(name_of(command, distance), image);
+        if (command.chromaticity) write_chromaticity(name_of(command, distance), image, command.png);
         if (!command.quiet) print_plane(context.out, command, distance, plane.luminance, lamp);
     }
-    if (command.png) write_series_picture(command, images);
+    if (command.png) write_series_picture(command, screens);
 }
 
 }  // namespace
