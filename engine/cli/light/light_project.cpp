@@ -34,8 +34,8 @@ file. With --side the screen is on another side of the lamp than +z, perpendicul
 light there are included. x on the screen is then horizontal (+x of the frame for -y, -x for -z and +y, +y for +x, -y for
 -x) and y is the frame's z (y for -z). Without --size each screen holds about 96 % of the
 light in each direction. Several distances make a series: one image for each, and with --png one picture of all,
-each with its own exposure. Below it are its distance (or height), the screen's width and height, the largest and the
-mean irradiance on it, and a scale bar.
+each with its own exposure and, below it, its distance (or height), the screen's width and height, the largest and the
+mean irradiance, and a scale bar.
 
 With --chromaticity a second image, NAME-chromaticity.exr, is written for each image: u' in its red channel, v' in
 green, and in blue delta u'v', the distance from the colour of all the light on the screen; 0 where there is
