@@ -2,7 +2,9 @@
 //
 // The luminous part in a direction w is the smallest area that emits a share kLuminousShare of the light
 // along w, divided by that share. For an even lamp it is all of it, without the faint light around it that a
-// field blurs over a cell. A file states one body, a flat rectangle or a box. It is chosen such that the
+// field blurs over a cell. Places are taken in the order of their light towards the nearest eighth of the
+// other directions: by the noise of the direction itself, which is large in a field of few rays, the area
+// would come out too small. A file states one body, a flat rectangle or a box. It is chosen such that the
 // integral of its luminance I/A, squared over its solid angle as in UGR, equals that of the luminous part
 // over all directions. With the projected area A₀ of the plane or box, and A of the luminous part, it is the
 // plane or box times k,

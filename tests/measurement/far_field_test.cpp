@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "engine/base/warp.h"
 #include "lights/measurement/acquire.h"
+#include "lights/measurement/ray_projection.h"
 #include "lights/photometric_files.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
@@ -76,6 +78,50 @@ TEST(FarField, Opening_IsThePartOfThePlaneThatShines) {
     EXPECT_NEAR(opening.size.x / opening.size.y, 1, 0.02);
     const LuminousOpening again = far_field(field, {5, 30}, Workers{1}, silent).info().opening;
     EXPECT_EQ(again.size, opening.size) << "on any number of threads";
+}
+
+// Rays of a Lambertian disc of 50 mm, as a field with far more coefficients than rays. Where `split`, the
+// half at x > 0 shines towards +x only and the other one towards -x only.
+LightField field_of_disc(int rays, bool split) {
+    RaySet set;
+    set.unit = FluxUnit::lumen;
+    Sampler s(5, Purpose::test, 0, 0);
+    for (int i = 0; i < rays; ++i) {
+        const V2f at = square_to_disc(s.next2());
+        V3f d = square_to_cosine_hemisphere(s.next2());
+        if (split) d.x = std::copysign(d.x, at.x);
+        set.rays.push_back({V3f(0.025F * at.x, 0.025F * at.y, 0), d, 1.0F});
+    }
+    set.flux = rays;
+    Rig rig;
+    rig.views = {50, 50};
+    rig.spacing = V2d(0.00104);
+    rig.pixels = {21, 21};
+    rig.pixel = V2d(0.04);
+    rig.distance = 0.2;
+    Monitor silent;
+    return project_rays(set, rig, Workers{2}, silent).field;
+}
+
+// The noise of few rays does not make the luminous part smaller.
+TEST(FarField, Opening_OfFewRays_IsThatOfTheLamp) {
+    Monitor silent;
+    constexpr double kArea = M_PI * sqr(0.025);
+    for (const auto& [rays, tolerance] : {std::pair{50'000, 0.15}, {200'000, 0.05}}) {
+        const LuminousOpening opening =
+            far_field(field_of_disc(rays, false), {5, 30}, Workers{2}, silent).info().opening;
+        EXPECT_NEAR(opening.size.x * opening.size.y / kArea, 1, tolerance) << rays;
+        EXPECT_NEAR(opening.size.x / opening.size.y, 1, 0.03) << rays;
+    }
+}
+
+// Half of the disc is luminous from every direction, though all of it shines.
+TEST(FarField, Opening_OfALampInTwoParts_IsTheSizeOfOne) {
+    Monitor silent;
+    constexpr double kArea = M_PI * sqr(0.025);
+    const LuminousOpening opening =
+        far_field(field_of_disc(200'000, true), {5, 30}, Workers{2}, silent).info().opening;
+    EXPECT_NEAR(opening.size.x * opening.size.y / kArea, 0.5, 0.06);
 }
 
 // A Lambertian disc of radiance 1 has I = A cos θ.
