@@ -65,8 +65,9 @@ std::string ies_text(const PhotometricWeb& given, std::string_view title) {
     std::string text = "IESNA:LM-63-2002\n";
     text += fmt::format(
         "[TEST] {0}\n[TESTLAB] not stated\n[ISSUEDATE] not stated\n[MANUFAC] not stated\n"
-        "[LUMINAIRE] {0}\n[OTHER] absolute photometry, written by lucerna\nTILT=NONE\n",
-        name);
+        "[LUMINAIRE] {0}\n[OTHER] absolute photometry, written by lucerna{1}\nTILT=NONE\n",
+        name,
+        info.smoothed > 0 ? fmt::format("; means over caps of {:g} degrees", info.smoothed) : std::string());
     text += fmt::format("1 -1 1 {} {} 1 2 {:.6g} {:.6g} {:.6g}\n1 1 {:g}\n", grid.polar.size(), planes.size(),
                         opening.x, opening.y, opening.z, info.watts);
     append_numbers(text, grid.polar);

@@ -62,6 +62,7 @@ struct PhotometricInfo {
     // For a web made from a light field, the difference of the two over all directions, relative to the flux.
     // It is caused by the smoothing of the grid.
     double grid_error = 0;
+    double smoothed = 0;      // degrees; radius of the caps over which rays were counted; 0: none were
     LuminousOpening opening;  // without a size if none is stated
 };
 

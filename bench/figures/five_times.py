@@ -68,7 +68,7 @@ def main(source, picture):
         ax.set_ylim(0.03, 400)
     axes[0].set_ylabel("error of the far field, %")
     axes[0].set_yticks([0.1, 1, 3, 10, 100], ["0.1", "1", "3", "10", "100"])
-    axes[0].legend(fontsize=8, loc="lower left")
+    axes[1].legend(fontsize=8, loc="lower left")
     figure.tight_layout()
     figure.savefig(picture, dpi=110)
 

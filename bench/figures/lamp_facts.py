@@ -122,7 +122,7 @@ def said(lucerna, file):
     angles = [[None if word == "none" else float(word.split()[0]) for word in
                re.findall(r"(none|[\d.]+ degrees) in C", lines[name])] for name in ("beam angle", "field angle")]
     towards = [float(n) for n in re.search(r"\((.*)\)", lines["peak intensity"]).group(1).split(",")]
-    smooth = re.match(r"([\d.]+) degrees", lines.get("smoothed over", ""))
+    smooth = re.search(r"([\d.]+) degrees", lines.get("smoothed over", ""))
     return (float(lines["flux"].split()[0]), float(lines["peak intensity"].split()[0]), towards, angles,
             float(smooth.group(1)) if smooth else None)
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <span>
 #include <utility>
@@ -59,6 +60,41 @@ class HatGrid {
         at(i, j + 1) += flux * (1 - t) * s;
         at(i + 1, j) += flux * t * (1 - s);
         at(i + 1, j + 1) += flux * t * s;
+    }
+
+    // Gives each hat the mean intensity of the hats whose directions are within a cap of `radius` [radians].
+    void smooth(double radius) {
+        const auto columns = static_cast<std::size_t>(azimuth_);
+        // Sums of a row's hats from 0 to 2 columns, so that intervals across 0 are one difference.
+        std::vector<double> sums(static_cast<std::size_t>(polar_ + 1) * (2 * columns + 1));
+        for (int i = 0; i <= polar_; ++i) {
+            double* const row = &sums[static_cast<std::size_t>(i) * (2 * columns + 1)];
+            for (std::size_t j = 0; j < 2 * columns; ++j) row[j + 1] = row[j] + at(i, static_cast<int>(j));
+        }
+        const int reach = static_cast<int>(radius / polar_width_);
+        std::vector<double> smoothed(flux_.size());
+        for (int i = 0; i <= polar_; ++i) {
+            const double theta = i * polar_width_;
+            std::vector<double> flux(columns);
+            double solid_angles = 0;
+            for (int k = std::max(0, i - reach); k <= std::min(polar_, i + reach); ++k) {
+                const double other = k * polar_width_, across = sin(theta) * sin(other);
+                const double cosine = across > 0 ? (cos(radius) - cos(theta) * cos(other)) / across : -1.0;
+                const double turn = cosine <= -1 ? kPiD : acos(std::min(cosine, 1.0));
+                const int half = static_cast<int>(turn / azimuth_width());
+                const int count = std::min(2 * half + 1, azimuth_);
+                solid_angles += count * solid_angle(k);
+                const double* const row = &sums[static_cast<std::size_t>(k) * (2 * columns + 1)];
+                for (int j = 0; j < azimuth_; ++j) {
+                    const int first = count == azimuth_ ? 0 : (j - half + azimuth_) % azimuth_;
+                    flux[static_cast<std::size_t>(j)] += row[first + count] - row[first];
+                }
+            }
+            // > 0, as the row itself is within reach.
+            for (std::size_t j = 0; j < columns; ++j)
+                smoothed[static_cast<std::size_t>(i) * columns + j] = flux[j] / solid_angles * solid_angle(i);
+        }
+        flux_ = std::move(smoothed);
     }
 
     // Returns the flux over each hat's solid angle. A pole is one direction in all planes.
@@ -222,23 +258,23 @@ void add_far_light(const LightField& field, const SlabAxes& axes, bool as_render
     const std::optional<LightField> even = boxes ? std::optional(evened(field)) : std::nullopt;
     const LightField& shown = even ? *even : field;
     constexpr std::int64_t kGrain = 256;
-    parallel_ranges(workers, static_cast<std::int64_t>(nodes.size()), kGrain,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                        if (monitor.stopped()) throw Stopped("far field: stopped");
-                        for (std::int64_t n = begin; n < end; ++n) {
-                            const Node& node = nodes[static_cast<std::size_t>(n)];
-                            const double sine = sin(node.theta);
-                            const V3d d = axes.to_slab({sine * cos(node.phi), -sine * sin(node.phi),
-                                                        cos(node.theta)});
-                            if (!(d.z > 0) || hypot(d.x, d.y) > most * d.z) continue;
-                            const V2d slope(d.x / d.z, d.y / d.z);
-                            const double intensity =
-                                clamps ? clamped_far_intensity(shown, slope) : far_intensity(shown, slope);
-                            flux[static_cast<std::size_t>(n)] +=
-                                gain * node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) * intensity;
-                        }
-                        phase.advance(static_cast<std::uint64_t>(end - begin));
-                    });
+    parallel_ranges(
+        workers, static_cast<std::int64_t>(nodes.size()), kGrain,
+        [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+            if (monitor.stopped()) throw Stopped("far field: stopped");
+            for (std::int64_t n = begin; n < end; ++n) {
+                const Node& node = nodes[static_cast<std::size_t>(n)];
+                const double sine = sin(node.theta);
+                const V3d d = axes.to_slab({sine * cos(node.phi), -sine * sin(node.phi), cos(node.theta)});
+                if (!(d.z > 0) || hypot(d.x, d.y) > most * d.z) continue;
+                const V2d slope(d.x / d.z, d.y / d.z);
+                const double intensity =
+                    clamps ? clamped_far_intensity(shown, slope) : far_intensity(shown, slope);
+                flux[static_cast<std::size_t>(n)] +=
+                    gain * node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) * intensity;
+            }
+            phase.advance(static_cast<std::uint64_t>(end - begin));
+        });
 }
 
 PhotometricWeb web_of(HatGrid grid, std::span<const Node> nodes, std::span<const double> flux,
@@ -318,21 +354,42 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const
 PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
     const bool backward =
         std::any_of(rays.rays.begin(), rays.rays.end(), [](const LampRay& r) { return r.d.z < 0; });
-    HatGrid grid(backward ? 180 : 90, steps);
+    HatGrid counted(backward ? 180 : 90, steps);
     double sum = 0;
     for (std::size_t i = 0; i < rays.rays.size(); ++i) {
         const LampRay& ray = rays.rays[i];
         const V3d d(ray.d);
         const double theta = atan2(hypot(d.x, d.y), d.z), phi = atan2(-d.y, d.x);
         const double flux = rays.light_of(i);
-        grid.add(theta, phi < 0 ? phi + 2 * kPiD : phi, flux);
+        counted.add(theta, phi < 0 ? phi + 2 * kPiD : phi, flux);
         sum += flux;
     }
     if (!(sum > 0)) throw InputError("the rays carry no flux");
-    PhotometricInfo info;
-    info.provenance = rays.provenance;
-    // Unusable rays are part of the lamp.
-    return scaled(PhotometricWeb(grid.finish(), std::move(info)), rays.flux > 0 ? rays.flux / sum : 1.0);
+    // Returns how many equal rays are worth as much as those near a direction.
+    const auto rays_near = [&rays](const V3d& w, double radius) {
+        double light = 0, squares = 0;
+        for (std::size_t i = 0; i < rays.rays.size(); ++i) {
+            if (!(V3d(rays.rays[i].d).dot(w) > cos(radius))) continue;
+            light += rays.light_of(i);
+            squares += sqr(rays.light_of(i));
+        }
+        return squares > 0 ? sqr(light) / squares : 0.0;
+    };
+    constexpr double kRadii[] = {0.1, 0.2, 0.5, 1, 2, 3, 5, 7, 10};  // degrees
+    constexpr double kEnough = 400;  // rays, whose number has a standard error of 5 %
+    for (std::size_t i = 0;; ++i) {
+        const double radius = kRadii[i];
+        HatGrid grid = counted;
+        grid.smooth(radius * kDegree);
+        PhotometricInfo info;
+        info.smoothed = radius;
+        info.provenance = rays.provenance;
+        PhotometricWeb web(grid.finish(), std::move(info));
+        if (i + 1 < std::size(kRadii) && rays_near(beam_of(web).brightest, radius * kDegree) < kEnough)
+            continue;
+        // Unusable rays are part of the lamp, and smoothing changes its flux where the grid ends.
+        return scaled(web, (rays.flux > 0 ? rays.flux : sum) / web.flux());
+    }
 }
 
 }  // namespace lucerna

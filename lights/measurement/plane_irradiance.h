@@ -126,6 +126,8 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& grid, const 
                          Monitor& monitor);
 
 // Returns the web of a ray file, backward rays included, with the flux of all its rays (of Y, if coloured).
+// Intensities are means over caps around each direction, whose radius is the smallest of 0.1 to 10 degrees
+// that holds 400 rays where they are densest, so that the peak has a standard error of 5 % or less.
 PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& grid);
 
 }  // namespace lucerna

@@ -52,7 +52,7 @@ TEST_F(RunPhotometry, Glare_UnderASky_HasDgpAndAView) {
                                        "--json", "glare.json", "--precision", "10%", "--quiet"});
     EXPECT_EQ(glare.code, 0) << glare.err;
     EXPECT_THAT(glare.out, HasSubstr("DGP"));
-    EXPECT_THAT(text_of("glare.csv"), HasSubstr("DGP,half-width of 95 % of DGP\n"));
+    EXPECT_THAT(text_of("glare.csv"), HasSubstr("DGP,half-width of 95 % of DGP,UGR CIE 232\n"));
     EXPECT_THAT(text_of("glare.json"), HasSubstr("\"dgp\""));
     const Image view = read_exr("view.exr");
     EXPECT_EQ(view.width, view.height);

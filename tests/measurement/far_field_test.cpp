@@ -215,6 +215,44 @@ TEST(FarField, OfRays_HoldsTheirFluxWhereverTheyGo) {
         EXPECT_NEAR(web.intensity(web.direction(gamma, 60)), 50 / (4 * M_PI), 0.8);
 }
 
+// Rays of lamps whose intensity is known: smooth ones, and a beam of 3 degrees. Counted over the grid's steps
+// alone, the peak of few rays would be chance.
+TEST(FarField, OfFewRays_IsSmoothedOverCapsThatHoldEnough) {
+    struct Known {
+        double exponent;  // of the cosine
+        int rays;
+        // Tolerances are relative. A peak that is a tenth too high cuts 6 degrees off a Lambertian's beam.
+        double most_smoothed, of_peak, of_angle;
+    };
+    const double narrow = std::log(0.5) / std::log(std::cos(1.5 * M_PI / 180));
+    for (const Known& lamp :
+         {Known{1, 10'000, 10, 0.15, 0.1}, Known{1, 100'000, 5, 0.12, 0.1}, Known{10, 10'000, 5, 0.15, 0.05},
+          Known{narrow, 10'000, 1, 0.12, 0.15}, Known{narrow, 100'000, 0.2, 0.12, 0.05}}) {
+        RaySet set;
+        set.unit = FluxUnit::lumen;
+        set.flux = 1;
+        Sampler s(3, Purpose::test, 0, 0);
+        for (int i = 0; i < lamp.rays; ++i) {
+            const V2f u = s.next2();
+            const double z = std::pow(1 - double{u.x}, 1 / (lamp.exponent + 1)), r = std::sqrt(1 - z * z),
+                         phi = 2 * M_PI * double{u.y};
+            set.rays.push_back({V3f(0.0F), V3f(V3d(r * std::cos(phi), r * std::sin(phi), z)),
+                                1.0F / static_cast<float>(lamp.rays)});
+        }
+        const FarFieldGrid grid{lamp.exponent > 100 ? 0.1 : 1, 5};
+        const PhotometricWeb web = far_field(set, grid);
+        EXPECT_NEAR(web.flux(), 1, 1e-5);
+        EXPECT_LE(web.info().smoothed, lamp.most_smoothed) << lamp.exponent;
+        EXPECT_NE(ies_text(web, "rays").find("; means over caps of "), std::string::npos);
+        const double peak = (lamp.exponent + 1) / (2 * M_PI);
+        const double half = 2 * std::acos(std::pow(0.5, 1 / lamp.exponent)) * 180 / M_PI;
+        const Beam beam = beam_of(web);
+        EXPECT_NEAR(beam.peak, peak, lamp.of_peak * peak) << lamp.exponent << ' ' << lamp.rays;
+        for (const double angle : beam.beam_angle)
+            EXPECT_NEAR(angle, half, lamp.of_angle * half) << lamp.exponent << ' ' << lamp.rays;
+    }
+}
+
 TEST(FarField, Ray_LandsInItsPlane) {
     RaySet set;
     set.rays.push_back({V3f(0.0F), V3f(0, -1, 1).normalized(), 2.0F});

@@ -233,21 +233,10 @@ void print_beam(std::ostream& out, const PhotometricWeb& web, FluxUnit unit) {
     line("field angle", "10 %", beam.field_angle);
 }
 
-// Counts the rays of a few degrees around each direction: as few as hold enough rays where they are densest.
 void print_beam(std::ostream& out, const RaySet& set) {
-    constexpr double kSteps[] = {1, 2, 5, 10};
-    constexpr int kEnough = 400;  // rays, whose number has a standard error of 5 %
-    for (const double step : kSteps) {
-        const PhotometricWeb web = far_field(set, {.polar_step = step, .azimuth_step = 15});
-        const V3d brightest = beam_of(web).brightest;
-        const double near = cos(step * kPiD / 180);
-        const auto rays = std::ranges::count_if(
-            set.rays, [&](const LampRay& ray) { return V3d(ray.d).dot(brightest) > near; });
-        if (rays < kEnough && step < kSteps[std::size(kSteps) - 1]) continue;
-        print_beam(out, web, set.unit);
-        fmt::print(out, "smoothed over        {:g} degrees, {} rays around the peak\n", step, rays);
-        return;
-    }
+    const PhotometricWeb web = far_field(set, {});
+    print_beam(out, web, set.unit);
+    fmt::print(out, "smoothed over        caps of {:g} degrees around each direction\n", web.info().smoothed);
 }
 
 void print_errors(std::ostream& out, std::span<const PlaneError> errors) {

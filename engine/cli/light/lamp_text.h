@@ -22,8 +22,8 @@ void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit)
 // Prints the error of the light that a field casts, plane by plane.
 void print_errors(std::ostream& out, std::span<const PlaneError> errors);
 
-// Prints the peak intensity, the beam angle and the field angle (beam_of()); of rays, those of the directions
-// counted in steps of a few degrees.
+// Prints the peak intensity, the beam angle and the field angle (beam_of()); of rays, those of their far
+// field, and over which caps it counts them.
 void print_beam(std::ostream& out, const PhotometricWeb& web, FluxUnit unit);
 void print_beam(std::ostream& out, const RaySet& rays);
 
