@@ -78,8 +78,8 @@ Sums sums_of(std::span<const EmissionTrial> trials) {
 }
 
 // Returns by how much the root of the mean falls if the block is cut into slices along the axis; none if the
-// slices do not differ beyond chance. `variance` is that of the sum of the weighted differences from the mean,
-// over the sum of the weights.
+// slices do not differ beyond chance. `variance` is that of the sum of the weighted differences from the
+// mean, over the sum of the weights.
 std::optional<double> gain_along(const Block& block, int axis, double mean, double variance) {
     std::array<Sums, kSlices> slices{};
     const float low = block.low[static_cast<std::size_t>(axis)];
