@@ -82,6 +82,17 @@ std::vector<Room> rooms(const std::filesystem::path& lamp) {
     const std::string beam =
         fmt::format("LightSource \"lightfield\" \"string filename\" \"{}\" \"float power\" ", lamp.string());
     return {
+        {"measured lamp above a ball",
+         closed() + disc_lamp(1, 1, 2.59, 0.1, 50) + "AttributeBegin Translate 2 2 2.3 Rotate 180 1 0 0\n" +
+             beam + "50\nAttributeEnd\n" +
+             of("\"dielectric\"", "Translate 2 2 2.2 Shape \"sphere\" \"float radius\" 0.04\n")},
+        {"measured lamp through a lens",
+         closed() + disc_lamp(3, 3, 2.59, 0.1, 50) +
+             "AttributeBegin Translate 0.5 2 1.2 Rotate 90 0 1 0 Rotate 35 0 1 0\n" + beam +
+             "50\nAttributeEnd\n" +
+             of("\"dielectric\"",
+                "Translate 0.5655 2 1.154 Rotate 35 0 1 0 Scale 0.3 1 1 Shape \"sphere\" "
+                "\"float radius\" 0.05\n")},
         {"window with sun",
          "LightSource \"infinite\" \"rgb L\" [1 1 1]\nLightSource \"distant\" \"rgb L\" [8 8 8] \"point3 "
          "from\" "
@@ -99,19 +110,6 @@ std::vector<Room> rooms(const std::filesystem::path& lamp) {
         {"spot behind a lens",
          closed() + disc_lamp(1, 1, 2.59, 0.1, 50) + disc_lamp(2, 2, 2.3, 0.005, 50) +
              of("\"dielectric\"", "Translate 2 2 2.2 Shape \"sphere\" \"float radius\" 0.04\n")},
-        {"measured lamp above a ball", closed() + disc_lamp(1, 1, 2.59, 0.1, 50) +
-                                           "AttributeBegin Translate 2.2 2 2.2 Rotate 180 1 0 0\n" + beam +
-                                           "50\nAttributeEnd\n" +
-                                           of("\"dielectric\"",
-                                              "Translate 2.1 2 1 Shape \"sphere\" \"float "
-                                              "radius\" 0.1\n")},
-        {"measured lamp through a lens", closed() + disc_lamp(3, 3, 2.59, 0.1, 50) +
-                                             "AttributeBegin Translate 0.5 2 1.2 Rotate 90 0 1 0 Rotate 35 "
-                                             "0 1 0\n" +
-                                             beam + "50\nAttributeEnd\n" +
-                                             of("\"dielectric\"",
-                                                "Translate 0.87 2 0.94 Rotate 35 0 1 0 Scale 0.3 1 1 Shape "
-                                                "\"sphere\" \"float radius\" 0.15\n")},
         {"fog", closed() + disc_lamp(2, 2, 2.59, 0.1, 100),
          "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [0.02 0.02 0.02] \"rgb "
          "sigma_s\" "
