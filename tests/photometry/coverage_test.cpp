@@ -59,6 +59,9 @@ std::string of(const std::string& material, const std::string& shape) {
 
 struct Room {
     std::string name, world, camera_medium = {};
+    // The light of a narrow beam varies between the points by a few times, so that their mean is not the
+    // square's.
+    double apart = 0;
 };
 
 // Acquires a lamp of 2 cm whose beam is 30 degrees wide into a light field, and returns its file.
@@ -85,14 +88,18 @@ std::vector<Room> rooms(const std::filesystem::path& lamp) {
         {"measured lamp above a ball",
          closed() + disc_lamp(1, 1, 2.59, 0.1, 50) + "AttributeBegin Translate 2 2 2.3 Rotate 180 1 0 0\n" +
              beam + "50\nAttributeEnd\n" +
-             of("\"dielectric\"", "Translate 2 2 2.2 Shape \"sphere\" \"float radius\" 0.04\n")},
+             of("\"dielectric\"", "Translate 2 2 2.2 Shape \"sphere\" \"float radius\" 0.04\n"),
+         {},
+         0.03},
         {"measured lamp through a lens",
          closed() + disc_lamp(3, 3, 2.59, 0.1, 50) +
              "AttributeBegin Translate 0.5 2 1.2 Rotate 90 0 1 0 Rotate 35 0 1 0\n" + beam +
              "50\nAttributeEnd\n" +
              of("\"dielectric\"",
                 "Translate 0.5655 2 1.154 Rotate 35 0 1 0 Scale 0.3 1 1 Shape \"sphere\" "
-                "\"float radius\" 0.05\n")},
+                "\"float radius\" 0.05\n"),
+         {},
+         0.03},
         {"window with sun",
          "LightSource \"infinite\" \"rgb L\" [1 1 1]\nLightSource \"distant\" \"rgb L\" [8 8 8] \"point3 "
          "from\" "
@@ -174,9 +181,10 @@ struct Coverage {
         for (const Reading95& r : readings) sum += r.half_width / seeds();
         return sum;
     }
-    bool is(const RunningStats& truth) const {
+    // `apart` is how far the points' mean may be from the square's, relative to it.
+    bool is(const RunningStats& truth, double apart) const {
         return std::fabs(means.mean() - truth.mean()) <=
-               4.5 * std::hypot(means.standard_error(), truth.standard_error());
+               4.5 * std::hypot(means.standard_error(), truth.standard_error()) + apart * truth.mean();
     }
 };
 Coverage coverage_of(const Room& room, int seeds) {
@@ -228,7 +236,7 @@ TEST(LuxCoverage, Long_WhereLampsAreMetSeldom_IsAsStated) {
         const RunningStats truth = counted(room, 8'000);
         const Coverage coverage = coverage_of(room, kSeeds);
         EXPECT_FALSE(too_few(coverage.held(), kSeeds)) << told(room, coverage, truth);
-        EXPECT_TRUE(coverage.is(truth)) << told(room, coverage, truth);
+        EXPECT_TRUE(coverage.is(truth, room.apart)) << told(room, coverage, truth);
         EXPECT_LT(coverage.half_width(), 0.04 * coverage.means.mean()) << told(room, coverage, truth);
     }
 }
@@ -242,7 +250,7 @@ TEST(LuxCoverage, Nightly_OfEightRooms_IsAsStated) {
         const Coverage coverage = coverage_of(room, kSeeds);
         std::cout << told(room, coverage, truth) << std::flush;
         EXPECT_FALSE(too_few(coverage.held(), kSeeds)) << room.name;
-        EXPECT_TRUE(coverage.is(truth)) << room.name;
+        EXPECT_TRUE(coverage.is(truth, room.apart)) << room.name;
         held += coverage.held();
         by_half += coverage.held(0.5);
         of += kSeeds;
