@@ -165,7 +165,7 @@ TEST(LightPathsAt, Long_ThroughASmallBallFarFromTheLamp_TheLightIsFound) {
                 .surfaces.front()
                 .mean;
         EXPECT_NEAR(found.value, truth, 2 * found.half_width + 0.01 * truth);
-        EXPECT_LT(found.half_width, 0.1 * truth);
+        EXPECT_LT(found.half_width, 0.2 * truth);
     }
 }
 
