@@ -16,8 +16,8 @@
 namespace lucerna {
 namespace {
 
-// Radii of the balls: the largest, its half, its quarter and so on. A ring is
-// the part of a ball's cross-section outside of the next smaller ball.
+// Radii of the balls: the largest, its half, its quarter and so on. A ring is the part of a ball's
+// cross-section outside of the next smaller ball.
 constexpr int kLevels = 7;
 // Kinds of light.
 constexpr std::size_t kChains = 0, kOthers = 1, kConnected = 2;
@@ -28,8 +28,7 @@ constexpr std::size_t kEnoughPassages = 2048;
 // The random numbers of a path's connections.
 constexpr std::uint32_t kConnectionBranch = 0x6c;
 
-// Returns what a receiver reads for a unit of flux density, across the
-// direction, that arrives from w.
+// Returns what a receiver reads for a unit of flux density, across the direction, that arrives from w.
 double response(const Receiver& receiver, const V3f& w) {
     const double along = double{receiver.normal.dot(w)};
     switch (receiver.kind) {
@@ -74,8 +73,8 @@ const auto kNoMemoryTest = [](const auto&, std::int64_t, std::int64_t) {};
 
 }  // namespace
 
-// Finds the balls that a segment comes near. Each ball is tested again with its
-// own radius, so the tree may return too many balls but never too few.
+// Finds the balls that a segment comes near. Each ball is tested again with its own radius, so the tree may
+// return too many balls but never too few.
 class LightPathsAt::BallTree {
   public:
     BallTree(std::span<const Ball> balls, const Workers& workers) {
@@ -115,8 +114,8 @@ class LightPathsAt::BallTree {
             }
             return keys;
         }
-        // These bound the keys by the ball around each box; they are lower by what
-        // the difference of squares above may lose by rounding.
+        // These bound the keys by the ball around each box; they are lower by what the difference of squares
+        // above may lose by rounding.
         Node8Keys bounds(const BoxNode8& node) const {
             constexpr float kRounding = 1e-3F;
             Node8Keys keys;
@@ -150,7 +149,7 @@ struct LightPathsAt::Visitor : LightPathVisitor {
     // The last place where the path was not passed straight on, and whether it
     // has connections.
     V3f vertex;
-    bool is_connected = false, from_medium = false;
+    bool is_connected = false;
     std::uint32_t bounces = 0;
     std::optional<Sampler> connections;
 
@@ -163,27 +162,25 @@ struct LightPathsAt::Visitor : LightPathVisitor {
         if (!start) return true;
         connections = sampler.split(kConnectionBranch);
         bounces = 0;
-        is_connected = from_medium = false;
+        is_connected = false;
         from = start->from;
         const LightGroups& groups = at->work_.scene.light_groups();
         group = groups.empty() ? 0 : groups.of(static_cast<std::int32_t>(start->light));
         return true;
     }
     void hit(const LightPathHit& hit) {
-        // If the surface lets the path pass straight on, the next segment continues
-        // there; otherwise the part of the ball behind the surface counts.
+        // If the surface lets the path pass straight on, the next segment continues there; otherwise the
+        // part of the ball behind the surface counts.
         const bool passes = !is_black(hit.bsdf.straight_share(-hit.d));
         arrive(hit);
         add(hit, hit.hit.t, !passes);
         from = hit.hit.at;
-        from_medium = false;
         if (!is_pilot) connect(hit);
     }
     void scatter(const LightPathScatter& scatter) {
         arrive(scatter);
         add(scatter, (scatter.p - from.p).length(), false);
         from = SurfacePoint{scatter.p};
-        from_medium = true;
     }
     void escape(const LightPathEscape& escape) {
         arrive(escape);
@@ -200,7 +197,7 @@ struct LightPathsAt::Visitor : LightPathVisitor {
         if (segment.path.bounces() == bounces) return;  // it was passed straight on
         bounces = segment.path.bounces();
         vertex = from.p;
-        is_connected = connects() && !from_medium && !segment.path.specular_last;
+        is_connected = connects() && !segment.path.specular_last;
     }
 
     // Adds the light that a surface scatters to some receivers in a straight
@@ -248,11 +245,10 @@ struct LightPathsAt::Visitor : LightPathVisitor {
         float beside;  // distance to the receiver, or what counts as such
         double response;
     };
-    // A planar receiver is passed where the segment crosses its plane from the
-    // front; the cosine is then that of the cross-section. Other receivers are
-    // passed at the point nearest to them. If the segment ends at a surface, that
-    // point may lie behind it: at most kBehind radii, so that the error of
-    // concave corners vanishes with the radius.
+    // A planar receiver is passed where the segment crosses its plane from the front; the cosine is then
+    // that of the cross-section. Other receivers are passed at the point nearest to them. If the segment
+    // ends at a surface, that point may lie behind it: at most kBehind radii, so that the error of concave
+    // corners vanishes with the radius.
     static std::optional<Near> near(const Receiver& receiver, const V3f& way, const V3f& d, float length,
                                     bool beyond) {
         if (receiver.kind == ReceiverKind::planar) {
@@ -579,9 +575,8 @@ void LightPathsAt::choose_levels() {
                 if (level == 1 && !agrees) chosen.blur = change;
                 return;
             }
-            // Blur grows with the square of the radius where light is smooth, and in
-            // proportion to it at edges: what remains is a third of the change, or
-            // all of it.
+            // Blur grows with the square of the radius where light is smooth, and in proportion to it at
+            // edges: what remains is a third of the change, or all of it.
             chosen = {level, agrees ? change / 3 : change, least_error};
             if (agrees) return;
         }
