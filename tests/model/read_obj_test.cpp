@@ -249,7 +249,7 @@ TEST_F(ReadObj, Textures_AreNamedWithTheirMapping) {
                                            HasSubstr("m.mtl:5:1: \"map_Bump\" is not read"),
                                            HasSubstr("m.mtl:2:1: \"map_Kd -clamp\" is not read"),
                                            HasSubstr("m.mtl:4:1: \"map_Ks\" is not read")));
-    // As in a glTF file, a picture that does not exist is the renderer's error; here it is a warning.
+    // The renderer refuses a picture that does not exist, as that of a glTF file; here it gives a warning.
     EXPECT_EQ(material("map_Kd wood\\no.png\n").base_texture.image, 0);
     EXPECT_THAT(warned_.lines, ElementsAre(AllOf(HasSubstr("m.mtl:1:1: material \"a\": "),
                                                  HasSubstr("wood/no.png: no such file"))));
