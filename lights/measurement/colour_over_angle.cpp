@@ -85,11 +85,14 @@ AngularColours colours_over_angle(const Lumigraph& lamp, const FarFieldGrid& gri
 
 AngularColours colours_over_angle(const RaySet& rays, const FarFieldGrid& grid) {
     if (!rays.coloured()) return of_one_colour(far_field(rays, grid), rays.xyz);
+    // Colours are compared direction by direction, so all are averaged over the same caps.
+    FarFieldGrid of_all = grid;
+    if (!(of_all.cap > 0)) of_all.cap = smoothing_cap(rays, grid);
     V3d flux;
     const auto web_of = [&](int c) {
         const RaySet channel = rays.channel(c);
         flux[c] = channel.flux;
-        return far_field(channel, grid);
+        return far_field(channel, of_all);
     };
     const PhotometricWeb x = web_of(0), y = web_of(1), z = web_of(2);
     return joined_webs({x, y, z}, flux);

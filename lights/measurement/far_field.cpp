@@ -97,6 +97,22 @@ class HatGrid {
         flux_ = std::move(smoothed);
     }
 
+    // Returns the direction of the hat of the highest mean intensity.
+    V3d brightest() const {
+        double most = -1;
+        V3d found(0, 0, 1);
+        for (int i = 0; i <= polar_; ++i) {
+            for (int j = 0; j < azimuth_; ++j) {
+                const double intensity = at(i, j) / solid_angle(i);
+                if (!(intensity > most)) continue;
+                most = intensity;
+                const double theta = i * polar_width_, phi = j * azimuth_width();
+                found = {sin(theta) * cos(phi), -sin(theta) * sin(phi), cos(theta)};
+            }
+        }
+        return found;
+    }
+
     // Returns the flux over each hat's solid angle. A pole is one direction in all planes.
     PhotometricGrid finish() {
         make_even(0);
@@ -114,10 +130,12 @@ class HatGrid {
     }
 
   private:
-    double& at(int i, int j) {
-        return flux_[static_cast<std::size_t>(i) * static_cast<std::size_t>(azimuth_) +
-                     static_cast<std::size_t>(j % azimuth_)];
+    std::size_t index(int i, int j) const {
+        return static_cast<std::size_t>(i) * static_cast<std::size_t>(azimuth_) +
+               static_cast<std::size_t>(j % azimuth_);
     }
+    double& at(int i, int j) { return flux_[index(i, j)]; }
+    double at(int i, int j) const { return flux_[index(i, j)]; }
     void make_even(int i) {
         double sum = 0;
         for (int j = 0; j < azimuth_; ++j) sum += at(i, j);
@@ -351,45 +369,59 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const
     return web;
 }
 
-PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
+namespace {
+
+// Distributes the rays' light among the hats of a grid that holds all their directions.
+HatGrid counted(const RaySet& rays, const FarFieldGrid& steps) {
     const bool backward =
         std::any_of(rays.rays.begin(), rays.rays.end(), [](const LampRay& r) { return r.d.z < 0; });
-    HatGrid counted(backward ? 180 : 90, steps);
-    double sum = 0;
+    HatGrid grid(backward ? 180 : 90, steps);
     for (std::size_t i = 0; i < rays.rays.size(); ++i) {
-        const LampRay& ray = rays.rays[i];
-        const V3d d(ray.d);
+        const V3d d(rays.rays[i].d);
         const double theta = atan2(hypot(d.x, d.y), d.z), phi = atan2(-d.y, d.x);
-        const double flux = rays.light_of(i);
-        counted.add(theta, phi < 0 ? phi + 2 * kPiD : phi, flux);
-        sum += flux;
+        grid.add(theta, phi < 0 ? phi + 2 * kPiD : phi, rays.light_of(i));
     }
-    if (!(sum > 0)) throw InputError("the rays carry no flux");
-    // Returns how many equal rays are worth as much as those near a direction.
-    const auto rays_near = [&rays](const V3d& w, double radius) {
-        double light = 0, squares = 0;
-        for (std::size_t i = 0; i < rays.rays.size(); ++i) {
-            if (!(V3d(rays.rays[i].d).dot(w) > cos(radius))) continue;
-            light += rays.light_of(i);
-            squares += sqr(rays.light_of(i));
-        }
-        return squares > 0 ? sqr(light) / squares : 0.0;
-    };
+    return grid;
+}
+
+// Returns how many equal rays are worth as much as those within `radius` [radians] of a direction.
+double rays_near(const RaySet& rays, const V3d& w, double radius) {
+    const double least = cos(radius);
+    double light = 0, squares = 0;
+    for (std::size_t i = 0; i < rays.rays.size(); ++i) {
+        if (!(V3d(rays.rays[i].d).dot(w) > least)) continue;
+        light += rays.light_of(i);
+        squares += sqr(rays.light_of(i));
+    }
+    return squares > 0 ? sqr(light) / squares : 0.0;
+}
+
+}  // namespace
+
+double smoothing_cap(const RaySet& rays, const FarFieldGrid& steps) {
     constexpr double kRadii[] = {0.1, 0.2, 0.5, 1, 2, 3, 5, 7, 10};  // degrees
     constexpr double kEnough = 400;  // rays, whose number has a standard error of 5 %
-    for (std::size_t i = 0;; ++i) {
-        const double radius = kRadii[i];
-        HatGrid grid = counted;
-        grid.smooth(radius * kDegree);
-        PhotometricInfo info;
-        info.smoothed = radius;
-        info.provenance = rays.provenance;
-        PhotometricWeb web(grid.finish(), std::move(info));
-        if (i + 1 < std::size(kRadii) && rays_near(beam_of(web).brightest, radius * kDegree) < kEnough)
-            continue;
-        // Unusable rays are part of the lamp, and smoothing changes its flux where the grid ends.
-        return scaled(web, (rays.flux > 0 ? rays.flux : sum) / web.flux());
+    const HatGrid grid = counted(rays, steps);
+    for (const double radius : kRadii) {
+        HatGrid smoothed = grid;
+        smoothed.smooth(radius * kDegree);
+        if (rays_near(rays, smoothed.brightest(), radius * kDegree) >= kEnough) return radius;
     }
+    return std::end(kRadii)[-1];
+}
+
+PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
+    double sum = 0;
+    for (std::size_t i = 0; i < rays.rays.size(); ++i) sum += rays.light_of(i);
+    if (!(sum > 0)) throw InputError("the rays carry no flux");
+    PhotometricInfo info;
+    info.smoothed = steps.cap > 0 ? steps.cap : smoothing_cap(rays, steps);
+    info.provenance = rays.provenance;
+    HatGrid grid = counted(rays, steps);
+    grid.smooth(info.smoothed * kDegree);
+    const PhotometricWeb web(grid.finish(), std::move(info));
+    // Unusable rays are part of the lamp, and smoothing changes its flux where the grid ends.
+    return scaled(web, (rays.flux > 0 ? rays.flux : sum) / web.flux());
 }
 
 }  // namespace lucerna

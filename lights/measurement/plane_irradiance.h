@@ -109,6 +109,8 @@ struct FarFieldGrid {
     // constant flux density over a box pixel, to be compared with the rendered near field. Otherwise computes
     // that of the coefficients as measured.
     bool as_rendered = false;
+    // Radius of the caps over which the intensities of rays are averaged [degrees]; 0: smoothing_cap().
+    double cap = 0;
 };
 
 // Returns the intensity towards (a, b, 1), field's frame [flux unit/sr]; noise may make it negative.
@@ -126,8 +128,10 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& grid, const 
                          Monitor& monitor);
 
 // Returns the web of a ray file, backward rays included, with the flux of all its rays (of Y, if coloured).
-// Intensities are means over caps around each direction, whose radius is the smallest of 0.1 to 10 degrees
-// that holds 400 rays where they are densest, so that the peak has a standard error of 5 % or less.
+// Intensities are means over caps around each direction.
 PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& grid);
+// Returns the radius of these caps [degrees]: the smallest of 0.1 to 10 degrees that holds 400 rays where
+// they are densest, so that the peak has a standard error of 5 % or less.
+double smoothing_cap(const RaySet& rays, const FarFieldGrid& grid);
 
 }  // namespace lucerna

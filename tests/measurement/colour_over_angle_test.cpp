@@ -85,6 +85,40 @@ TEST(ColourOverAngle, OfRays_IsTheFormulas) {
     EXPECT_GT(delta_uv(colours.over_planes(6), colour_at(0)), 0.02) << "what this test is to refuse";
 }
 
+// A beam of 4 degrees has one colour everywhere, but nine of ten rays are yellow and the tenth is blue. If
+// the few blue rays were averaged over wider caps than the others, the beam's edge would be blue.
+TEST(ColourOverAngle, OfFewRaysOfOneColour_HasNoColouredEdge) {
+    constexpr double kBeam = 4 * M_PI / 180;
+    const V3f yellow(0.9F, 1, 0), blue(1.5F, 0.5F, 8);
+    RaySet set;
+    V3d sum(0, 0, 0);
+    double light = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        Sampler sampler(6, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f u = sampler.next2();
+        const double cosine = 1 - double{u.x} * (1 - std::cos(kBeam)), sine = std::sqrt(1 - cosine * cosine),
+                     phi = 2 * M_PI * double{u.y};
+        set.rays.push_back({V3f(0.0F), V3f(V3d(sine * std::cos(phi), sine * std::sin(phi), cosine)), 1});
+        set.tristimulus.push_back(i % 10 == 0 ? blue : yellow);
+        sum += V3d(set.tristimulus.back());
+        light += set.light_of(static_cast<std::size_t>(i));
+    }
+    set.unit = FluxUnit::lumen;
+    set.flux = light;
+    set.xyz = sum / sum.y;
+    const AngularColours colours = colours_over_angle(set, {0.5, 30});
+    int compared = 0;
+    for (std::size_t i = 0; i < colours.polar.size(); ++i) {
+        const V3d at = colours.over_planes(i);
+        if (!(at.y > 0.02 * colours.peak())) continue;
+        EXPECT_LT(delta_uv(at, colours.mean), 0.01) << colours.polar[i];
+        ++compared;
+    }
+    EXPECT_GT(compared, 9) << "the beam's edge was compared";
+    // Caps of the blue rays alone are wider.
+    EXPECT_GT(smoothing_cap(set.channel(2), {0.5, 30}), smoothing_cap(set, {0.5, 30}));
+}
+
 TEST(ColourOverAngle, Table_HasARowForEachDirection) {
     RaySet set;
     set.unit = FluxUnit::lumen;
