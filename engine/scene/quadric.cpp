@@ -347,8 +347,9 @@ Box3d QuadricShape::compute_box() const {
     const M44d& m = world_from_object_;
     const bool ball = kind_ == Kind::sphere;
     const bool flat = kind_ == Kind::disk;
-    const double radius =
-        kind_ == Kind::hyperboloid ? std::max(hypot(p1_.x, p1_.y), hypot(p2_.x, p2_.y)) : radius_;
+    const double from_equator = ball && z_min_ > 0 ? z_min_ : ball && z_max_ < 0 ? z_max_ : 0;
+    const double radius = kind_ == Kind::hyperboloid ? std::max(hypot(p1_.x, p1_.y), hypot(p2_.x, p2_.y))
+                                                     : std::sqrt(sqr(radius_) - sqr(from_equator));
     const double half = flat ? 0 : 0.5 * (z_max_ - z_min_);
     V3d centre;
     m.multVecMatrix(V3d(0, 0, flat ? height_ : 0.5 * (z_min_ + z_max_)), centre);

@@ -156,6 +156,20 @@ TEST(Quadric, RayFromJustOutside_LeavesWithoutHittingTheSphere) {
     }
 }
 
+TEST(Quadric, CapOfASphere_IsBoundedByItsRim) {
+    for (const float side : {1.0F, -1.0F}) {
+        Quadric q = sphere_at({1, 2, 3}, 5);
+        (side > 0 ? q.z_min : q.z_max) = 4 * side;
+        const Box3d box = QuadricShape(q).box();
+        for (int axis = 0; axis < 2; ++axis) {
+            EXPECT_NEAR(box.min[axis], 1 + axis - 3, 1e-12);
+            EXPECT_NEAR(box.max[axis], 1 + axis + 3, 1e-12);
+        }
+        EXPECT_NEAR(box.min.z, side > 0 ? 7 : -2, 1e-12);
+        EXPECT_NEAR(box.max.z, side > 0 ? 8 : -1, 1e-12);
+    }
+}
+
 TEST(Quadric, PartialSphere_MeetsOnlyWhatIsThere) {
     Quadric q = sphere_at({0, 0, 0}, 2);
     q.z_min = -1;
