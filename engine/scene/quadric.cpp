@@ -359,7 +359,7 @@ Box3d QuadricShape::compute_box() const {
         lower[j] = centre[j] - reach;
         upper[j] = centre[j] + reach;
         if (ball) {
-            const double all = radius * std::sqrt(sqr(m[0][j]) + sqr(m[1][j]) + sqr(m[2][j]));
+            const double all = radius_ * std::sqrt(sqr(m[0][j]) + sqr(m[1][j]) + sqr(m[2][j]));
             lower[j] = std::max(lower[j], m[3][j] - all);
             upper[j] = std::min(upper[j], m[3][j] + all);
         }
