@@ -72,18 +72,29 @@ constexpr std::uint32_t sobol_1(std::uint32_t index) {
     return reverse_bits(sobol_1_reversed(index));
 }
 
-// Converts the upper 24 bits to [0,1): every value is exact in a float, and 1 is never reached.
+// Returns the upper 31 bits, of which only the 24 from the first 1 on may be set, which a float holds. A
+// number thus stays in the elementary interval of its word.
+template <typename Words>
+constexpr Words significant_bits(Words x) {
+    Words lost = x >> 24;
+    lost |= lost >> 1;
+    lost |= lost >> 2;
+    lost |= lost >> 4;
+    return (x & ~lost) >> 1;
+}
+// Converts to [0,1). Small numbers are finer than 2^-24: a lamp's directions near its axis are mapped from
+// them.
 inline float to_unit(std::uint32_t x) {
     // The value is converted as a signed integer, which every processor can do in one instruction.
-    return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24F;
+    return static_cast<float>(static_cast<std::int32_t>(significant_bits(x))) * 0x1p-31F;
 }
 inline Floats4 to_unit_each(Words4 x) {
     using Ints [[gnu::vector_size(16)]] = std::int32_t;
-    return __builtin_convertvector((Ints)(x >> 8), Floats4) * 0x1p-24F;
+    return __builtin_convertvector((Ints)significant_bits(x), Floats4) * 0x1p-31F;
 }
 inline Floats8 to_unit_each(Words8 x) {
     using Ints [[gnu::vector_size(32)]] = std::int32_t;
-    return __builtin_convertvector((Ints)(x >> 8), Floats8) * 0x1p-24F;
+    return __builtin_convertvector((Ints)significant_bits(x), Floats8) * 0x1p-31F;
 }
 
 inline constexpr std::size_t kSobolDimensions = 5;

@@ -45,12 +45,22 @@ inline float cosine_hemisphere_pdf_w(float cos_theta) {
     return std::max(0.0F, cos_theta) * kInvPi;
 }
 
-// Maps to the unit sphere with density 1/(4 pi).
-inline V3f square_to_sphere(const V2f& u) {
-    const float z = 1 - 2 * u.x;
-    const float r = std::sqrt(std::max(0.0F, 1 - z * z));
-    const float phi = 2 * kPi * u.y;
-    return {r * cos(phi), r * sin(phi), z};
+// Maps to the unit sphere with density 1/(4 pi): the upper hemisphere is in the square's inner diamond, the
+// lower one in its corners [Clarberg 2008]. Unlike with polar coordinates, neighbouring numbers of 24 bits
+// are neighbouring directions everywhere, at the poles too, where lamps shine straight down. Coordinates
+// slightly outside the square (from a pixel filter) wrap around its edges.
+inline V3f square_to_sphere(V2f at) {
+    if (at.x < 0) at = {-at.x, 1 - at.y};
+    if (at.x > 1) at = {2 - at.x, 1 - at.y};
+    if (at.y < 0) at = {1 - at.x, -at.y};
+    if (at.y > 1) at = {1 - at.x, 2 - at.y};
+    const float u = 2 * at.x - 1, v = 2 * at.y - 1;
+    const float inside = 1 - (std::fabs(u) + std::fabs(v));  // signed distance from the diamond's edge
+    const float r = 1 - std::fabs(inside);
+    const float phi = (r == 0 ? 1 : (std::fabs(v) - std::fabs(u)) / r + 1) * kPi / 4;
+    const float across = r * std::sqrt(std::max(0.0F, 2 - r * r));
+    return {std::copysign(cos(phi), u) * across, std::copysign(sin(phi), v) * across,
+            std::copysign(1 - r * r, inside)};
 }
 inline constexpr float kSpherePdfW = 0.25F * kInvPi;
 
@@ -69,23 +79,6 @@ inline float cone_pdf_w(float one_minus_cos_max) {
 inline V2f square_to_triangle(const V2f& u) {
     const float root = std::sqrt(u.x);
     return {root * (1 - u.y), root * u.y};
-}
-
-// Maps the unit square to the sphere with equal areas: the upper hemisphere is in the square's inner diamond,
-// the lower one in its corners [Clarberg 2008]. Coordinates slightly outside the square (from a pixel filter)
-// wrap around its edges.
-inline V3f octahedral_square_to_sphere(V2f at) {
-    if (at.x < 0) at = {-at.x, 1 - at.y};
-    if (at.x > 1) at = {2 - at.x, 1 - at.y};
-    if (at.y < 0) at = {1 - at.x, -at.y};
-    if (at.y > 1) at = {1 - at.x, 2 - at.y};
-    const float u = 2 * at.x - 1, v = 2 * at.y - 1;
-    const float inside = 1 - (std::fabs(u) + std::fabs(v));  // signed distance from the diamond's edge
-    const float r = 1 - std::fabs(inside);
-    const float phi = (r == 0 ? 1 : (std::fabs(v) - std::fabs(u)) / r + 1) * kPi / 4;
-    const float across = r * std::sqrt(std::max(0.0F, 2 - r * r));
-    return {std::copysign(cos(phi), u) * across, std::copysign(sin(phi), v) * across,
-            std::copysign(1 - r * r, inside)};
 }
 
 }  // namespace lucerna

@@ -204,12 +204,20 @@ std::vector<std::vector<EmissionTrial>> trials(const Scene& scene, std::uint64_t
 
 }  // namespace
 
-LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const PilotPaths> pilots,
-                              std::span<const float> moments) {
+LearnedDensity learn_density(const Scene& scene, std::uint64_t seed, std::span<const PilotPaths> pilots,
+                             std::span<const float> moments) {
     auto by_light = trials(scene, seed, pilots, moments);
+    double sum = 0, squares = 0;
+    for (const auto& of_light : by_light) {
+        for (const EmissionTrial& trial : of_light) {
+            const double moment = double{trial.weight} * double{trial.score};
+            sum += moment;
+            squares += sqr(moment);
+        }
+    }
     std::vector<double> powers;
     for (const auto& light : scene.lights()) powers.push_back(light->power());
-    return LearnedEmission(scene, learn_blocks(by_light, powers, {}));
+    return {LearnedEmission(scene, learn_blocks(by_light, powers, {})), squares > 0 ? sqr(sum) / squares : 0};
 }
 
 std::string describe_pre_pass(std::int64_t paths) {
@@ -247,7 +255,8 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
 
     // Learn which paths to emit.
     ImportancePrePass pre_pass{
-        learn_density(scene, settings.seed, std::array{PilotPaths{.count = settings.paths}}, scores)};
+        learn_density(scene, settings.seed, std::array{PilotPaths{.count = settings.paths}}, scores)
+            .emission};
     pre_pass.importons = importons.size();
     for (const float score : scores) pre_pass.useful += score > 0 ? 1 : 0;
     pre_pass.useful /= static_cast<double>(settings.paths);

@@ -111,10 +111,14 @@ struct PilotPaths {
     std::int64_t count = 0;
     std::shared_ptr<const LearnedEmission> emission = nullptr;  // null: plain
 };
+struct LearnedDensity {
+    LearnedEmission emission;
+    double effective = 0;  // how many paths of equal second moments would tell as much
+};
 // Learns the density from the second moment of each path of all pilots, in their order. Paths of different
 // densities are weighted as if all were drawn from their mixture [Veach 1997, 9.2].
-LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const PilotPaths> pilots,
-                              std::span<const float> moments);
+LearnedDensity learn_density(const Scene& scene, std::uint64_t seed, std::span<const PilotPaths> pilots,
+                             std::span<const float> moments);
 
 // Describes a pre-pass of so many light paths in words.
 std::string describe_pre_pass(std::int64_t paths);

@@ -1,5 +1,6 @@
 #include "engine/photometry/illuminance.h"
 
+#include <Imath/ImathBoxAlgo.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -283,13 +284,15 @@ double half_spacing(const CalculationSurface& surface) {
 
 // Returns the distances around a point for light paths. The radius of the density estimate is half of the
 // spacing of a surface's points, but at most a share of the median distance to the surfaces that the point
-// sees, and this share itself if half of the spacing is below a quarter of it.
+// sees (the scene's size where it sees nothing), and this share itself if half of the spacing is below a
+// quarter of it.
 LightPathsAt::Reach reach_of(const CalculationSurface& surface, const Receiver& receiver,
                              const Scene& scene) {
     constexpr double kOfSight = 0.05, kNearOfSight = 0.2;
     constexpr int kDirections = 31;
-    const auto size = static_cast<double>(diagonal(scene));
     const V3f from = ray_origin(receiver, scene);
+    // Where nothing is seen, the light comes from within the scene, which the point may lie outside of.
+    const double size = double{diagonal(scene)} + double{(from - Imath::clip(from, scene.bounds())).length()};
     std::vector<double> sight;
     Sampler sampler(0, Purpose::receiver, 0, 0);
     for (int i = 0; i < kDirections; ++i) {

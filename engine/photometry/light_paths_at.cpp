@@ -429,8 +429,8 @@ bool LightPathsAt::learn_first_bounces() {
         const float largest = std::ranges::max(scores);  // > 0
         std::vector<float> relative;
         for (const float score : scores) relative.push_back(score / largest);
-        emission_ =
-            std::make_shared<LearnedEmission>(learn_density(work_.scene, work_.seed, rounds, relative));
+        emission_ = std::make_shared<LearnedEmission>(
+            learn_density(work_.scene, work_.seed, rounds, relative).emission);
     }
     return true;
 }
@@ -447,17 +447,10 @@ double LightPathsAt::learn_emission() {
     }
     if (!(largest > 0)) return 0;
     std::vector<float> scores;
-    double sum = 0, squares = 0;
-    for (const double moment : moments) {
-        scores.push_back(static_cast<float>(moment / largest));
-        sum += moment / largest;
-        squares += sqr(moment / largest);
-    }
-    const double effective = sqr(sum) / squares;
-    if (effective >= kFew)
-        emission_ =
-            std::make_shared<LearnedEmission>(learn_density(work_.scene, work_.seed, pilots_, scores));
-    return effective;
+    for (const double moment : moments) scores.push_back(static_cast<float>(moment / largest));
+    LearnedDensity learned = learn_density(work_.scene, work_.seed, pilots_, scores);
+    if (learned.effective >= kFew) emission_ = std::make_shared<LearnedEmission>(std::move(learned.emission));
+    return learned.effective;
 }
 
 bool LightPathsAt::focus(std::span<const double> errors) {

@@ -93,7 +93,7 @@ Ray Camera::spherical_ray(const V2f& film) const {
         return {origin_, (fisheye_direction(at) * directions_).normalized()};
     V3f d;
     if (settings_.mapping == Settings::Mapping::equal_area) {
-        d = octahedral_square_to_sphere(at);
+        d = square_to_sphere(at);
     } else {
         const float theta = kPi * at.y, phi = 2 * kPi * at.x;
         d = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};

@@ -159,12 +159,14 @@ std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const Re
     const std::vector<float> second_moments = scores(seen, trial);
 
     // Learn which paths to emit, and which lights to sample.
-    IgiPrePass result{ImportancePrePass{learn_density(
-                          scene, context.seed,
+    IgiPrePass result{
+        ImportancePrePass{
+            learn_density(scene, context.seed,
                           std::array{PilotPaths{.count = static_cast<std::int64_t>(second_moments.size())}},
-                          second_moments)},
-                      guides(settings, context),
-                      {}};
+                          second_moments)
+                .emission},
+        guides(settings, context),
+        {}};
     if (context.monitor.stopped()) return std::nullopt;
     result.importance.importons = seen.places.size();
     const auto useful =

@@ -54,6 +54,18 @@ TEST(Warp, Sphere_Draws_AreUniform) {
     EXPECT_GE(p_value(square_to_sphere, -1, [](double z) { return (z + 1) / 2; }), kFalseAlarm);
 }
 
+TEST(Warp, Sphere_NeighbouringNumbers_AreNeighbouringDirectionsAtThePoles) {
+    constexpr float kStep = 0x1p-24F;
+    for (const V2f& pole : {V2f(0.5F, 0.5F), V2f(0, 0), V2f(1 - kStep, 0), V2f(0, 1 - kStep)}) {
+        const V3f w = square_to_sphere(pole);
+        EXPECT_LT(std::hypot(w.x, w.y), 1e-6F);
+        for (const V2f& step : {V2f(kStep, 0), V2f(0, kStep)}) {
+            const V3f next = square_to_sphere({std::fabs(pole.x - step.x), std::fabs(pole.y - step.y)});
+            EXPECT_LT((next - w).length(), 1e-6F);
+        }
+    }
+}
+
 TEST(Warp, Cone_Draws_AreUniformInside) {
     for (const float h : {1.0F, 0.1F, 0.001F}) {
         const double z_min = 1 - static_cast<double>(h);
