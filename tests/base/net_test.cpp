@@ -121,7 +121,7 @@ RC_GTEST_PROP(NetProperties, ReverseBits_Twice_IsNothing, (std::uint32_t a)) {
 
 RC_GTEST_PROP(NetProperties, ToUnit_IsTheWordRoundedDown, (std::uint32_t a)) {
     const std::uint32_t x = a >> (a % 32);
-    const double exact = double{x} * 0x1p-32, found = double{to_unit(x)};
+    const double exact = x * 0x1p-32, found = double{to_unit(x)};
     RC_ASSERT(found <= exact);
     RC_ASSERT(exact - found < std::max(0x1p-31, exact * 0x1p-23));
     RC_ASSERT(to_unit_each(Words4{x, 0, x, a})[2] == to_unit(x));
