@@ -397,7 +397,7 @@ TEST(Shapes, Instance_MeetsWhatTheTransformedShapesMeet) {
             EXPECT_LT((x->dpdv - y->dpdv).length(), 1e-3F * y->dpdv.length());
             EXPECT_LT((x->uv - y->uv).length(), 1e-3F);
             EXPECT_EQ(x->wo, -ray.d);
-            EXPECT_EQ(placed.unoccluded(x->at, -ray.d, x->t), true);
+            EXPECT_EQ(placed.unoccluded(x->at, -ray.d, x->t), copied.unoccluded(y->at, -ray.d, y->t));
         }
         EXPECT_LE(differ, 5);
         EXPECT_GT(hits, 50);

@@ -168,11 +168,12 @@ double lit(std::uint32_t place) {
 }
 
 // Estimates the light of all lit VPLs, from about `rays` of them. Each of the replicates is the mean over
-// stratified numbers.
+// stratified numbers. Of few VPLs, the one that is taken most rarely matters, so there are more replicates.
 RunningStats sampled_sums(const VplStore& store, const LightReceiver& at, int rays, Sampler& sampler) {
-    constexpr int kReplicates = 20, kStrata = 20;
+    constexpr int kStrata = 20;
+    const int replicates = store.range(0).end < 100 ? 1000 : 20;
     RunningStats stats;
-    for (int replicate = 0; replicate < kReplicates; ++replicate) {
+    for (int replicate = 0; replicate < replicates; ++replicate) {
         double mean = 0;
         for (int i = 0; i < kStrata; ++i) {
             int taken = 0;
