@@ -35,6 +35,8 @@ inline std::string_view unit_name(FluxUnit unit) {
 
 // The efficacy of light of 555 nm, by the definition of the lumen. No other light exceeds it.
 inline constexpr double kMostLumensPerWatt = 683.002;
+// The same, rounded: Km of the CIE, by which its table of V(λ) gives lumens.
+inline constexpr double kLumensPerWatt = 683;
 
 // Says how a measured lamp is brought to the unit of its scene.
 struct LampUnit {

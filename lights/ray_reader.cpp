@@ -1,116 +1,13 @@
 #include "lights/ray_reader.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <fstream>
-#include <optional>
-#include <string_view>
 
-#include "engine/base/error.h"
 #include "engine/colour/spectrum.h"
-#include "engine/system/content.h"
-#include "engine/system/files.h"
-#include "engine/system/memory.h"
-#include "lights/photometric_files.h"
-#include "lights/ray_set.h"
 
 namespace lucerna {
-
-RaySource::RaySource(const std::filesystem::path& file) : at_{file.string()}, in_(open_to_read(file)) {
-    in_.seekg(0, std::ios::end);
-    const std::streamoff size = in_.tellg();
-    if (size < 0) throw InputError(at_, "its size cannot be determined");
-    left_ = static_cast<std::uint64_t>(size);
-    in_.seekg(0);
-}
-
-void RaySource::read(void* to, std::uint64_t bytes, const char* what) {
-    if (bytes > left_) {
-        input_error(at_, "truncated in the {}: {} bytes expected, {} left", what, bytes, left_);
-    }
-    in_.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes));
-    if (!in_) input_error(at_, "reading failed in the {}", what);
-    left_ -= bytes;
-    offset_ += bytes;
-}
-
-void RaySource::skip(std::uint64_t bytes, const char* what) {
-    if (bytes > left_) {
-        input_error(at_, "truncated in the {}: {} bytes expected, {} left", what, bytes, left_);
-    }
-    in_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
-    left_ -= bytes;
-    offset_ += bytes;
-}
-
-void RaySource::require_rows(std::uint64_t rays, std::size_t floats, bool coloured) const {
-    const std::uint64_t row_bytes = floats * sizeof(float);  // > 0, as a row has at least a position
-    if (rays == 0) throw InputError(at_, "the file states 0 rays");
-    if (rays > left_ / row_bytes) {
-        input_error(at_, "truncated in the rays: {} rays of {} bytes stated, {} bytes left", rays, row_bytes,
-                    left_);
-    }
-    require_ray_memory(rays, coloured, at_);
-}
-
-void require_ray_memory(std::uint64_t rays, bool coloured, const Location& at) {
-    const std::size_t ray_bytes = sizeof(LampRay) + (coloured ? sizeof(V3f) : 0);
-    require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at), rays),
-                   "use fewer rays");
-}
-
-bool RayLines::next(std::string_view& line) {
-    constexpr std::size_t kBlock = 1 << 16, kLongest = 4096;
-    while (true) {
-        std::size_t end = buffer_.find('\n', begin_);
-        if (end == buffer_.npos && source_.left() > 0) {
-            if (unread() > kLongest)
-                input_error({source_.at().file, number_ + 1, 1}, "a line of more than {} characters",
-                            kLongest);
-            buffer_.erase(0, begin_);
-            begin_ = 0;
-            const std::size_t kept = buffer_.size();
-            buffer_.resize(kept + std::min<std::uint64_t>(kBlock, source_.left()));
-            source_.read(buffer_.data() + kept, buffer_.size() - kept, "rays");
-            continue;
-        }
-        if (begin_ == buffer_.size()) return false;
-        end = std::min(end, buffer_.size());
-        line = std::string_view(buffer_).substr(begin_, end - begin_);
-        begin_ = std::min(end + 1, buffer_.size());
-        ++number_;
-        if (line.ends_with('\r')) line.remove_suffix(1);
-        if (line.find_first_not_of(" \t") != line.npos) return true;
-    }
-}
-
-std::string ascii_text(std::span<const std::byte> bytes) {
-    std::string text;
-    for (const std::byte b : bytes) {
-        if (b == std::byte{0}) break;
-        const char c = static_cast<char>(b);
-        text += c >= ' ' && c <= '~' ? c : ' ';
-    }
-    while (!text.empty() && text.back() == ' ') text.pop_back();
-    return text;
-}
-
-float metres_of_unit(std::int32_t number, std::span<const NamedUnit> units, const Location& at) {
-    if (number >= 0 && static_cast<std::size_t>(number) < units.size()) {
-        return units[static_cast<std::size_t>(number)].metres;
-    }
-    std::string accepted;
-    for (std::size_t i = 0; i < units.size(); ++i) {
-        accepted += fmt::format("{}{} ({})", i == 0 ? "" : ", ", i, units[i].name);
-    }
-    input_error(at, "length unit {}; expected {}", number, accepted);
-}
-
 namespace {
 
-constexpr double kLumensPerWatt = 683;  // for light of 555 nm, by the definition of the lumen
-constexpr V3f kUnknown(-1.0F);          // marks a ray without a colour, until all are read
+constexpr V3f kUnknown(-1.0F);  // marks a ray without a colour, until all are read
 
 // Returns the colour with components that noise makes negative set to 0; none if no light has this colour.
 // Among all wavelengths 360 nm has the most Z for its Y, 155 times as much.
@@ -123,6 +20,8 @@ std::optional<V3d> as_colour(const V3d& xyz) {
 }
 
 }  // namespace
+
+// --- colours -----------------------------------------------------------------------------------------------
 
 void RayColours::all(const V3d& per_watt) {
     const std::optional<V3d> colour = as_colour(per_watt);
@@ -178,49 +77,51 @@ void RayColours::settle_rays() {
     if (alike) set_.tristimulus = {};
 }
 
-bool RayTaker::take(const float* row, float flux) {
-    const V3f o = metres_ * V3f(row[0], row[1], row[2]);
-    const V3d d(double{row[3]}, double{row[4]}, double{row[5]});
+// --- rays --------------------------------------------------------------------------------------------------
+
+void RayTaker::refuse(const float* row, float flux, std::uint64_t at) {
     const bool has_flux = std::isfinite(flux) && flux >= 0;
-    if (has_flux) sum_ += double{flux};
-    // In double precision, because the squares of directions of length 1e20 overflow a float.
-    const double length = std::sqrt(sqr(d.x) + sqr(d.y) + sqr(d.z));
-    if (!has_flux || !is_finite(o) || !std::isfinite(length)) {
-        ++set_.skipped_nan;
-    } else if (length < 1e-6) {
-        ++set_.skipped_zero_direction;
-    } else {
-        set_.rays.push_back({o, V3f(d / length), flux});
-        return true;
-    }
+    const double length = std::sqrt(sqr(double{row[3]}) + sqr(double{row[4]}) + sqr(double{row[5]}));
+    const bool zero = has_flux && length < 1e-6 && is_finite(V3f(row[0], row[1], row[2]));
+    ++(zero ? set_.skipped_zero_direction : set_.skipped_nan);
     if (has_flux) set_.skipped_flux += double{flux};
-    return false;
+    if (!first_refused_.empty()) return;
+    first_refused_ = has_flux ? fmt::format(
+                                    "the first, at {} {}, has the position ({:g}, {:g}, {:g}) and the "
+                                    "direction ({:g}, {:g}, {:g})",
+                                    place_, at, row[0], row[1], row[2], row[3], row[4], row[5])
+                              : fmt::format("the first, at {} {}, has the flux {:g}", place_, at, flux);
+    first_refused_ += "; expected finite numbers, a direction that is not 0 and a flux of 0 or more";
 }
 
-void RayTaker::settle(double header_flux, const RaySource& source, Monitor& monitor) {
-    const std::string file = to_string(source.at());
-    if (set_.rays.empty())
-        throw InputError(source.at(), "no ray is usable: all have an invalid position, direction or flux");
-    if (set_.skipped_nan + set_.skipped_zero_direction > 0) {
-        monitor.warn(
-            fmt::format("{}: {} rays skipped because of a value that is not finite or a negative flux, {} "
-                        "because of a direction of length 0",
-                        file, set_.skipped_nan, set_.skipped_zero_direction));
+void RayTaker::settle(double header_flux, Header header, const RaySource& source, Monitor& monitor) {
+    const std::uint64_t refused = set_.skipped_nan + set_.skipped_zero_direction;
+    if (set_.rays.empty()) input_error(source.at(), "no ray is usable: {}", first_refused_);
+    if (refused > 0) {
+        monitor.warn(fmt::format("{}: {} of {} rays are skipped: {}", to_string(source.at()), refused,
+                                 refused + set_.rays.size(), first_refused_));
     }
     if (source.left() > 0) {
-        monitor.warn(fmt::format("{}: {} bytes after the last ray are ignored", file, source.left()));
+        monitor.warn(fmt::format("{}: {} bytes after the last ray are ignored", to_string(source.at()),
+                                 source.left()));
     }
-    settle_flux(header_flux, source.at(), monitor);
+    settle_flux(header_flux, header, source.at(), monitor);
 }
 
-void RayTaker::settle_flux(double header_flux, const Location& at, Monitor& monitor) {
+void RayTaker::settle_flux(double header_flux, Header header, const Location& at, Monitor& monitor) {
     set_.flux = sum_;
     if (!std::isfinite(header_flux) || !(header_flux > 0)) return;
     if (!(sum_ > 0)) {
         input_error(at, "the header states {} {}, but the rays have no flux", header_flux,
                     flux_unit_name(set_.unit));
     }
-    if (std::fabs(header_flux - sum_) > 1e-3 * header_flux) {
+    const double difference = std::fabs(header_flux - sum_);
+    set_.flux = header_flux;
+    // The rays of a file that was written from the same numbers differ from the header by rounding. They stay
+    // as they are, so that writing them again gives the same bytes.
+    constexpr double kRounding = 1e-6;
+    if (difference <= kRounding * header_flux) return;
+    if (header == Header::absolute && difference > 1e-3 * header_flux) {
         monitor.warn(fmt::format(
             "{}: the header states {:.6g} {}, the rays add up to {:.6g}; the header's flux is used",
             to_string(at), header_flux, flux_unit_name(set_.unit), sum_));
@@ -228,78 +129,65 @@ void RayTaker::settle_flux(double header_flux, const Location& at, Monitor& moni
     const double factor = header_flux / sum_;
     for (LampRay& ray : set_.rays) ray.flux = static_cast<float>(double{ray.flux} * factor);
     set_.skipped_flux *= factor;
-    set_.flux = header_flux;
 }
 
-// A ray file's first bytes select its reader.
+// --- rows --------------------------------------------------------------------------------------------------
 
-namespace {
-
-// An ASAP file begins with a record length, 247 + 256 times its bytes, of seven to twelve words.
-bool is_asap(std::span<const std::byte> first) {
-    if (first.size() < 28) return false;
-    const auto word = value_at<std::int32_t>(first, 0);
-    return word % 1024 == 247 && word / 1024 >= 7 && word / 1024 <= 12;
+RowTaker::RowTaker(RaySet& set, const RayColumns& columns, std::uint64_t rays)
+    : set_(set), columns_(columns), colours_(set), rays_(set, columns.metres, columns.place) {
+    set.rays.reserve(rays);
+    if (columns.wavelength) set.tristimulus.reserve(rays);
 }
 
-// A SPEOS file has seven floats, then rows of position, direction, wavelength [nm] and energy.
-bool is_speos(std::span<const std::byte> first, std::uint64_t bytes) {
-    constexpr std::uint64_t kHeader = 28, kRow = 32;
-    if (first.size() < kHeader + kRow || (bytes - kHeader) % kRow != 0) return false;
-    double length2 = 0;
-    for (std::uint64_t at = kHeader + 12; at < kHeader + 24; at += 4)
-        length2 += sqr(double{value_at<float>(first, at)});
-    const auto wavelength = value_at<float>(first, kHeader + 24);
-    return std::fabs(length2 - 1) < 1e-3 && wavelength > 100 && wavelength < 1e5F;
+void RowTaker::all(double nanometres) {
+    colours_.all(cie_xyz(nanometres));
 }
 
-// Returns the optics program that a text names, or an empty name.
-std::string_view program_named(std::string_view text) {
-    for (const std::string_view program :
-         {"LightTools", "TracePro", "LucidShape", "SPEOS", "SimuLux", "ASAP", "Photopia", "FRED"}) {
-        if (text.find(program) != text.npos) return program;
+void RowTaker::add_wavelength(float wavelength) {
+    const double nanometres = stated(wavelength) * columns_.nanometres;
+    if (!(nanometres > 0)) return colours_.add_per_watt(V3d(NAN));
+    if (nanometres < kFirstVisible || nanometres > kLastVisible) {
+        if (invisible_ == 0) first_invisible_ = nanometres;
+        ++invisible_;
     }
-    return {};
+    colours_.add_per_watt(cie_xyz(nanometres));
 }
 
-struct ReaderFormat {
-    std::string_view magic;
-    RaySet (*read)(const std::filesystem::path&, Monitor&);
-};
-constexpr ReaderFormat kReaderFormats[] = {
-    {"TM25", read_tm25},
-    {"LTRF", read_lighttools},
-    {std::string_view("\xf2\x03\x00\x00", 4), read_zemax},  // the number 1010
-};
-
-}  // namespace
-
-std::string content_of_ray_file(const std::filesystem::path& file) {
-    const std::vector<std::byte> first = first_bytes(file);
-    const std::string_view text(reinterpret_cast<const char*>(first.data()), first.size());
-    if (is_zemax_text(first)) return "it is a Zemax text ray file";
-    if (is_asap(first)) return "it is a ray file of ASAP, which is not read";
-    if (is_speos(first, std::filesystem::file_size(file)))
-        return "it is a ray file of SPEOS, which is not read";
-    if (content_name(first) != kPlainText) return content_of(file);
-    const std::string_view program = program_named(text);
-    if (!program.empty()) return fmt::format("it is text of {}, which is not read", program);
-    const std::size_t begin = std::min(text.find_first_not_of(" \t\r\n"), text.size());
-    return fmt::format("it is text that begins with \"{}\"",
-                       shown_value(text.substr(begin, text.find_first_of("\r\n", begin) - begin)));
-}
-
-RaySet read_rays(const std::filesystem::path& file, Monitor& monitor) {
-    const std::vector<std::byte> first = first_bytes(file);
-    const std::string_view text(reinterpret_cast<const char*>(first.data()), first.size());
-    for (const ReaderFormat& format : kReaderFormats) {
-        if (text.starts_with(format.magic)) return format.read(file, monitor);
+void RowTaker::settle(double header_flux, RayTaker::Header header, const RaySource& source,
+                      Monitor& monitor) {
+    if (invisible_ > 0) {
+        monitor.warn(
+            fmt::format("{}: {} of {} rays are of wavelengths outside {} to {} nm, which are not "
+                        "visible, the first of {:g} nm",
+                        to_string(source.at()), invisible_, set_.rays.size(), kFirstVisible, kLastVisible,
+                        first_invisible_));
     }
-    if (is_zemax_text(first)) return read_zemax_text(file, monitor);
-    input_error({file.string()},
-                "not a ray file: {}; expected IES TM-25 (.tm25ray), Zemax binary or text (.dat, .sdf) or "
-                "LightTools binary (.ray)",
-                content_of_ray_file(file));
+    colours_.settle();
+    rays_.settle(header_flux, header, source, monitor);
+}
+
+RowTaker take_rows(RaySource& source, std::uint64_t rays, const RayColumns& columns, RaySet& set,
+                   Monitor& monitor) {
+    source.require_rows(rays, columns.floats, columns.wavelength.has_value());
+    RowTaker taker(set, columns, rays);
+    read_rows(source, rays, columns.floats, monitor,
+              [&taker](const float* row, std::uint64_t at) { taker.take(row, at); });
+    return taker;
+}
+
+std::uint64_t rows_left(const RaySource& source, std::uint64_t row_bytes, std::uint64_t end) {
+    if (source.left() < end || (source.left() - end) % row_bytes != 0) {
+        input_error(source.at(),
+                    "truncated or damaged: the {} bytes after the header, from byte {}, are not a number of "
+                    "rows of {} bytes{}",
+                    source.left(), source.offset(), row_bytes,
+                    end > 0 ? fmt::format(" and an end mark of {}", end) : "");
+    }
+    return (source.left() - end) / row_bytes;
+}
+
+void refuse_big_endian(const Location& at) {
+    throw InputError(at, "its numbers are big-endian; expected little-endian ones");
 }
 
 }  // namespace lucerna

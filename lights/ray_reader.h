@@ -1,106 +1,22 @@
-// Shared by the readers of ray files: a bounded source, the test for usable rays, and the choice of the rays'
-// total colour and flux.
-//
-// The binary formats are little-endian floats in rows. No allocation relies on a header alone.
+// Shared by the readers of ray files: the test for usable rays, the choice of the rays' total colour and
+// flux, and the formats that read_rays() tells apart.
 #pragma once
 
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
+#include <optional>
 #include <span>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "lights/ray_set.h"
+#include "lights/ray_source.h"
 
 namespace lucerna {
 
-static_assert(std::endian::native == std::endian::little, "ray files are read as they lie on the disk");
-
-inline constexpr float kMetresPerMillimetre = 1e-3F;
-
-// Reads a file sequentially. Its errors are InputErrors that name the file and `what` was being read.
-class RaySource {
-  public:
-    explicit RaySource(const std::filesystem::path& file);
-    void read(void* to, std::uint64_t bytes, const char* what);
-    void skip(std::uint64_t bytes, const char* what);
-    // Throws unless there is at least one ray and the rest of the file holds `rays` rows of `floats` floats,
-    // and unless there is memory for them, with individual colours if `coloured`.
-    void require_rows(std::uint64_t rays, std::size_t floats, bool coloured) const;
-    std::uint64_t left() const { return left_; }
-    std::uint64_t offset() const { return offset_; }
-    const Location& at() const { return at_; }
-
-  private:
-    Location at_;
-    std::ifstream in_;
-    std::uint64_t left_ = 0, offset_ = 0;
-};
-
-// Throws InputError unless there is memory for that many rays, with individual colours if `coloured`.
-void require_ray_memory(std::uint64_t rays, bool coloured, const Location& at);
-
-// Gives the lines of a source that are not blank, without their ends.
-class RayLines {
-  public:
-    explicit RayLines(RaySource& source) : source_(source) {}
-    // Returns false at the end of the file. The line is valid until the next call. Throws InputError for a
-    // line that is too long for a row of numbers.
-    bool next(std::string_view& line);
-    // Returns the location of the last line.
-    Location at() const { return {source_.at().file, number_, 1}; }
-    // Returns the number of bytes that were taken from the source and lie behind the last line.
-    std::uint64_t unread() const { return buffer_.size() - begin_; }
-
-  private:
-    RaySource& source_;
-    std::string buffer_;
-    std::size_t begin_ = 0;
-    int number_ = 0;
-};
-
-template <typename T>
-T value_at(std::span<const std::byte> bytes, std::uint64_t offset) {
-    T value;
-    std::memcpy(&value, bytes.data() + offset, sizeof value);
-    return value;
-}
-
-// Returns a value that a header or a row may leave open, or NaN if it is open. Unknown values are written as
-// NaN, whose bytes some programs write in the wrong order: 0x0100C07F is 2.4e-38. No quantity of a lamp is
-// that small.
-inline double stated(float value) {
-    // Bits are compared because comparing a NaN is an invalid operation.
-    constexpr std::uint32_t kInfinity = 0x7f800000;
-    const std::uint32_t size = std::bit_cast<std::uint32_t>(value) & 0x7fffffffU;
-    const bool known = size == 0 || (size >= std::bit_cast<std::uint32_t>(1e-30F) && size <= kInfinity);
-    return known ? double{value} : NAN;
-}
-
-// Describes a file that is in none of the supported formats, as a clause: "it is a zip archive".
-std::string content_of_ray_file(const std::filesystem::path& file);
-
-// Returns true if the first bytes of a file are those of a Zemax text ray file.
-bool is_zemax_text(std::span<const std::byte> first);
-
-// Returns the ASCII text up to its NUL, with unprintable characters replaced by blanks.
-std::string ascii_text(std::span<const std::byte> bytes);
-
-// Returns the metres of the unit that a header numbers 0, 1, 2 …, for names[i]. Throws InputError for any
-// other number.
-struct NamedUnit {
-    const char* name;
-    float metres;
-};
-float metres_of_unit(std::int32_t number, std::span<const NamedUnit> units, const Location& at);
+inline constexpr double kMetresPerMillimetre = 1e-3;
 
 // Collects the colours of a set's rays as they are read, and brings them to the set's scale at the end.
 class RayColours {
@@ -126,36 +42,108 @@ class RayColours {
 // Adds rows to a set, or counts why they are unusable.
 class RayTaker {
   public:
-    RayTaker(RaySet& set, float metres_per_unit) : set_(set), metres_(metres_per_unit) {}
-    // `row` is x y z and a direction. Returns false for an unusable ray.
-    bool take(const float* row, float flux);
+    // `place` is what rays are found by in messages: "byte" or "line".
+    RayTaker(RaySet& set, double metres_per_unit, const char* place)
+        : set_(set), metres_(metres_per_unit), place_(place) {}
+    // `row` is x y z and a direction; `at` is the number of its byte or line. Returns false for an unusable
+    // ray. Inline, because files have millions of rays.
+    bool take(const float* row, float flux, std::uint64_t at) {
+        const V3d o(double{row[0]}, double{row[1]}, double{row[2]});
+        // In double precision, because the squares of directions of length 1e20 overflow a float.
+        const V3d d(double{row[3]}, double{row[4]}, double{row[5]});
+        const double length2 = sqr(d.x) + sqr(d.y) + sqr(d.z);
+        const bool has_flux = std::isfinite(flux) && flux >= 0;
+        if (has_flux) sum_ += double{flux};
+        const V3f metres(metres_ * o);
+        constexpr double kLeast2 = 1e-12;
+        if (!has_flux || !is_finite(metres) || !std::isfinite(length2) || length2 < kLeast2) {
+            refuse(row, flux, at);
+            return false;
+        }
+        // Directions of unit length up to rounding stay as they are, so that files that are read and written
+        // again do not change.
+        constexpr double kRounding = 1e-6;
+        const bool unit = std::fabs(length2 - 1) <= kRounding;
+        set_.rays.push_back({metres, V3f(unit ? d : d / std::sqrt(length2)), flux});
+        return true;
+    }
+    // Tells how a header's flux relates to the rays'. `absolute`: both are in the set's unit, and may
+    // disagree. `relative`: only the header's is.
+    enum class Header : std::uint8_t { absolute, relative };
     // Ends the reading: lets a finite, positive header flux override the sum, and warns of rays skipped and
     // of bytes left over. Throws InputError if no ray is usable.
-    void settle(double header_flux, const RaySource& source, Monitor& monitor);
+    void settle(double header_flux, Header header, const RaySource& source, Monitor& monitor);
 
   private:
-    void settle_flux(double header_flux, const Location& at, Monitor& monitor);
+    void refuse(const float* row, float flux, std::uint64_t at);
+    void settle_flux(double header_flux, Header header, const Location& at, Monitor& monitor);
 
     RaySet& set_;
-    float metres_;
+    double metres_;
+    const char* place_;
+    std::string first_refused_;
     double sum_ = 0;
 };
 
-// Calls row(const float*) for `rays` rows of `floats` floats, reading block by block. Call require_rows()
-// first.
-template <typename Row>
-void read_rows(RaySource& source, std::uint64_t rays, std::size_t floats, Monitor& monitor, Row&& row) {
-    constexpr std::uint64_t kBlock = 1 << 14;
-    Phase phase(monitor, "reading rays", rays);
-    std::vector<float> block;
-    for (std::uint64_t done = 0; done < rays;) {
-        const std::uint64_t n = std::min(kBlock, rays - done);
-        block.resize(n * floats);
-        source.read(block.data(), n * floats * sizeof(float), "rays");
-        for (std::uint64_t i = 0; i < n; ++i) row(&block[i * floats]);
-        done += n;
-        phase.advance(n);
+// Tells where rows have a ray's values that follow x y z and a direction.
+struct RayColumns {
+    std::size_t floats = 7;
+    std::size_t flux = 6;
+    std::optional<std::size_t> wavelength;
+    double metres = kMetresPerMillimetre;  // per unit of length
+    double nanometres = 1;                 // per unit of wavelength
+    const char* place = "byte";            // as in RayTaker
+};
+
+// Adds rows to a set whose rays may have wavelengths: what is common to all formats but TM-25.
+class RowTaker {
+  public:
+    // Reserves memory for that many rays, which is known to be there.
+    RowTaker(RaySet& set, const RayColumns& columns, std::uint64_t rays);
+    // Gives all rays one wavelength [nm]; NaN if it is unknown.
+    void all(double nanometres);
+    void take(const float* row, std::uint64_t at) {
+        if (rays_.take(row, row[columns_.flux], at) && columns_.wavelength)
+            add_wavelength(row[*columns_.wavelength]);
     }
-}
+    // Ends the reading as RayTaker does, and warns of wavelengths that are not visible.
+    void settle(double header_flux, RayTaker::Header header, const RaySource& source, Monitor& monitor);
+
+  private:
+    void add_wavelength(float wavelength);
+
+    RaySet& set_;
+    RayColumns columns_;
+    RayColours colours_;
+    RayTaker rays_;
+    std::uint64_t invisible_ = 0;
+    double first_invisible_ = 0;  // nm
+};
+
+// Reads that many rows of a binary file into the set. Throws InputError if they do not fit into the file or
+// the memory.
+RowTaker take_rows(RaySource& source, std::uint64_t rays, const RayColumns& columns, RaySet& set,
+                   Monitor& monitor);
+
+// Returns the number of rows of that many bytes in the rest of the file, behind which `end` bytes follow.
+// Throws InputError if the size does not fit.
+std::uint64_t rows_left(const RaySource& source, std::uint64_t row_bytes, std::uint64_t end);
+
+// The formats. Each is told by the first bytes of a file, as in RaySource::first(), and read by its function,
+// which throws InputError.
+bool is_tm25(std::span<const std::byte> first);
+RaySet read_tm25(RaySource& source, Monitor& monitor);
+bool is_zemax(std::span<const std::byte> first);
+RaySet read_zemax(RaySource& source, Monitor& monitor);
+bool is_zemax_text(std::span<const std::byte> first);
+RaySet read_zemax_text(RaySource& source, Monitor& monitor);
+bool is_lighttools(std::span<const std::byte> first);
+RaySet read_lighttools(RaySource& source, Monitor& monitor);
+// Rows of 32 bytes, or of 52 if the rays are polarised, which is refused.
+bool is_speos(std::span<const std::byte> first);
+RaySet read_speos(RaySource& source, Monitor& monitor);
+
+// Throws InputError: the numbers of the file are big-endian.
+[[noreturn]] void refuse_big_endian(const Location& at);
 
 }  // namespace lucerna

@@ -67,7 +67,8 @@ struct RaySet {
     // Luminous efficacy of the radiation of a set in watts [lm/W], from spectra or columns of the file; 0 if
     // not known.
     double lumens_per_watt = 0;
-    std::string provenance;  // one line, what the file states about itself
+    std::string provenance;  // one line: the file, and what it states about itself
+    std::string text;        // one line: only the latter, which is written again
 
     bool coloured() const { return !tristimulus.empty(); }
     // Returns the colour of all rays in linear sRGB: luminance 1, all components >= 0.
@@ -85,15 +86,15 @@ struct RaySet {
     RaySet channel(int c) const;
 };
 
-// Read IES TM-25-13 (.tm25ray), Zemax binary and text (.dat, .sdf) and LightTools binary (.ray). A header's
+// Reads a ray file of any of these formats, recognised by the first bytes regardless of the name. A header's
 // flux, if known and positive, overrides the sum of the rays, with a warning when they differ by more than
-// 0.1 %. Throw InputError naming file and cause.
-RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor);
-RaySet read_zemax(const std::filesystem::path& file, Monitor& monitor);
-RaySet read_zemax_text(const std::filesystem::path& file, Monitor& monitor);
-RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor);
-// Reads any of these formats, recognised by the first bytes regardless of the name.
+// 0.1 % though both are absolute. Throws InputError naming file and cause.
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
+// Returns true if the file is in one of these formats. Throws InputError if it cannot be read.
+bool is_ray_file(const std::filesystem::path& file);
+// Names the formats in errors and help.
+inline constexpr const char* kReadRayFormats =
+    "IES TM-25 (.tm25ray), Zemax binary or text (.dat, .sdf), LightTools binary (.ray) or SPEOS (.ray)";
 
 // Rays of one of several lamps that are joined to one.
 struct DrivenRays {
@@ -118,19 +119,21 @@ void state_colour(RaySet& set, const V3d& xyz_per_watt);
 // Sets the efficacy of a set in watts, in (0, kMostLumensPerWatt]. Colours stay.
 void state_efficacy(RaySet& set, double lumens_per_watt);
 
-// Writes rays for optics programs: IES TM-25, Zemax binary, LightTools binary.
+// Writes rays for optics programs: IES TM-25, Zemax binary, LightTools binary, SPEOS.
 //
 // A file is written block by block, so that it may exceed the memory, and replaced atomically. Equal rays
-// give equal bytes: no date is written.
+// give equal bytes: no date is written. A file that is read and written again has the same bytes.
 
 struct RayFileInfo {
     std::uint64_t rays = 0;
     FluxUnit unit = FluxUnit::lumen;
     double flux = 0;  // of all rays, in `unit`
     // CIE XYZ, Y = 1, of all rays together. TM-25 stores colours with luminous flux, for which watts need an
-    // efficacy; the other formats cannot store a colour that is not a wavelength.
+    // efficacy. SPEOS stores watts and a wavelength: that of the light if it has the colour of one, and else
+    // 555 nm. The other formats cannot store a colour.
     V3d xyz = kWhiteXyz;
     double lumens_per_watt = 0;   // as in RaySet
+    double lumens = 0;            // of all rays, if they are in W; 0: as lumens_per_watt gives
     bool colour_per_ray = false;  // each ray has its own colour
     std::string text;             // description of the content, one line
 };
@@ -145,16 +148,18 @@ using NextRays = std::function<void(std::vector<LampRay>& block)>;
 // Fills the block with the next rays, each with its colour.
 using NextColouredRays = std::function<void(RayBlock& block)>;
 
-// The suffix selects the format: .tm25ray, .dat, .ray. `next` is called until info.rays rays have come; an
-// empty block or one with too many rays is a programming error. Throws InputError for another suffix, for too
-// many rays for the format, or if the file cannot be written.
+// The suffix selects the format: .tm25ray, .dat, .ray, or .speos.ray. `next` is called until info.rays rays
+// have come; an empty block or one with too many rays is a programming error. Throws InputError for another
+// suffix, for too many rays for the format, for watts of unknown light in SPEOS's format, or if the file
+// cannot be written.
 void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextRays& next);
 void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextColouredRays& next);
 // Writes the usable rays of a set.
 void write_rays(const std::filesystem::path& file, const RaySet& set);
 
 // Names the suffixes in errors.
-inline constexpr const char* kRaySuffixes = ".tm25ray, .dat (Zemax) and .ray (LightTools)";
+inline constexpr const char* kRaySuffixes =
+    ".tm25ray, .dat (Zemax), .ray (LightTools) and .speos.ray (SPEOS)";
 bool has_ray_suffix(const std::filesystem::path& file);
 // Returns true if a file of that name would store the colours of these rays.
 bool keeps_colour(const std::filesystem::path& file, const RayFileInfo& info);

@@ -98,11 +98,9 @@ Flags read_flags(std::span<const std::byte> bytes, const Location& at) {
 Tm25Header read_tm25_header(RaySource& source) {
     const Location& at = source.at();
     std::vector<std::byte> bytes(kTm25HeaderBytes);
-    source.read(bytes.data(), 4, "signature");
-    if (std::memcmp(bytes.data(), "TM25", 4) != 0)
-        input_error(at, "not a TM-25 ray file: {}", content_of_ray_file(at.file));
-    source.read(bytes.data() + 4, kTm25HeaderBytes - 4, "header");
+    source.read(bytes.data(), kTm25HeaderBytes, "header");
     const auto version = value_at<std::int32_t>(bytes, 4);
+    if (byte_swapped(version) == 2013) refuse_big_endian(at);
     if (version != 2013) input_error(at, "TM-25 version {}; expected 2013", version);
 
     Tm25Header h;
@@ -265,8 +263,11 @@ class RowColour {
 
 }  // namespace
 
-RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
-    RaySource source(file);
+bool is_tm25(std::span<const std::byte> first) {
+    return text_of(first).starts_with("TM25");
+}
+
+RaySet read_tm25(RaySource& source, Monitor& monitor) {
     const Tm25Header header = read_tm25_header(source);
     std::vector<V3d> tables = read_tables(source, header);
     source.skip(static_cast<std::uint64_t>(header.extra_columns) * kColumnNameBytes, "column names");
@@ -277,7 +278,8 @@ RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
     set.unit = header.has.radiant ? FluxUnit::watt : FluxUnit::lumen;
     set.header_lumens = header.lumens;
     set.header_watts = header.watts;
-    set.provenance = fmt::format("TM-25 ray file {}, {} rays{}{}{}{}", file.filename().string(), header.rays,
+    set.text = header.text;
+    set.provenance = fmt::format("TM-25 ray file {}, {} rays{}{}{}{}", source.name(), header.rays,
                                  header.date.empty() ? "" : ", ", header.date,
                                  header.text.empty() ? "" : "; ", header.text);
     RowColour colour(header, columns, set, std::move(tables), source.at());
@@ -290,14 +292,17 @@ RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
     const int flux_column = header.has.radiant ? columns.radiant : columns.luminous;
     set.rays.reserve(header.rays);
     if (colour.per_ray()) set.tristimulus.reserve(header.rays);
-    RayTaker taker(set, kMetresPerMillimetre);
+    RayTaker taker(set, kMetresPerMillimetre, "byte");
     std::uint64_t number = 0;
-    read_rows(source, header.rays, static_cast<std::size_t>(columns.count), monitor, [&](const float* row) {
-        ++number;
-        if (taker.take(row, row[flux_column])) colour.add(number, row, double{row[flux_column]});
-    });
+    read_rows(source, header.rays, static_cast<std::size_t>(columns.count), monitor,
+              [&](const float* row, std::uint64_t at) {
+                  ++number;
+                  if (taker.take(row, row[flux_column], at))
+                      colour.add(number, row, double{row[flux_column]});
+              });
     colour.settle(monitor);
-    taker.settle(header.has.radiant ? header.watts : header.lumens, source, monitor);
+    taker.settle(header.has.radiant ? header.watts : header.lumens, RayTaker::Header::absolute, source,
+                 monitor);
     return set;
 }
 

@@ -130,8 +130,8 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
     info.flux = flux_;
     if (!keeps_colour(file, info)) {
         monitor.warn(
-            fmt::format("{}: the lamp's colour is not saved; only TM-25 files can hold it, in lumens or with "
-                        "a known luminous efficacy",
+            fmt::format("{}: the lamp's colour is not saved; TM-25 files can hold it, in lumens or with a "
+                        "known luminous efficacy, and SPEOS files that of a single wavelength",
                         file.string()));
     }
     // Rays of unequal energy are drawn twice: once for the sum that the second time makes the lamp's flux.

@@ -55,6 +55,19 @@ TEST_F(LightRays, Long_EmitThenImport_KeepsTheLumensInEveryFormat) {
     }
 }
 
+TEST_F(LightRays, Emit_ForSpeos_KeepsTheLumensAndNamesTheLossOfColour) {
+    const Outcome emitted =
+        lucerna_run({"light", "emit", "lamp.exr", "--rays", "100", "-o", "out.speos.ray"});
+    ASSERT_EQ(emitted.code, 0) << emitted.err;
+    EXPECT_THAT(emitted.err, HasSubstr("the lamp's colour is not saved"));
+    const Outcome seen = lucerna_run({"light", "info", "out.speos.ray"});
+    EXPECT_THAT(seen.out, AllOf(HasSubstr("SPEOS ray file out.speos.ray, 100 rays"), HasSubstr("683 lm/W")));
+    Monitor silent;
+    EXPECT_NEAR(683 * read_rays("out.speos.ray", silent).flux / flux_, 1, 1e-6);
+    std::filesystem::rename("out.speos.ray", "rays.bin");
+    EXPECT_THAT(lucerna_run({"info", "rays.bin"}).out, HasSubstr("SPEOS ray file rays.bin, 100 rays"));
+}
+
 TEST_F(LightRays, Emit_SameCommand_SameBytes) {
     const auto emit = [](const std::string& seed, const std::string& threads) {
         const Outcome done = lucerna_run({"light", "emit", "lamp.exr", "--rays", "3000", "--seed", seed,

@@ -366,7 +366,7 @@ TEST(ChoosePlanes, OddRaySets_GiveAFieldOrAnError) {
 TEST(FitLightField, OsramGreen_HoldsTheLampsFlux) {
     LUCERNA_NEED_DATA(path, "osram-ostar-green-100k.tm25ray");
     testing::ListeningMonitor monitor;
-    const RaySet set = read_tm25(path, monitor);
+    const RaySet set = read_rays(path, monitor);
     const Projection p = fit_light_field(set, {}, {}, monitor);
     expect_balance(p.account, p.field);
     EXPECT_NEAR(p.account.captured + p.account.missed(), 337, 1e-4);
@@ -394,7 +394,7 @@ struct Pattern {
 TEST(FitLightField, OsramGreen_EmitsNearAndFarWhatItsRaysEmit) {
     LUCERNA_NEED_DATA(path, "osram-ostar-green-100k.tm25ray");
     Monitor silent;
-    const RaySet set = read_tm25(path, silent);
+    const RaySet set = read_rays(path, silent);
     Projection p = fit_light_field(set, {}, {}, silent);
     Pattern truth;
     for (const LampRay& ray : set.rays) truth.add(V3d(ray.o), V3d(ray.d), double{ray.flux} / set.flux);

@@ -266,7 +266,7 @@ TEST(FarField, Ray_LandsInItsPlane) {
 TEST(FarField, MeasuredLed_KeepsItsFluxAsAPhotometricFile) {
     LUCERNA_NEED_DATA(file, "osram-ostar-green-100k.tm25ray");
     Monitor silent;
-    const PhotometricWeb web = far_field(read_tm25(file, silent), {2.5, 15});
+    const PhotometricWeb web = far_field(read_rays(file, silent), {2.5, 15});
     EXPECT_NEAR(web.flux(), 337, 0.01);
     const PhotometricWeb again = parse_ies(ies_text(web, "LED"), "led.ies", silent);
     EXPECT_NEAR(again.flux() / web.flux(), 1, 1e-5);

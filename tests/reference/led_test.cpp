@@ -79,7 +79,7 @@ Pattern measure(double half, Value&& value) {
 TEST(MeasuredLed, NearThePlaneShowsTheChip_FarItShowsTheLobe) {
     LUCERNA_NEED_DATA(file, "osram-ostar-green-100k.tm25ray");
     Monitor silent;
-    const RaySet rays = read_tm25(file, silent);
+    const RaySet rays = read_rays(file, silent);
     ASSERT_EQ(rays.rays.size(), 100'000U);
     const Projection projection = fit_light_field(rays, {}, Workers{}, silent);
     struct Case {

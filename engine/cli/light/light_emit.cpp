@@ -17,7 +17,11 @@ namespace {
 constexpr const char* kEmitFooter =
     R"(The rays start on the sampling plane, in the frame of the file that the lamp came from. Their total flux is the measured
 flux of the lamp; a lamp in lumens gives rays in lumens. The suffix selects the format: .tm25ray (IES TM-25), .dat (Zemax
-binary), .ray (LightTools binary). The same command always writes the same bytes.
+binary), .ray (LightTools binary) or .speos.ray (SPEOS). The same command always writes the same bytes.
+
+SPEOS's format has watts and a wavelength for each ray. If the lamp has the colour of a single wavelength, that one is
+written; any other lamp is written as light of 555 nm, to which a spectrum is assigned in SPEOS. Lumens become the watts
+that they have at the wavelength.
 
 Modes, the placement of a ray within its cell of the light field:
   exact      according to the field; rays of equal energy

@@ -232,8 +232,7 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
     const auto options = std::make_shared<ImportOptions>();
     CLI::App& app = *light.add_subcommand("import", "Make a light field from a measured lamp's rays");
     app.footer(kLightImportFooter);
-    app.add_option("RAYS", options->rays,
-                   "ray files of one lamp: IES TM-25 (.tm25ray), Zemax (.dat, .sdf) or LightTools (.ray)")
+    app.add_option("RAYS", options->rays, fmt::format("ray files of one lamp: {}", kReadRayFormats))
         ->type_name("FILE")
         ->required();
     add_word(app, "--drive", "NUMBERS",

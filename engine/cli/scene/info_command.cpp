@@ -275,7 +275,8 @@ void act(const InfoOptions& options, const CommandContext& context) {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.process.stop, {}});
         return print_photometric(context.out, read_photometric(options.file, monitor), FluxUnit::lumen);
     }
-    if (suffix == ".tm25ray" || suffix == ".dat" || suffix == ".sdf" || suffix == ".ray") {
+    if (suffix == ".tm25ray" || suffix == ".dat" || suffix == ".sdf" || suffix == ".ray" ||
+        is_ray_file(options.file)) {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.process.stop, {}});
         return print_ray_set(context.out, read_rays(options.file, monitor));
     }
