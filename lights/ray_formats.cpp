@@ -14,24 +14,15 @@ struct RayFormat {
     RaySet (*read)(RaySource&, Monitor&);
 };
 // Formats without a signature come last.
-constexpr RayFormat kRayFormats[] = {{is_tm25, read_tm25},
-                                     {is_lighttools, read_lighttools},
-                                     {is_zemax, read_zemax},
-                                     {is_zemax_text, read_zemax_text},
-                                     {is_speos, read_speos}};
+constexpr RayFormat kRayFormats[] = {
+    {is_tm25, read_tm25}, {is_lighttools, read_lighttools}, {is_zemax, read_zemax},
+    {is_asap, read_asap}, {is_zemax_text, read_zemax_text}, {is_speos, read_speos}};
 
 // Returns the format of a file that begins with these bytes, or nullptr.
 const RayFormat* format_of(std::span<const std::byte> first) {
     const auto* const found =
         std::ranges::find_if(kRayFormats, [first](const RayFormat& format) { return format.is(first); });
     return found == std::end(kRayFormats) ? nullptr : found;
-}
-
-// An ASAP file begins with a record length, 247 + 256 times its bytes, of seven to twelve words.
-bool is_asap(std::span<const std::byte> first) {
-    if (first.size() < 28) return false;
-    const auto word = value_at<std::int32_t>(first, 0);
-    return word % 1024 == 247 && word / 1024 >= 7 && word / 1024 <= 12;
 }
 
 // Returns the optics program that a text names, or an empty name.
@@ -45,7 +36,6 @@ std::string_view program_named(std::string_view text) {
 
 // Describes a file that is in none of the formats, as a clause: "it is a zip archive".
 std::string content_of_ray_file(std::span<const std::byte> first) {
-    if (is_asap(first)) return "it is a ray file of ASAP, which is not read";
     const std::string_view content = content_name(first), text = text_of(first);
     if (content.empty()) return "its contents are of no format that is known here";
     if (content != kPlainText) return fmt::format("it is {}", content);

@@ -37,6 +37,12 @@ void RayColours::add_per_watt(const V3d& xyz) {
     add(seen ? xyz / xyz.y : V3d(-1));
 }
 
+void RayColours::add_wavelength(double nanometres) {
+    const V3d xyz = cie_xyz(nanometres);
+    const double scale = set_.unit == FluxUnit::watt ? kLumensPerWatt : xyz.y > 0 ? 1 / xyz.y : 0;
+    set_.tristimulus.push_back(scale > 0 ? V3f(scale * xyz) : kUnknown);
+}
+
 void RayColours::add(const V3d& xyz) {
     const std::optional<V3d> colour = as_colour(xyz);
     set_.tristimulus.push_back(colour ? V3f(*colour) : kUnknown);
@@ -63,11 +69,11 @@ void RayColours::settle_rays() {
     bool alike = true;
     if (sum.y > 0) {
         set_.xyz = sum / sum.y;
-        const double mean = sum.y / flux;  // flux > 0 because sum.y > 0
+        const double mean = sum.y / flux, per_mean = 1 / mean;  // flux > 0 because sum.y > 0
         if (set_.unit == FluxUnit::watt) set_.lumens_per_watt = mean;
         constexpr double kAlike = 1e-5, kMost = 1e30;
         for (V3f& ray : set_.tristimulus) {
-            const V3d colour = ray == kUnknown ? set_.xyz : V3d(ray) / mean;
+            const V3d colour = ray == kUnknown ? set_.xyz : per_mean * V3d(ray);
             for (int c = 0; c < 3; ++c) {
                 alike = alike && std::fabs(colour[c] - set_.xyz[c]) <= kAlike * std::max(1.0, set_.xyz[c]);
                 ray[c] = static_cast<float>(std::min(colour[c], kMost));
@@ -150,7 +156,7 @@ void RowTaker::add_wavelength(float wavelength) {
         if (invisible_ == 0) first_invisible_ = nanometres;
         ++invisible_;
     }
-    colours_.add_per_watt(cie_xyz(nanometres));
+    colours_.add_wavelength(nanometres);
 }
 
 void RowTaker::settle(double header_flux, RayTaker::Header header, const RaySource& source,

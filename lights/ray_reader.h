@@ -30,6 +30,9 @@ class RayColours {
     // Adds the colour of the last ray taken, per unit of its flux; for watts Y is in lm/W. An invalid colour
     // (not finite, negative, X or Z without Y) is replaced by the mean colour of all other rays.
     void add(const V3d& xyz);
+    // Adds the colour of the last ray taken, light of that wavelength [nm]: as add_per_watt() does, but
+    // without looking for what a table cannot hold.
+    void add_wavelength(double nanometres);
     // Ends the collection. Colours that differ by less than a hundred-thousandth count as one.
     void settle();
 
@@ -142,6 +145,8 @@ RaySet read_lighttools(RaySource& source, Monitor& monitor);
 // Rows of 32 bytes, or of 52 if the rays are polarised, which is refused.
 bool is_speos(std::span<const std::byte> first);
 RaySet read_speos(RaySource& source, Monitor& monitor);
+bool is_asap(std::span<const std::byte> first);
+RaySet read_asap(RaySource& source, Monitor& monitor);
 
 // Throws InputError: the numbers of the file are big-endian.
 [[noreturn]] void refuse_big_endian(const Location& at);

@@ -94,7 +94,8 @@ RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
 bool is_ray_file(const std::filesystem::path& file);
 // Names the formats in errors and help.
 inline constexpr const char* kReadRayFormats =
-    "IES TM-25 (.tm25ray), Zemax binary or text (.dat, .sdf), LightTools binary (.ray) or SPEOS (.ray)";
+    "IES TM-25 (.tm25ray), Zemax binary or text (.dat, .sdf), LightTools binary (.ray), SPEOS (.ray) or "
+    "ASAP (.dis)";
 
 // Rays of one of several lamps that are joined to one.
 struct DrivenRays {

@@ -1,4 +1,4 @@
-// libFuzzer's entry to the readers of ray files (TM-25, Zemax, LightTools; the bytes choose): bytes give rays
+// libFuzzer's entry to the readers of ray files (the bytes choose the format): bytes give rays
 // of finite numbers or an InputError. A TM-25 header has 36,000 bytes of text, of which the input contains
 // 16.
 #include <algorithm>
