@@ -15,8 +15,15 @@ struct RayFormat {
 };
 // Formats without a signature come last.
 constexpr RayFormat kRayFormats[] = {
-    {is_tm25, read_tm25}, {is_lighttools, read_lighttools}, {is_zemax, read_zemax},
-    {is_asap, read_asap}, {is_zemax_text, read_zemax_text}, {is_speos, read_speos}};
+    {is_tm25, read_tm25},
+    {is_lighttools, read_lighttools},
+    {is_zemax, read_zemax},
+    {is_asap, read_asap},
+    {is_zemax_text, read_zemax_text},
+    {is_lighttools_text, read_lighttools_text},
+    {is_ray_table, read_ray_table},
+    {is_speos, read_speos},
+};
 
 // Returns the format of a file that begins with these bytes, or nullptr.
 const RayFormat* format_of(std::span<const std::byte> first) {
@@ -40,7 +47,7 @@ std::string content_of_ray_file(std::span<const std::byte> first) {
     if (content.empty()) return "its contents are of no format that is known here";
     if (content != kPlainText) return fmt::format("it is {}", content);
     if (const std::string_view program = program_named(text); !program.empty())
-        return fmt::format("it is text of {}, which is not read", program);
+        return fmt::format("it is text of {}, in whose header no line names the columns", program);
     const std::size_t begin = std::min(text.find_first_not_of(" \t\r\n"), text.size());
     return fmt::format("it is text that begins with \"{}\"",
                        shown_value(text.substr(begin, text.find_first_of("\r\n", begin) - begin)));

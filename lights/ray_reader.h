@@ -145,6 +145,12 @@ RaySet read_lighttools(RaySource& source, Monitor& monitor);
 // Rows of 32 bytes, or of 52 if the rays are polarised, which is refused.
 bool is_speos(std::span<const std::byte> first);
 RaySet read_speos(RaySource& source, Monitor& monitor);
+// Text with LightTools's header of keywords.
+bool is_lighttools_text(std::span<const std::byte> first);
+RaySet read_lighttools_text(RaySource& source, Monitor& monitor);
+// Text whose header names a position's columns.
+bool is_ray_table(std::span<const std::byte> first);
+RaySet read_ray_table(RaySource& source, Monitor& monitor);
 bool is_asap(std::span<const std::byte> first);
 RaySet read_asap(RaySource& source, Monitor& monitor);
 

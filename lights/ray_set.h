@@ -94,8 +94,8 @@ RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
 bool is_ray_file(const std::filesystem::path& file);
 // Names the formats in errors and help.
 inline constexpr const char* kReadRayFormats =
-    "IES TM-25 (.tm25ray), Zemax binary or text (.dat, .sdf), LightTools binary (.ray), SPEOS (.ray) or "
-    "ASAP (.dis)";
+    "IES TM-25 (.tm25ray), Zemax binary or text (.dat, .sdf), LightTools binary or text (.ray, .txt), SPEOS "
+    "(.ray), ASAP (.dis) or a table with named columns (.txt, .csv)";
 
 // Rays of one of several lamps that are joined to one.
 struct DrivenRays {

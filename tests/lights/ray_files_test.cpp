@@ -243,7 +243,8 @@ TEST_F(RayFiles, OtherFiles_AreNamedForWhatTheyAre) {
     };
     const std::vector<std::pair<std::string, std::string>> files = {
         {"rays of a lamp\n1 2 3", "text that begins with \"rays of a lamp\""},
-        {"# Ray data of LightTools 8.4\n1 2 3 0 0 1 1\n", "text of LightTools"},
+        {"# Ray data of LightTools 8.4\n1 2 3 0 0 1 1\n",
+         "text of LightTools, in whose header no line names the columns"},
         {"200 4 7\n0 0 0 0 0 1 1\n", "text that begins with \"200 4 7\""},
         {bytes({0x1F, 0x8B, 8}), "gzip"},
         {bytes({'P', 'K', 3, 4}), "a zip archive"},
