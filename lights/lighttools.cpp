@@ -1,4 +1,5 @@
-// LightTools binary ray files (.ray): a header of 44 bytes, rows of seven or eight floats, an end mark.
+// LightTools binary ray files (.ray): a header of 44 bytes, rows of seven or eight floats, an end mark. In
+// version 3 the header has one more word, which says whether the rays are polarised.
 //
 // The header states no number of rays: they extend to the end mark, which must be at the end of the file.
 #include <array>
@@ -9,6 +10,7 @@ namespace lucerna {
 namespace {
 
 constexpr std::uint64_t kLightToolsHeaderBytes = 44;
+constexpr std::int32_t kLightToolsVersion = 2, kPolarisedVersion = 3;
 constexpr char kEndMark[] = "LTRFEND";
 constexpr std::uint64_t kEndBytes = sizeof kEndMark - 1;
 // Unit 0 is the length unit of the model that the file came from, which the file does not name.
@@ -37,16 +39,20 @@ LightToolsHeader read_lighttools_header(RaySource& source, Monitor& monitor) {
         if (word(offset) == accepted) return;
         input_error(at, "{} {}; expected {} ({})", what, word(offset), accepted, why);
     };
-    if (byte_swapped(word(4)) == 2) refuse_big_endian(at);
-    require(4, "version", 2, "no polarisation");
+    const std::int32_t version = word(4), swapped = byte_swapped(version);
+    if (swapped == kLightToolsVersion || swapped == kPolarisedVersion) refuse_big_endian(at);
+    if (version != kLightToolsVersion && version != kPolarisedVersion)
+        input_error(at, "version {}; expected {} or {}", version, kLightToolsVersion, kPolarisedVersion);
     require(16, "far-field mark", 0, "rays with positions");
     LightToolsHeader h;
     const std::int32_t data = word(12);
     if (data != 0 && data != 1) input_error(at, "data type {}; expected 0 (W) or 1 (lm)", data);
     h.unit = data == 1 ? FluxUnit::lumen : FluxUnit::watt;
     const std::int32_t colour = word(20);
-    if (colour != 0 && colour != 2)
-        input_error(at, "colour information {}; expected 0 (none) or 2 (wavelengths)", colour);
+    if (colour != 0 && colour != 2) {
+        input_error(at, "colour information {}{}; expected 0 (none) or 2 (wavelengths)", colour,
+                    colour == 1 ? " (CIE tristimulus values)" : "");
+    }
     h.per_ray = colour == 2;
     h.metres = metres_of_unit(word(24), kLightToolsUnits, at);
     if (word(24) == 0) {
@@ -54,6 +60,12 @@ LightToolsHeader read_lighttools_header(RaySource& source, Monitor& monitor) {
             fmt::format("{}: lengths are in the unit of the original model; mm is assumed", to_string(at)));
     }
     h.flux = stated(value_at<float>(bytes, 40));
+    if (version == kPolarisedVersion) {
+        std::int32_t polarisation = 0;
+        source.read(&polarisation, sizeof polarisation, "header");
+        if (polarisation != 0)
+            input_error(at, "polarisation {}; expected 0 (rays without polarisation)", polarisation);
+    }
     return h;
 }
 

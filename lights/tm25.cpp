@@ -101,7 +101,10 @@ Tm25Header read_tm25_header(RaySource& source) {
     source.read(bytes.data(), kTm25HeaderBytes, "header");
     const auto version = value_at<std::int32_t>(bytes, 4);
     if (byte_swapped(version) == 2013) refuse_big_endian(at);
-    if (version != 2013) input_error(at, "TM-25 version {}; expected 2013", version);
+    if (version != 2013) {
+        input_error(at, "TM-25 version {}{}; expected 2013", version,
+                    version == 2020 ? " (ANSI/IES TM-25-20, whose layout is not public)" : "");
+    }
 
     Tm25Header h;
     h.lumens = stated(value_at<float>(bytes, 12));

@@ -55,6 +55,13 @@ std::string lighttools() {
     return b + rows({{1, 2, 3, 0, 0, 1, 1}, {-1, 0, 0, 0, 3, 4, 3}}) + "LTRFEND";
 }
 
+// Returns the same file in version 3, whose header says that the rays are not polarised.
+std::string lighttools_3() {
+    std::string b = lighttools();
+    set(b, 4, std::int32_t{3});
+    return b.insert(44, 4, '\0');
+}
+
 class RayFiles : public ::testing::Test {
   protected:
     RaySet read(const std::string& bytes, const std::string& name = "rays.bin") {
@@ -85,6 +92,7 @@ void expect_the_two_rays(const RaySet& set) {
 TEST_F(RayFiles, BothVendors_SameRays_AreTheSameSet) {
     expect_the_two_rays(read(zemax()));
     expect_the_two_rays(read(lighttools()));
+    expect_the_two_rays(read(lighttools_3()));
     EXPECT_TRUE(monitor_.warnings.empty());
     EXPECT_THAT(read(zemax()).provenance, HasSubstr("a lamp of two rays"));
 }
@@ -216,10 +224,12 @@ TEST_F(RayFiles, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
     EXPECT_THAT(error_text(zemax().substr(0, 100)), HasSubstr("truncated in the header"));
     EXPECT_THAT(error_text(with(zemax(), 0, -234684416)), HasSubstr("big-endian"));
     EXPECT_THAT(error_text(with(lighttools(), 4, 0x2000000)), HasSubstr("big-endian"));
-    EXPECT_THAT(error_text(with(lighttools(), 4, 3)), HasSubstr("version 3"));
+    EXPECT_THAT(error_text(with(lighttools(), 4, 4)), HasSubstr("version 4; expected 2 or 3"));
+    EXPECT_THAT(error_text(with(lighttools_3(), 44, 1)), HasSubstr("polarisation 1; expected 0"));
     EXPECT_THAT(error_text(with(lighttools(), 12, 2)), HasSubstr("data type 2"));
     EXPECT_THAT(error_text(with(lighttools(), 16, 1)), HasSubstr("far-field"));
-    EXPECT_THAT(error_text(with(lighttools(), 20, 1)), HasSubstr("colour information 1"));
+    EXPECT_THAT(error_text(with(lighttools(), 20, 1)),
+                HasSubstr("colour information 1 (CIE tristimulus values)"));
     EXPECT_THAT(error_text(with(lighttools(), 24, 9)), HasSubstr("length unit 9"));
     EXPECT_THAT(error_text(lighttools().substr(0, 60)), HasSubstr("truncated"));
     EXPECT_THAT(error_text(lighttools().substr(0, 44) + "LTRFEND"), HasSubstr("0 rays"));

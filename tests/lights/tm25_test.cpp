@@ -437,6 +437,9 @@ TEST_F(Tm25, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
     EXPECT_THAT(error_text(with([](File& f) { f.rays = 3; })), HasSubstr("truncated in the rays"));
     EXPECT_THAT(error_text(with([](File& f) { f.rays = 0; })), HasSubstr("0 rays"));
     EXPECT_THAT(error_text(with([](File& f) { f.version = 1; })), HasSubstr("2013"));
+    EXPECT_THAT(
+        error_text(with([](File& f) { f.version = 2020; })),
+        HasSubstr("TM-25 version 2020 (ANSI/IES TM-25-20, whose layout is not public); expected 2013"));
     EXPECT_THAT(error_text(with([](File& f) { f.spectral = 9; })), HasSubstr("spectral"));
     EXPECT_THAT(error_text(with([](File& f) { f.tables = 2147483647; })), HasSubstr("spectral table"));
     EXPECT_THAT(error_text(with([](File& f) { f.tables = -1; })), HasSubstr("tables"));
