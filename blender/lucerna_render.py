@@ -45,7 +45,7 @@ bl_info = {
 
 ENGINE = "LUCERNA"
 NO_OIIO = "This Blender has no OpenImageIO for Python, which reads the image; on Debian, install python3-openimageio"
-LAMP_KINDS = {".ies": "ies", ".ldt": "ldt", ".exr": "lightfield", ".tm25ray": "rayfile", ".dat": "rayfile", ".sdf": "rayfile", ".ray": "rayfile", ".dis": "rayfile"}
+LAMP_KINDS = {".ies": "ies", ".ldt": "ldt", ".exr": "lightfield", ".tm25ray": "rayfile", ".dat": "rayfile", ".sdf": "rayfile", ".ray": "rayfile", ".dis": "rayfile", ".gz": "rayfile", ".zip": "rayfile"}
 # Image files that the command reads without conversion.
 IMAGE_SUFFIXES = {".png", ".jpg", ".jpeg", ".exr", ".hdr", ".tga", ".tif", ".tiff"}
 PARTS = ("emission", "direct", "indirect", "caustic", "media")
@@ -943,7 +943,7 @@ class LucernaSettings(bpy.types.PropertyGroup):
 
 class LucernaLamp(bpy.types.PropertyGroup):
     enabled: BoolProperty(name="Lucerna lamp", default=False, description="This object is a lamp from a file; light leaves along its -Z")
-    file: StringProperty(name="File", subtype="FILE_PATH", description="IES, EULUMDAT, light field (.exr) or ray file (.tm25ray, .dat, .ray)")
+    file: StringProperty(name="File", subtype="FILE_PATH", description="IES, EULUMDAT, light field (.exr) or ray file (.tm25ray, .dat, .ray, .dis, packed or not)")
     flux: FloatProperty(name="Flux (lm)", default=0, min=0, description="0: as the file says")
 
 

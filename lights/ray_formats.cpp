@@ -32,6 +32,11 @@ const RayFormat* format_of(std::span<const std::byte> first) {
     return found == std::end(kRayFormats) ? nullptr : found;
 }
 
+bool is_known(std::span<const std::byte> first) {
+    return format_of(first) != nullptr;
+}
+constexpr const char* kNoun = "ray file";
+
 // Returns the optics program that a text names, or an empty name.
 std::string_view program_named(std::string_view text) {
     for (const std::string_view program :
@@ -56,11 +61,11 @@ std::string content_of_ray_file(std::span<const std::byte> first) {
 }  // namespace
 
 bool is_ray_file(const std::filesystem::path& file) {
-    return format_of(first_bytes(file)) != nullptr;
+    return is_known(UnpackedFile(file, is_known, kNoun).first());
 }
 
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor) {
-    RaySource source(file);
+    RaySource source(UnpackedFile(file, is_known, kNoun));
     if (const RayFormat* format = format_of(source.first())) return format->read(source, monitor);
     input_error(source.at(), "not a ray file: {}; expected {}", content_of_ray_file(source.first()),
                 kReadRayFormats);

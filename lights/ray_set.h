@@ -88,14 +88,16 @@ struct RaySet {
 
 // Reads a ray file of any of these formats, recognised by the first bytes regardless of the name. A header's
 // flux, if known and positive, overrides the sum of the rays, with a warning when they differ by more than
-// 0.1 % though both are absolute. Throws InputError naming file and cause.
+// 0.1 % though both are absolute. A file that gzip packed, or the only ray file in a zip archive, is unpacked
+// while it is read. Throws InputError naming file and cause.
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
-// Returns true if the file is in one of these formats. Throws InputError if it cannot be read.
+// Returns true if the file is in one of these formats, packed or not. Throws InputError if it cannot be read,
+// and for a zip archive without a ray file or with several.
 bool is_ray_file(const std::filesystem::path& file);
 // Names the formats in errors and help.
 inline constexpr const char* kReadRayFormats =
     "IES TM-25 (.tm25ray), Zemax binary or text (.dat, .sdf), LightTools binary or text (.ray, .txt), SPEOS "
-    "(.ray), ASAP (.dis) or a table with named columns (.txt, .csv)";
+    "(.ray), ASAP (.dis) or a table with named columns (.txt, .csv), each also packed (.gz, .zip)";
 
 // Rays of one of several lamps that are joined to one.
 struct DrivenRays {

@@ -2,22 +2,13 @@
 
 #include <charconv>
 
-#include "engine/system/content.h"
-#include "engine/system/files.h"
 #include "engine/system/memory.h"
 #include "lights/photometric_files.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {
 
-RaySource::RaySource(const std::filesystem::path& file)
-    : at_{file.string()}, in_(open_to_read(file)), first_(first_bytes(file)) {
-    in_.seekg(0, std::ios::end);
-    const std::streamoff size = in_.tellg();
-    if (size < 0) throw InputError(at_, "its size cannot be determined");
-    left_ = static_cast<std::uint64_t>(size);
-    in_.seekg(0);
-}
+RaySource::RaySource(UnpackedFile file) : file_(std::move(file)), at_{file_.name()}, left_(file_.size()) {}
 
 std::string RaySource::name() const {
     return std::filesystem::path(at_.file).filename().string();
@@ -31,15 +22,14 @@ void RaySource::require_left(std::uint64_t bytes, const char* what) const {
 
 void RaySource::read(void* to, std::uint64_t bytes, const char* what) {
     require_left(bytes, what);
-    in_.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes));
-    if (!in_) input_error(at_, "reading failed in the {}, at byte {}", what, offset_);
+    file_.read(to, bytes);
     left_ -= bytes;
     offset_ += bytes;
 }
 
 void RaySource::skip(std::uint64_t bytes, const char* what) {
     require_left(bytes, what);
-    in_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
+    file_.skip(bytes);
     left_ -= bytes;
     offset_ += bytes;
 }

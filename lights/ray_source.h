@@ -1,4 +1,5 @@
-// The bytes of a ray file, read from its start to its end, and the lines of one that is text.
+// The bytes of a ray file, read from its start to its end, and the lines of one that is text. gzip or zip may
+// have packed it.
 //
 // The binary formats are little-endian floats in rows. No allocation relies on a header alone.
 #pragma once
@@ -11,7 +12,6 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +19,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
+#include "engine/system/unpacked_file.h"
 
 namespace lucerna {
 
@@ -28,9 +29,10 @@ static_assert(std::endian::native == std::endian::little, "ray files are read as
 // read.
 class RaySource {
   public:
-    explicit RaySource(const std::filesystem::path& file);
+    // Takes a file of which nothing has been read.
+    explicit RaySource(UnpackedFile file);
     // Returns the first 4096 bytes, or all if there are fewer. Does not count as reading.
-    std::span<const std::byte> first() const { return first_; }
+    std::span<const std::byte> first() const { return file_.first(); }
     void read(void* to, std::uint64_t bytes, const char* what);
     void skip(std::uint64_t bytes, const char* what);
     // Throws unless there is at least one ray and the rest of the file holds `rays` rows of `floats` floats,
@@ -45,9 +47,8 @@ class RaySource {
   private:
     void require_left(std::uint64_t bytes, const char* what) const;
 
+    UnpackedFile file_;
     Location at_;
-    std::ifstream in_;
-    std::vector<std::byte> first_;
     std::uint64_t left_ = 0, offset_ = 0;
 };
 

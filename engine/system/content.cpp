@@ -69,7 +69,7 @@ std::string_view content_name(std::span<const std::byte> first) {
 }
 
 std::vector<std::byte> first_bytes(const std::filesystem::path& file) {
-    std::vector<std::byte> bytes(4096);
+    std::vector<std::byte> bytes(kFirstBytes);
     std::ifstream in = open_to_read(file);
     in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     bytes.resize(static_cast<std::size_t>(in.gcount()));

@@ -15,7 +15,9 @@ namespace lucerna {
 inline constexpr std::string_view kPlainText = "text";
 std::string_view content_name(std::span<const std::byte> first);
 
-// Returns the first bytes of the file, as many as content_name() needs and more. Throws InputError.
+// Returns the first kFirstBytes of the file, more than content_name() needs, or all if there are fewer. Throws
+// InputError.
+inline constexpr std::size_t kFirstBytes = 4096;
 std::vector<std::byte> first_bytes(const std::filesystem::path& file);
 
 // Describes the file as a clause, for example "it is a PNG picture". Throws InputError.

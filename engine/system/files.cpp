@@ -4,7 +4,6 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cctype>
@@ -17,6 +16,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
+#include "engine/system/gzip.h"
 #include "engine/system/memory.h"
 #include "engine/text/plain_text.h"
 
@@ -80,13 +80,6 @@ std::ifstream open_to_read(const std::filesystem::path& file) {
 
 namespace {
 
-// A gzip file that packs better than this and unpacks to more is made to fill the memory.
-constexpr std::size_t kMostTimes = 400, kAnyTimes = std::size_t{64} << 20;
-
-bool is_trap(std::size_t made, std::size_t packed) {
-    return made > kAnyTimes && made / kMostTimes > packed;
-}
-
 // Returns the last four bytes of a gzip file: the unpacked size of its last member, modulo 2^32.
 std::size_t stated_size(const std::filesystem::path& file) {
     std::uint32_t size = 0;
@@ -94,38 +87,22 @@ std::size_t stated_size(const std::filesystem::path& file) {
     return size;
 }
 
-// Reads into a container of bytes or characters. zlib unpacks files of gzip and passes on all others.
+// Reads into a container of bytes or characters.
 template <typename Container>
 Container unpacked(const std::filesystem::path& file) {
-    require_readable(file);
-    const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
-    if (!in) throw InputError({file.string()}, std::string("cannot be opened: ") + std::strerror(errno));
-    const bool plain = gzdirect(in.get()) != 0;
-    const std::size_t size = std::filesystem::file_size(file), stated = plain ? size : stated_size(file);
-    const std::size_t expected = is_trap(stated, size) ? 0 : stated;
+    GzipReader in(file);
+    const std::size_t size = std::filesystem::file_size(file),
+                      stated = in.packed() ? stated_size(file) : size;
+    const std::size_t expected = is_packed_trap(stated, size) ? 0 : stated;
     Container out;
     std::size_t made = 0;
-    for (int got = 1; got > 0; made += static_cast<std::size_t>(std::max(got, 0))) {
-        if (!plain && is_trap(made, static_cast<std::size_t>(gzoffset(in.get())))) {
-            input_error({file.string()},
-                        "expands to more than {} times its size; such files may be at most {} MiB",
-                        kMostTimes, kAnyTimes >> 20);
-        }
-        if (made == out.size()) {
-            // Makes room for one more byte than expected, so that the end is found without growing.
-            const std::size_t room = std::max(expected, 2 * made) + 1;
-            require_memory(room, file.string() + (plain ? "" : ", unpacked"), "use a smaller file");
-            out.resize(room);
-        }
-        constexpr std::size_t kStep = std::size_t{1} << 26;  // zlib counts in 32 bits
-        got = gzread(in.get(), out.data() + made, static_cast<unsigned>(std::min(kStep, out.size() - made)));
-    }
-    int state = Z_OK;
-    gzerror(in.get(), &state);
-    if (state == Z_ERRNO) throw InputError({file.string()}, "reading failed before the end of the file");
-    if (state == Z_BUF_ERROR) throw InputError({file.string()}, "its compressed data end too early");
-    if (state != Z_OK && state != Z_STREAM_END)
-        throw InputError({file.string()}, "its compressed data are damaged");
+    do {
+        // Makes room for one more byte than expected, so that the end is found without growing.
+        const std::size_t room = std::max(expected, 2 * made) + 1;
+        require_memory(room, file.string() + (in.packed() ? ", unpacked" : ""), "use a smaller file");
+        out.resize(room);
+        made += in.read(out.data() + made, room - made);
+    } while (made == out.size());
     out.resize(made);
     return out;
 }

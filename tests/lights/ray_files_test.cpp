@@ -13,6 +13,7 @@
 #include "engine/colour/spectrum.h"
 #include "lights/ray_set.h"
 #include "tests/lights/field_fixtures.h"
+#include "tests/support/archives.h"
 #include "tests/support/error_of.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/temporary_folder.h"
@@ -238,6 +239,30 @@ TEST_F(RayFiles, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
     EXPECT_THAT(error_text(no_end), HasSubstr("LTRFEND"));
 }
 
+TEST_F(RayFiles, PackedFiles_AreReadWithoutUnpackingThemFirst) {
+    const std::string text = "2 4\n1 2 3 0 0 1 1\n-1 0 0 0 3 4 3\n";
+    for (const std::string& bytes : {zemax(), lighttools(), lighttools_3(), text}) {
+        expect_the_two_rays(read(testing::gzip_of(bytes), "rays.gz"));
+        expect_the_two_rays(
+            read(testing::zip_of({{"read me.txt", "A lamp."}, {"a/lamp.dat", bytes}}), "rays.zip"));
+    }
+    EXPECT_THAT(read(testing::zip_of({{"a/lamp.dat", zemax()}})).provenance,
+                HasSubstr("Zemax ray file lamp.dat"));
+    EXPECT_THAT(error_text(testing::zip_of({{"lamp.dat", zemax()}, {"lamp.ray", lighttools()}})),
+                HasSubstr("the zip archive holds 2 ray files: lamp.dat, lamp.ray; expected one"));
+    EXPECT_THAT(error_text(testing::zip_of({{"a.txt", "text"}})),
+                HasSubstr("no ray file in the zip archive"));
+    EXPECT_THAT(error_text(testing::gzip_of("text of gzip")),
+                HasSubstr("text that begins with \"text of gzip\""));
+    EXPECT_THAT(error_text(testing::zip_of({{"lamp.dat", zemax().substr(0, 230)}})),
+                HasSubstr("rays.bin/lamp.dat: truncated in the rays"));
+    EXPECT_THAT(error_text(testing::gzip_of(zemax()).substr(0, 40)), HasSubstr("end too early"));
+    std::ofstream(folder_ / "lamp.gz", std::ios::binary) << testing::gzip_of(zemax());
+    EXPECT_TRUE(is_ray_file(folder_ / "lamp.gz"));
+    std::ofstream(folder_ / "lamp.txt") << "a lamp";
+    EXPECT_FALSE(is_ray_file(folder_ / "lamp.txt"));
+}
+
 TEST_F(RayFiles, ContentSpeaksBeforeTheName) {
     expect_the_two_rays(read(lighttools(), "rays.dat"));
     expect_the_two_rays(read(zemax(), "rays.ray"));
@@ -256,8 +281,6 @@ TEST_F(RayFiles, OtherFiles_AreNamedForWhatTheyAre) {
         {"# Ray data of LightTools 8.4\n1 2 3 0 0 1 1\n",
          "text of LightTools, in whose header no line names the columns"},
         {"200 4 7\n0 0 0 0 0 1 1\n", "text that begins with \"200 4 7\""},
-        {bytes({0x1F, 0x8B, 8}), "gzip"},
-        {bytes({'P', 'K', 3, 4}), "a zip archive"},
         {bytes({'7', 'z', 0xBC, 0xAF, 0x27, 0x1C}), "a 7z archive"},
         {bytes({0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'}), "a PNG picture"},
         {bytes({0xFF, 0xD8, 0xFF, 0xE0}), "a JPEG picture"},
