@@ -336,14 +336,15 @@ struct Irradiance {
     RunningStats sampled, seen;  // by sample_Li, and by Le in directions drawn without knowledge of the lamp
 };
 
-Irradiance irradiance_at(const Light& light, const V3d& x, int samples) {
+// The random numbers are those of `stream`, so that the errors of several places are independent.
+Irradiance irradiance_at(const Light& light, const V3d& x, int samples, std::uint32_t stream) {
     const V3d to_lamp = (kMiddle - x).normalized();
     const double distance = (kMiddle - x).length();
     const V3d side = std::fabs(to_lamp.x) < 0.5 ? V3d(1, 0, 0) : V3d(0, 1, 0);
     const V3d u_axis = to_lamp.cross(side).normalized(), v_axis = to_lamp.cross(u_axis);
     Irradiance e;
     for (int i = 0; i < samples; ++i) {
-        Sampler sampler(77, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        Sampler sampler(77, Purpose::test, stream, static_cast<std::uint64_t>(i));
         const auto drawn = light.sample_Li(V3f(x), sampler.next2());
         e.sampled.add(drawn ? std::max(0.0, V3d(drawn->w).dot(to_lamp)) * double{luminance(drawn->weight)}
                             : 0.0);
@@ -363,8 +364,9 @@ Irradiance irradiance_at(const Light& light, const V3d& x, int samples) {
 TEST(Lumigraph, Long_IrradianceAroundASphere_IsThatOfTheFormula) {
     const auto light = light_of(sphere().lamp);
     RunningStats error;
+    std::uint32_t stream = 0;
     for (const V3d& x : places_around()) {
-        const Irradiance e = irradiance_at(*light, x, 20000);
+        const Irradiance e = irradiance_at(*light, x, 20000, stream++);
         const double sigma = std::hypot(e.sampled.standard_error(), e.seen.standard_error());
         EXPECT_NEAR(e.sampled.mean(), e.seen.mean(), 4 * sigma) << x;
         const double truth = kFlux / (4 * M_PI * (x - kMiddle).length2());
