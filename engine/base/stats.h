@@ -32,6 +32,32 @@ class RunningStats {
     double m2_ = 0;
 };
 
+struct Weighed {
+    double value, weight;
+};
+
+// Returns the least value that has, together with those below it, `share` of the weight. Requires values,
+// weights >= 0 and a share in [0, 1]. Reorders the values; takes time in proportion to their number.
+inline double weighted_quantile(std::vector<Weighed>& values, double share) {
+    double wanted = 0;
+    for (const Weighed& v : values) wanted += share * v.weight;
+    auto first = values.begin(), last = values.end();
+    while (last - first > 1) {
+        const auto middle = first + (last - first) / 2;
+        std::nth_element(first, middle, last,
+                         [](const Weighed& a, const Weighed& b) { return a.value < b.value; });
+        double below = 0;
+        for (auto v = first; v != middle; ++v) below += v->weight;
+        if (below >= wanted) {
+            last = middle;
+        } else {
+            wanted -= below;
+            first = middle;
+        }
+    }
+    return first->value;
+}
+
 // Returns the limit above which values are outliers: at most a thousandth of all values, each more than a
 // hundred times as large as any other value, with a sum larger than that of the others. Returns infinity
 // without outliers. Values must not be negative.

@@ -9,7 +9,6 @@
 namespace lucerna {
 namespace {
 
-constexpr std::size_t kMostRays = 400'000;    // more add little
 constexpr std::size_t kFramingRays = 20'000;  // that locate the light on a plane
 // Distances of the planes from S, in half widths of the light on S, from contact to the far field.
 constexpr double kFarthest = 128;
@@ -99,6 +98,7 @@ template <typename Other>
 void add_response(const BasisAxis& stepped, double lever_stepped, const BasisAxis& other, double lever_other,
                   double middle, std::span<const double> edges, std::vector<double>& share) {
     const auto cells = edges.size() - 1;
+    const int pixels = stepped.on_s ? other.count() : stepped.count();
     const double reach = stepped.reach();
     const int steps = static_cast<int>(std::lround((stepped.count() - 1 + 2 * reach) * kSteps));
     // Returns where the edges are seen on the other plane from a place on the stepped one, clamped far
@@ -112,21 +112,26 @@ void add_response(const BasisAxis& stepped, double lever_stepped, const BasisAxi
         }
         return x;
     };
-    std::vector<double> from = seen_from(0), mean(edges.size());
+    std::vector<double> from = seen_from(0);
     for (int i = 0; i < steps; ++i) {
         const std::vector<double> to = seen_from(i + 1);
         const double x = -reach + (i + 0.5) / kSteps;
         const int lowest = std::max(0, static_cast<int>(std::ceil(x - reach)));
         const int highest = std::min(stepped.count() - 1, static_cast<int>(std::floor(x + reach)));
-        for (int j = 0; j < other.count(); ++j) {
-            for (std::size_t e = 0; e < edges.size(); ++e) mean[e] = mean_upto<Other>(from[e] - j, to[e] - j);
-            for (int k = lowest; k <= highest; ++k) {
-                const double weight = stepped.value(x - k) / kSteps;
-                const int filter = stepped.on_s ? k : j, pixel = stepped.on_s ? j : k;
-                const int pixels = stepped.on_s ? other.count() : stepped.count();
-                double* const to_cells = &share[static_cast<std::size_t>(filter * pixels + pixel) * cells];
-                for (std::size_t c = 0; c < cells; ++c)
-                    to_cells[c] += weight * std::fabs(mean[c + 1] - mean[c]);
+        for (std::size_t c = 0; c < cells; ++c) {
+            const auto [low, high] = std::minmax({from[c], from[c + 1], to[c], to[c + 1]});
+            // Other basis functions lie wholly outside the cell.
+            const int first = static_cast<int>(std::ceil(std::max(0.0, low - other.reach())));
+            const int last =
+                static_cast<int>(std::floor(std::min(other.count() - 1.0, high + other.reach())));
+            for (int j = first; j <= last; ++j) {
+                const double part = std::fabs(mean_upto<Other>(from[c + 1] - j, to[c + 1] - j) -
+                                              mean_upto<Other>(from[c] - j, to[c] - j));
+                for (int k = lowest; k <= highest; ++k) {
+                    const int filter = stepped.on_s ? k : j, pixel = stepped.on_s ? j : k;
+                    share[static_cast<std::size_t>(filter * pixels + pixel) * cells + c] +=
+                        stepped.value(x - k) / kSteps * part;
+                }
             }
         }
         from = to;
@@ -152,11 +157,13 @@ std::vector<double> shares_of(const Rig& rig, int axis, const Lever& lever, doub
 
 // Holds these shares and where they are not 0: each coefficient's light falls into a few cells.
 struct Response {
-    std::vector<double> share;
+    std::vector<float> share;
     std::vector<std::pair<std::size_t, std::size_t>> cells;  // per coefficient: first, one past the last
 
-    Response(const Rig& rig, int axis, const Lever& lever, double middle, std::span<const double> edges)
-        : share(shares_of(rig, axis, lever, middle, edges)) {
+    Response() = default;
+    Response(const Rig& rig, int axis, const Lever& lever, double middle, std::span<const double> edges) {
+        const std::vector<double> shares = shares_of(rig, axis, lever, middle, edges);
+        share.assign(shares.begin(), shares.end());
         const std::size_t per_row = edges.size() - 1;
         for (std::size_t row = 0; row < share.size(); row += per_row) {
             std::size_t first = 0, end = per_row;
@@ -167,16 +174,56 @@ struct Response {
     }
 };
 
+// Returns what one axis adds to the index of a coefficient in the fields of this file. Coefficients that
+// differ along the first axis alone are neighbours, because all of them have the same shares along the
+// second.
+std::size_t index_along(const Rig& rig, int axis, int filter, int pixel) {
+    const auto at = static_cast<std::size_t>(filter * rig.pixels[axis] + pixel);
+    return axis == 0 ? at : at * static_cast<std::size_t>(rig.views.x * rig.pixels.x);
+}
+
+constexpr std::size_t kColumns = 128;  // of coefficients that are cast together; their rows fit the cache
+
+// Adds what the coefficients of a field, followed by kColumns zeros, cast into the cells of a plane,
+// [x * side + y].
+void cast_field(const std::vector<float>& flux, const Response& across, const Response& up, std::size_t side,
+                std::vector<double>& cells) {
+    const std::size_t columns = across.cells.size();
+    std::vector<float> rows(side * kColumns);
+    for (std::size_t first = 0; first < columns; first += kColumns) {
+        std::fill(rows.begin(), rows.end(), 0.0F);
+        for (std::size_t i = 0; i < up.cells.size(); ++i) {
+            const float* const e = &flux[i * columns + first];
+            for (std::size_t y = up.cells[i].first; y < up.cells[i].second; ++y) {
+                const float share = up.share[i * side + y];
+                float* const __restrict row = &rows[y * kColumns];
+                for (std::size_t c = 0; c < kColumns; ++c) row[c] += share * e[c];
+            }
+        }
+        for (std::size_t c = 0; c < std::min(kColumns, columns - first); ++c) {
+            const auto [left, right] = across.cells[first + c];
+            for (std::size_t x = left; x < right; ++x) {
+                const auto share = double{across.share[(first + c) * side + x]};
+                for (std::size_t y = 0; y < side; ++y)
+                    cells[x * side + y] += share * double{rows[y * kColumns + c]};
+            }
+        }
+    }
+}
+
 // Emission is clamped, so that light which negative coefficients should subtract stays in the wrong place.
 // Because bells overlap, about half of the negative sum is taken from its surroundings.
-template <typename Coefficient>
-double clamping_error(std::span<const Coefficient> coefficients) {
+double clamping_error(double negative, double total) {
+    return total > 0 ? sqr(0.5 * negative / total) : 0.0;
+}
+
+double clamping_error(std::span<const float> coefficients) {
     double negative = 0, total = 0;
-    for (const Coefficient e : coefficients) {
+    for (const float e : coefficients) {
         negative += std::max(0.0, -double{e});
         total += double{e};
     }
-    return total > 0 ? sqr(0.5 * negative / total) : 0.0;
+    return clamping_error(negative, total);
 }
 
 // Returns the value below which half of the values lie. Requires at least one.
@@ -188,62 +235,89 @@ double median(std::vector<double>& values) {
 
 }  // namespace
 
-HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all, double height)
-    : set_(set), height_(height) {
-    take_rays(rays, all);
+HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all, double height,
+                         std::size_t most)
+    : height_(height) {
+    const std::size_t step = std::max<std::size_t>(1, (rays.size() + most - 1) / most);
+    std::vector<std::size_t> used;
+    for (std::size_t i = 0; i < rays.size(); i += step) used.push_back(rays[i]);
     if (set.coloured()) {
         V3d sum(0);
-        for (const std::size_t r : rays_) sum += double{set.rays[r].flux} * V3d(set.tristimulus[r]);
+        for (const std::size_t r : used) sum += double{set.rays[r].flux} * V3d(set.tristimulus[r]);
         // A channel with hardly any light does not count.
         for (int c = 0; c < 3; ++c) channel_weight_[c] = sum[c] > 0.01 * sum.y ? sum.y / (3 * sum[c]) : 0.0;
     }
-    for (const std::size_t ray : rays_) light_ += light_of(ray);
+    take_rays(set, used, all);
     planes_.push_back(make_plane(0));
     const double unit = std::max(planes_.front().half.x, planes_.front().half.y);
     for (const double d : kDistances) {
         if (d > 0) planes_.push_back(make_plane(d * unit));
     }
+    sort_lines();
 }
 
 HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all,
                          const HeldOutRays& like)
-    : set_(set), height_(like.height_), channel_weight_(like.channel_weight_), planes_(like.planes_) {
-    take_rays(rays, all);
-    for (const std::size_t ray : rays_) light_ += light_of(ray);
+    : height_(like.height_), channel_weight_(like.channel_weight_), planes_(like.planes_) {
+    take_rays(set, rays, all);
     for (Plane& plane : planes_) {
         count_rays(plane);
         find_signal(plane);
     }
+    sort_lines();
 }
 
-void HeldOutRays::take_rays(std::span<const std::size_t> rays, std::size_t all) {
-    const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
-    for (std::size_t i = 0; i < rays.size(); i += std::max<std::size_t>(step, 1)) rays_.push_back(rays[i]);
+void HeldOutRays::take_rays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all) {
+    const auto light_of = [&](std::size_t r) {
+        const double flux = double{set.rays[r].flux};
+        return set.coloured() ? flux * channel_weight_.dot(V3d(set.tristimulus[r])) : flux;
+    };
     // Files may be sorted, or alternate between a lamp's parts, so the half of each ray is drawn at random.
     std::uint64_t number = 0;
-    for (const std::size_t ray : rays_) {
+    for (const std::size_t r : rays) {
         Sampler draw(0, Purpose::acquisition, 0, number++);
-        halves_[draw.bits() & 1].push_back(ray);
+        const LampRay& ray = set.rays[r];
+        const V2d slope(double{ray.d.x} / double{ray.d.z}, double{ray.d.y} / double{ray.d.z});
+        halves_[draw.bits() & 1].push_back({pass(ray, height_), slope, light_of(r)});
+        light_ += light_of(r);
     }
-    half_over_all_variance_ = 2 * static_cast<double>(all) / static_cast<double>(rays_.size());  // not empty
+    for (std::size_t r = 0; r < set.rays.size(); ++r) set_light_ += light_of(r);
+    half_over_all_variance_ = 2 * static_cast<double>(all) / static_cast<double>(rays.size());  // not empty
 }
 
-V2d HeldOutRays::place_of(const LampRay& ray, double distance) const {
-    if (!std::isinf(distance)) return pass(ray, height_ + distance);
-    return {double{ray.d.x} / double{ray.d.z}, double{ray.d.y} / double{ray.d.z}};
+void HeldOutRays::sort_lines() {
+    for (std::vector<Line>& half : halves_) {
+        std::vector<std::size_t> cell, next(kAll + 1);
+        for (const Line& line : half) ++next[cell.emplace_back(planes_.front().cell_of(line.on_s)) + 1];
+        std::partial_sum(next.begin(), next.end(), next.begin());
+        std::vector<Line> sorted(half.size());
+        for (std::size_t i = 0; i < half.size(); ++i) sorted[next[cell[i]]++] = half[i];
+        half = std::move(sorted);
+    }
+}
+
+std::size_t HeldOutRays::Plane::cell_of(const V2d& at) const {
+    std::size_t cell[2];
+    for (int a = 0; a < 2; ++a) {
+        const PlaneCoordinate coordinate{kGridMiddle * half[a]};
+        const double x = (coordinate.of(at[a] - middle[a]) / (2 * coordinate.c) + 1) * 0.5 * kCells;
+        cell[a] = static_cast<std::size_t>(std::clamp(x, 0.0, kCells - 1.0));
+    }
+    return cell[0] * kCells + cell[1];
 }
 
 HeldOutRays::Plane HeldOutRays::make_plane(double distance) const {
     Plane plane{distance, {}, {}, {}, {}, {}};
-    std::vector<double> values[2];
-    const std::size_t step = (rays_.size() + kFramingRays - 1) / kFramingRays;
+    const std::size_t rays = halves_[0].size() + halves_[1].size();
+    const std::size_t step = std::max<std::size_t>(1, (rays + kFramingRays - 1) / kFramingRays);
     for (int a = 0; a < 2; ++a) {
-        std::vector<double> values_here;
-        for (std::size_t i = 0; i < rays_.size(); i += std::max<std::size_t>(step, 1))
-            values_here.push_back(place_of(set_.rays[rays_[i]], distance)[a]);
-        plane.middle[a] = median(values_here);
-        for (double& v : values_here) v = std::fabs(v - plane.middle[a]);
-        plane.half[a] = median(values_here);
+        std::vector<double> places;
+        for (const std::vector<Line>& half : halves_) {
+            for (std::size_t i = 0; i < half.size(); i += step) places.push_back(half[i].at(distance)[a]);
+        }
+        plane.middle[a] = median(places);
+        for (double& place : places) place = std::fabs(place - plane.middle[a]);
+        plane.half[a] = median(places);
     }
     // Light on a point or a line still needs cells of some size. For parallel light, the cells' directions
     // are as far apart as the width of the light on S, seen from the farthest plane.
@@ -273,19 +347,10 @@ HeldOutRays::Plane HeldOutRays::make_plane(double distance) const {
 }
 
 void HeldOutRays::count_rays(Plane& plane) const {
-    PlaneCoordinate coordinate[2];
-    for (int a = 0; a < 2; ++a) coordinate[a].c = kGridMiddle * plane.half[a];
     for (int half = 0; half < 2; ++half) {
         plane.counted[half].assign(kAll, 0.0);
-        for (const std::size_t r : halves_[half]) {
-            const V2d at = place_of(set_.rays[r], plane.distance) - plane.middle;
-            std::size_t cell[2];
-            for (int a = 0; a < 2; ++a) {
-                const double x = (coordinate[a].of(at[a]) / (2 * coordinate[a].c) + 1) * 0.5 * kCells;
-                cell[a] = static_cast<std::size_t>(std::clamp(x, 0.0, kCells - 1.0));
-            }
-            plane.counted[half][cell[0] * kCells + cell[1]] += light_of(r);
-        }
+        for (const Line& line : halves_[half])
+            plane.counted[half][plane.cell_of(line.at(plane.distance))] += line.light;
     }
 }
 
@@ -295,79 +360,66 @@ void HeldOutRays::find_signal(Plane& plane) {
         plane.signal += plane.weight[i] * plane.counted[0][i] * plane.counted[1][i];
 }
 
-// Returns the fluxes of the coefficients that one half of the rays makes: E times a cell's volume.
-std::vector<double> HeldOutRays::project_half(const Rig& rig, const RayWeights& weights, int half) const {
-    std::vector<double> flux(rig.coefficients());
-    for (const std::size_t r : halves_[half]) {
-        const LampRay& ray = set_.rays[r];
-        const Passage at(ray, rig, weights);
+std::vector<float> HeldOutRays::project_half(const Rig& rig, const RayWeights& weights, int half) const {
+    std::vector<float> flux(rig.coefficients() + kColumns);
+    const V2d centre(rig.centre.x, rig.centre.y);
+    for (const Line& line : halves_[half]) {
+        const Passage at(line.on_s - centre, line.at(rig.distance) - centre, rig, weights);
         if (at.misses_s) continue;
-        at.for_each(rig, 0, [&](int m, int k, double across) {
-            const double weighed = light_of(r) * across;
-            at.for_each(rig, 1, [&](int n, int l, double up) {
-                flux[rig.index(at.base[0] - 1 + m, at.base[1] - 1 + n, k, l)] += weighed * up;
-            });
-        });
+        at.add(rig, line.light, flux,
+               [&](int axis, int filter, int pixel) { return index_along(rig, axis, filter, pixel); });
     }
     return flux;
 }
 
-// Returns what the coefficients of each field cast into the cells of a plane.
-std::vector<std::vector<double>> HeldOutRays::cast(std::span<const std::vector<double>> fields,
-                                                   const Rig& rig, const Plane& plane) const {
-    const Lever at = lever(rig, plane.distance);
-    // Positions are relative to the rig's centre; slopes are not.
-    const bool far = std::isinf(plane.distance);
-    const V2d middle = plane.middle - (far ? V2d(0, 0) : V2d(rig.centre.x, rig.centre.y));
-    const Response across(rig, 0, at, middle.x, plane.edges[0]);
-    const Response up(rig, 1, at, middle.y, plane.edges[1]);
-    std::vector<std::vector<double>> all;
-    for (const std::vector<double>& flux : fields) {
-        std::vector<double>& cells = all.emplace_back(std::size_t{kCells} * kCells);
-        std::vector<double> row(kCells);
-        const auto per_view = static_cast<std::size_t>(rig.pixels.y);
-        for (int m = 0; m < rig.views.x; ++m) {
-            for (int k = 0; k < rig.pixels.x; ++k) {
-                const auto column = static_cast<std::size_t>(m * rig.pixels.x + k);
-                const auto [left, right] = across.cells[column];
-                if (left == right) continue;
-                std::fill(row.begin(), row.end(), 0.0);
-                for (int n = 0; n < rig.views.y; ++n) {
-                    const double* e = &flux[rig.index(m, n, k, 0)];
-                    for (std::size_t l = 0; l < per_view; ++l) {
-                        if (e[l] == 0) continue;
-                        const std::size_t i = static_cast<std::size_t>(n) * per_view + l;
-                        const double* shares = &up.share[i * kCells];
-                        for (std::size_t y = up.cells[i].first; y < up.cells[i].second; ++y)
-                            row[y] += e[l] * shares[y];
-                    }
-                }
-                const double* shares = &across.share[column * kCells];
-                for (std::size_t x = left; x < right; ++x) {
-                    for (std::size_t y = 0; y < kCells; ++y) cells[x * kCells + y] += shares[x] * row[y];
-                }
-            }
-        }
-    }
+std::vector<std::vector<HeldOutRays::Cells>> HeldOutRays::cast(std::span<const std::vector<float>> fields,
+                                                               const Rig& rig, const Workers& workers) const {
+    std::vector<Response> responses[2];
+    for (std::vector<Response>& of_axis : responses) of_axis.resize(planes_.size());
+    parallel_chunks(workers, static_cast<std::int64_t>(2 * planes_.size()), [&](std::int64_t i) {
+        const auto p = static_cast<std::size_t>(i / 2);
+        const int axis = static_cast<int>(i % 2);
+        const Plane& plane = planes_[p];
+        // Positions are relative to the rig's centre; slopes are not.
+        const double centre = std::isinf(plane.distance) ? 0 : rig.centre[axis];
+        responses[axis][p] =
+            Response(rig, axis, lever(rig, plane.distance), plane.middle[axis] - centre, plane.edges[axis]);
+    });
+    std::vector<std::vector<Cells>> all(planes_.size(), std::vector<Cells>(fields.size(), Cells(kAll)));
+    parallel_chunks(workers, static_cast<std::int64_t>(planes_.size() * fields.size()), [&](std::int64_t i) {
+        const std::size_t p = static_cast<std::size_t>(i) / fields.size();
+        const std::size_t f = static_cast<std::size_t>(i) % fields.size();
+        cast_field(fields[f], responses[0][p], responses[1][p], kCells, all[p][f]);
+    });
     return all;
+}
+
+double HeldOutRays::of_all_rays(double of_halves, double of_both) const {
+    if (!(of_both > 0 && of_both < of_halves)) return of_both;
+    // Twice the rays reduce it by this factor, and all rays by its power.
+    return of_both * std::pow(of_both / of_halves, std::log2(0.5 * half_over_all_variance_));
 }
 
 HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& weights,
                                             const Workers& workers) const {
-    std::vector<double> flux[2];
+    std::vector<float> flux[2];
     parallel_chunks(workers, 2, [&](std::int64_t half) {
         flux[half] = project_half(rig, weights, static_cast<int>(half));
     });
     Found found;
-    std::vector<double> both = flux[0];
-    for (std::size_t i = 0; i < both.size(); ++i) both[i] += flux[1][i];
-    found.clamped = clamping_error(std::span<const double>(both));
-    const double total = std::accumulate(both.begin(), both.end(), 0.0);
+    double total = 0, negative = 0, of_halves = 0;
+    for (std::size_t i = 0; i < flux[0].size(); ++i) {
+        const double both = double{flux[0][i]} + double{flux[1][i]};
+        total += both;
+        negative += std::max(0.0, -both);
+        of_halves += double{std::max(0.0F, -flux[0][i])} + double{std::max(0.0F, -flux[1][i])};
+    }
+    found.clamped = clamping_error(of_all_rays(of_halves, negative), total);
     found.held = light_ > 0 ? total / light_ : 0.0;
-    found.errors.resize(planes_.size());
-    parallel_chunks(workers, static_cast<std::int64_t>(planes_.size()), [&](std::int64_t p) {
-        const Plane& plane = planes_[static_cast<std::size_t>(p)];
-        const std::vector<std::vector<double>> cast_by = cast(flux, rig, plane);
+    const std::vector<std::vector<Cells>> all = cast(flux, rig, workers);
+    for (std::size_t p = 0; p < planes_.size(); ++p) {
+        const Plane& plane = planes_[p];
+        const std::vector<Cells>& cast_by = all[p];
         double held_out = 0, between = 0, counts = 0;
         for (std::size_t i = 0; i < plane.weight.size(); ++i) {
             const double w = plane.weight[i];
@@ -380,27 +432,36 @@ HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& we
         // `counts`. The field of all rays has less, in proportion to the number of rays.
         const double bias2 = held_out - 0.5 * between - 0.5 * counts;
         const double own = 0.5 * between / half_over_all_variance_;
-        PlaneError& error = found.errors[static_cast<std::size_t>(p)];
-        error.distance = plane.distance;
+        PlaneError error{plane.distance};
         error.squared = plane.signal > 0 ? (bias2 + own) / plane.signal : 0;
         error.counts =
             plane.signal > 0 ? std::sqrt(0.5 * counts / half_over_all_variance_ / plane.signal) : 0;
-    });
+        found.errors.push_back(error);
+    }
     return found;
 }
 
 std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
     const Rig& rig = field.rig();
     // The rays used may carry less flux than the field stands for.
-    double taken = 0, all = 0;
-    for (const std::size_t r : rays_) taken += light_of(r);
-    for (std::size_t r = 0; r < set_.rays.size(); ++r) all += light_of(r);
-    std::vector<double> flux(field.coefficients().begin(), field.coefficients().end());
-    for (double& e : flux) e *= rig.cell_volume() * taken / all;  // all > 0: rays carry flux
-    const double clamped = clamping_error(std::span<const double>(flux));
+    const double share = light_ / set_light_;  // > 0: rays carry flux
+    const double clamped = clamping_error(field.coefficients());
+    std::vector<float> flux(rig.coefficients() + kColumns);
+    for (int m = 0; m < rig.views.x; ++m) {
+        for (int n = 0; n < rig.views.y; ++n) {
+            for (int k = 0; k < rig.pixels.x; ++k) {
+                for (int l = 0; l < rig.pixels.y; ++l) {
+                    flux[index_along(rig, 0, m, k) + index_along(rig, 1, n, l)] =
+                        static_cast<float>(double{field.coefficient(m, n, k, l)} * rig.cell_volume() * share);
+                }
+            }
+        }
+    }
+    const std::vector<std::vector<Cells>> all = cast({&flux, 1}, rig, Workers{1});
     std::vector<PlaneError> errors;
-    for (const Plane& plane : planes_) {
-        const std::vector<double> cast_by = std::move(cast({&flux, 1}, rig, plane).front());
+    for (std::size_t p = 0; p < planes_.size(); ++p) {
+        const Plane& plane = planes_[p];
+        const Cells& cast_by = all[p].front();
         double square = 0, counts = 0;
         for (std::size_t i = 0; i < cast_by.size(); ++i) {
             square += plane.weight[i] * sqr(cast_by[i] - plane.counted[0][i] - plane.counted[1][i]);

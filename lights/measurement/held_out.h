@@ -12,6 +12,7 @@
 // planes, cells and weights of the part that chose.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -24,19 +25,22 @@ namespace lucerna {
 
 class HeldOutRays {
   public:
-    // Judges by `rays` the field that `all` rays make; `rays` may be a subset of them. `height` is that of S
-    // in the frame of the rays. If there are more rays than needed, a subset is used. Keeps a reference to
-    // the set.
-    HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all, double height);
+    static constexpr std::size_t kMostRays = 400'000;
 
-    // As above, with the planes, cells and weights of `like`, which is made of other rays of the lamp.
-    // Weights from the counts that they weight would favour cells by chance where cells have few rays.
+    // Judges by `rays` the field that `all` rays make; `rays` may be a subset of them. `height` is that of S
+    // in the frame of the rays. If there are more than `most` rays, `most` of them are used.
+    HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all, double height,
+                std::size_t most = kMostRays);
+
+    // As above, with all `rays`, and with the planes, cells and weights of `like`, which is made of other
+    // rays of the lamp. Weights from the counts that they weight would favour cells by chance where cells
+    // have few rays.
     HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all,
                 const HeldOutRays& like);
 
     // The errors of the field that all rays make on `rig`, plane by plane, before clamping. `clamped` is the
-    // squared error that clamping adds on each plane and `held` the share of the light that the field holds;
-    // both are of the field of the rays used here, which are fewer and noisier.
+    // squared error that clamping adds on each plane, extrapolated to all rays, and `held` the share of the
+    // light that the field holds.
     struct Found {
         std::vector<PlaneError> errors;
         double clamped = 0;
@@ -53,10 +57,19 @@ class HeldOutRays {
     V2d half_on_s() const { return planes_.front().half; }
     // Returns the half width as above for the slopes dx/dz and dy/dz.
     V2d half_slopes() const { return planes_.back().half; }
+    std::size_t rays() const { return halves_[0].size() + halves_[1].size(); }  // used here
 
   private:
     static constexpr int kCells = 48;  // per side; coarser cells show too little, finer ones noise
     static constexpr std::size_t kAll = std::size_t{kCells} * kCells;
+
+    // A ray from S to any plane.
+    struct Line {
+        V2d on_s, slope;  // metres in the rays' frame; dx/dz and dy/dz
+        double light;     // flux, or for coloured rays the mean of X, Y and Z, each as a share of all rays',
+                          // like the field's sampled channel (ColourChannels)
+        V2d at(double distance) const { return std::isinf(distance) ? slope : on_s + distance * slope; }
+    };
 
     // A plane's grid. It is uniform in a coordinate about the middle of the plane's light, so that its cells
     // are fine where most light is and it covers the whole plane.
@@ -67,28 +80,32 @@ class HeldOutRays {
         std::vector<double> counted[2];  // flux per cell, [x * kCells + y], for either half of the rays
         std::vector<double> weight;      // weight of a cell's squared difference
         double signal = 0;               // Σ weight times the product of the two halves
+
+        std::size_t cell_of(const V2d& at) const;
     };
-    void take_rays(std::span<const std::size_t> rays, std::size_t all);
+    using Cells = std::vector<double>;  // flux per cell of a plane
+
+    void take_rays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all);
+    // Lines that pass S side by side add to the same coefficients.
+    void sort_lines();
     Plane make_plane(double distance) const;
     void count_rays(Plane& plane) const;  // into its cells
     static void find_signal(Plane& plane);
-    // Returns the weight of a ray: its flux, or for coloured rays the mean of its X, Y and Z, each as a share
-    // of all rays', like the field's sampled channel (ColourChannels).
-    double light_of(std::size_t ray) const {
-        const double flux = double{set_.rays[ray].flux};
-        return set_.coloured() ? flux * channel_weight_.dot(V3d(set_.tristimulus[ray])) : flux;
-    }
-    V2d place_of(const LampRay& ray, double distance) const;
-    std::vector<double> project_half(const Rig& rig, const RayWeights& weights, int half) const;
-    std::vector<std::vector<double>> cast(std::span<const std::vector<double>> fields, const Rig& rig,
-                                          const Plane& plane) const;
+    // Returns the fluxes of the coefficients that one half of the rays makes: E times a cell's volume.
+    std::vector<float> project_half(const Rig& rig, const RayWeights& weights, int half) const;
+    // Extrapolates a sum over negative coefficients of the fields of the halves, and of both, to the field of
+    // all rays. Such coefficients are mostly noise.
+    double of_all_rays(double of_halves, double of_both) const;
+    // Returns what the coefficients of each field, followed by kColumns zeros, cast into the cells of each
+    // plane: [plane][field].
+    std::vector<std::vector<Cells>> cast(std::span<const std::vector<float>> fields, const Rig& rig,
+                                         const Workers& workers) const;
 
-    const RaySet& set_;
-    std::vector<std::size_t> rays_;  // the subset used
-    std::vector<std::size_t> halves_[2];
+    std::vector<Line> halves_[2];
     // The variance of a half's field over that of the lamp's, which is the ratio of their numbers of rays.
     double half_over_all_variance_ = 2;
-    double light_ = 0;  // of the subset
+    double light_ = 0;      // of the rays used
+    double set_light_ = 0;  // of all rays of the set
     double height_ = 0;
     V3d channel_weight_{0, 1, 0};
     std::vector<Plane> planes_;  // the first is S itself

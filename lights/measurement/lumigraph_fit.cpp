@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "engine/base/error.h"
+#include "engine/base/stats.h"
 #include "lights/measurement/ray_passage.h"
 
 namespace lucerna {
@@ -16,8 +17,9 @@ constexpr double kTail = 1.2e-3;
 // More stray flux does not widen the box far: the core leaves out this share of the flux on each side.
 constexpr double kStray = 0.02;
 constexpr double kBeyondCore = 0.5;  // how far the box may exceed the core, in the core's largest side
-constexpr double kOneSlab = 0.993;   // the default of FitOptions::capture
-constexpr double kOfSlab = 0.999;    // as above for one of six slabs, whose shares end before grazing angles
+constexpr std::size_t kBoxRays = 4'000'000;  // that find the box
+constexpr double kOneSlab = 0.993;           // the default of FitOptions::capture
+constexpr double kOfSlab = 0.999;  // as above for one of six slabs, whose shares end before grazing angles
 
 std::vector<SlabAxes> sides(std::initializer_list<int> numbers) {
     std::vector<SlabAxes> axes;
@@ -131,40 +133,24 @@ V3d middle_of(const RaySet& set) {
     if (some.empty()) throw InputError("ray set: no ray carries flux");
     V3d middle = middle_of(set, some);
     for (int round = 0; round < kRounds; ++round) {
-        std::vector<std::pair<double, std::size_t>> by_distance;
-        double flux = 0, sum = 0;
-        for (std::size_t i = 0; i < set.rays.size(); ++i) {
-            if (!(set.rays[i].flux > 0)) continue;
-            by_distance.emplace_back((V3d(set.rays[i].o) - middle).cross(V3d(set.rays[i].d)).length2(), i);
-            flux += double{set.rays[i].flux};
+        std::vector<Weighed> distance2;
+        for (const LampRay& ray : set.rays) {
+            distance2.push_back({(V3d(ray.o) - middle).cross(V3d(ray.d)).length2(), double{ray.flux}});
         }
-        std::sort(by_distance.begin(), by_distance.end());
+        std::vector<Weighed> sorted = distance2;
+        const double farthest = weighted_quantile(sorted, 1 - kStray);
         some.clear();
-        for (const auto& [distance2, i] : by_distance) {
-            if (sum > (1 - kStray) * flux) break;
-            some.push_back(i);
-            sum += double{set.rays[i].flux};
-        }
+        for (std::size_t i = 0; i < set.rays.size(); ++i)
+            if (set.rays[i].flux > 0 && distance2[i].value <= farthest) some.push_back(i);
         middle = middle_of(set, some);
     }
     return middle;
 }
 
-// Returns the ends that leave out a tail of the weight on either side. The values are sorted.
-std::pair<double, double> all_but(double tail, const std::vector<std::pair<double, double>>& values) {
-    double total = 0;
-    for (const auto& v : values) total += v.second;
-    double sum = 0;
-    std::pair<double, double> ends(values.front().first, values.back().first);
-    for (const auto& [value, weight] : values) {
-        if (sum <= tail * total) ends.first = value;
-        sum += weight;
-        if (sum >= (1 - tail) * total) {
-            ends.second = value;
-            break;
-        }
-    }
-    return ends;
+// Returns the ends that leave out a tail of the weight on either side.
+std::pair<double, double> all_but(double tail, std::vector<Weighed>& values) {
+    const double low = weighted_quantile(values, tail);
+    return {low, weighted_quantile(values, 1 - tail)};
 }
 
 void book(const FluxAccount& a, FluxAccount& all) {
@@ -226,19 +212,20 @@ LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, c
 
 }  // namespace
 
-Box3d box_of(const RaySet& set) {
+Box3d box_of(const RaySet& all) {
+    RaySet few;
+    if (all.rays.size() > kBoxRays) few = some_of(all, kBoxRays);
+    const RaySet& set = few.rays.empty() ? all : few;
     const V3d middle = middle_of(set);
     Box3d box, core;
     for (int a = 0; a < 3; ++a) {
-        std::vector<std::pair<double, double>> starts, nearest;
+        std::vector<Weighed> starts, nearest;
         for (const LampRay& ray : set.rays) {
             if (!(ray.flux > 0)) continue;
             const V3d o(ray.o), d(ray.d);
-            starts.emplace_back(o[a], double{ray.flux});
-            nearest.emplace_back((o + (middle - o).dot(d) * d)[a], double{ray.flux});
+            starts.push_back({o[a], double{ray.flux}});
+            nearest.push_back({(o + (middle - o).dot(d) * d)[a], double{ray.flux}});
         }
-        std::sort(starts.begin(), starts.end());
-        std::sort(nearest.begin(), nearest.end());
         const auto middle_part = [&](double tail, bool also_starts) {
             std::pair<double, double> ends = all_but(tail, nearest);
             if (!also_starts) return ends;

@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/sampler.h"
+#include "engine/base/stats.h"
 #include "lights/measurement/held_out.h"
 #include "lights/measurement/ray_passage.h"
 #include "lights/measurement/ray_projection.h"
@@ -11,24 +13,8 @@ namespace lucerna {
 namespace {
 
 constexpr double kNearlyAll = 0.99;  // of the flux, so that a few stray rays do not decide
-
-struct Weighed {
-    double value, weight;
-};
-
-// Returns the value below which `share` of the weight lies. Requires values and a positive sum of weights.
-double quantile(std::vector<Weighed>& values, double share) {
-    std::sort(values.begin(), values.end(),
-              [](const Weighed& a, const Weighed& b) { return a.value < b.value; });
-    double total = 0;
-    for (const Weighed& v : values) total += v.weight;
-    double sum = 0;
-    for (const Weighed& v : values) {
-        sum += v.weight;
-        if (sum >= share * total) return v.value;
-    }
-    return values.back().value;
-}
+// Rays that choose the planes; more change no choice.
+constexpr std::size_t kPlaneRays = 10'000'000;
 
 // Returns the indices of the rays that leave towards +z with flux.
 std::vector<std::size_t> forward_rays(const RaySet& set) {
@@ -75,7 +61,7 @@ V2d reach_of_starts(const RaySet& set, std::span<const std::size_t> forward, con
             const LampRay& ray = set.rays[forward[i]];
             values[i] = {std::fabs(double{ray.o[a]} - centre[a]), double{ray.flux}};
         }
-        reach[a] = quantile(values, kNearlyAll);
+        reach[a] = weighted_quantile(values, kNearlyAll);
     }
     return reach;
 }
@@ -91,9 +77,9 @@ Box box_on_s(const RaySet& set, std::span<const std::size_t> forward, double hei
             const LampRay& ray = set.rays[forward[i]];
             values[i] = {pass(ray, height)[a], double{ray.flux}};
         }
-        middle[a] = quantile(values, 0.5);
-        low[a] = quantile(values, tail);
-        high[a] = quantile(values, 1 - tail);
+        middle[a] = weighted_quantile(values, 0.5);
+        low[a] = weighted_quantile(values, tail);
+        high[a] = weighted_quantile(values, 1 - tail);
     }
     const V2d most = kWidestS * reach_of_starts(set, forward, middle);
     for (int a = 0; a < 2; ++a) {
@@ -136,7 +122,7 @@ V2d half_of_m(const RaySet& set, std::span<const std::size_t> forward, const Box
     radius.resize(at.size());
     for (int a = 0; a < 2; ++a) {
         for (std::size_t i = 0; i < at.size(); ++i) radius[i] = {std::fabs(at[i][a]), weight[i]};
-        proportion[a] = std::max(quantile(radius, 0.8), 1e-3 * box.half[a]);
+        proportion[a] = std::max(weighted_quantile(radius, 0.8), 1e-3 * box.half[a]);
     }
     double inside = 0;
     for (std::size_t i = 0; i < at.size(); ++i) {
@@ -144,7 +130,7 @@ V2d half_of_m(const RaySet& set, std::span<const std::size_t> forward, const Box
                      weight[i]};
         inside += weight[i];
     }
-    const double factor = quantile(radius, std::min(1.0, options.capture * total / inside));
+    const double factor = weighted_quantile(radius, std::min(1.0, options.capture * total / inside));
     return proportion * (std::max(factor, 1e-3) * 1.0001);  // the last ray is inside, not on the edge
 }
 
@@ -181,7 +167,7 @@ double front_of(const RaySet& set, std::span<const std::size_t> forward, const W
     for (const std::size_t i : forward)
         spread2 += double{set.rays[i].flux} * (V3d(set.rays[i].o) - mean).length2() / flux;
     if (std::sqrt(spread2) > kAround * waist.spread && waist.spread > 0) return -INFINITY;
-    return quantile(heights, kNearlyAll);
+    return weighted_quantile(heights, kNearlyAll);
 }
 
 }  // namespace
@@ -212,9 +198,27 @@ Waist waist_of(const RaySet& set) {
     return {z, std::sqrt(std::max(0.0, qq + 2 * z * qm + z * z * mm) / weight)};
 }
 
-RayPlanes choose_planes(const RaySet& set, const FitOptions& options, const Workers& workers,
+RaySet some_of(const RaySet& set, std::size_t most) {
+    RaySet some;
+    some.unit = set.unit, some.flux = set.flux, some.xyz = set.xyz;
+    some.lumens_per_watt = set.lumens_per_watt;
+    const std::size_t run = std::max<std::size_t>(1, (set.rays.size() + most - 1) / most);
+    for (std::size_t first = 0; first < set.rays.size(); first += run) {
+        // Files may be sorted, or alternate between a lamp's parts.
+        Sampler draw(0, Purpose::acquisition, 2, first);
+        const std::size_t r = first + draw.bits() % std::min(run, set.rays.size() - first);
+        some.rays.push_back(set.rays[r]);
+        if (set.coloured()) some.tristimulus.push_back(set.tristimulus[r]);
+    }
+    return some;
+}
+
+RayPlanes choose_planes(const RaySet& all, const FitOptions& options, const Workers& workers,
                         Monitor& monitor) {
     check(options);
+    RaySet some;
+    if (all.rays.size() > kPlaneRays) some = some_of(all, kPlaneRays);
+    const RaySet& set = some.rays.empty() ? all : some;
     const std::vector<std::size_t> forward = forward_rays(set);
     RayPlanes planes;
     Rig& rig = planes.rig;
@@ -228,10 +232,15 @@ RayPlanes choose_planes(const RaySet& set, const FitOptions& options, const Work
     rig.distance = options.distance > 0 ? options.distance : 5 * 2 * std::max(box.half.x, box.half.y);
     V2d half_m = half_of_m(set, forward, box, rig.centre.z, options, rig.distance);
     for (int a = 0; a < 2; ++a) half_m[a] = std::min(half_m[a], kWidestM * rig.distance);
-    const double held =
-        share_through(set, forward, box, half_m, rig.centre.z, rig.distance) - (1 - options.capture);
-    choose_resolution(set, forward, {box.centre, box.half, half_m, held, options.views, options.pixels},
-                      planes, workers, monitor);
+    PlaneBoxes boxes;
+    boxes.centre_s = box.centre, boxes.half_s = box.half, boxes.half_m = half_m;
+    boxes.held = share_through(set, forward, box, half_m, rig.centre.z, rig.distance) - (1 - options.capture);
+    boxes.views = options.views, boxes.pixels = options.pixels;
+    // > 0: forward_rays() throws otherwise
+    boxes.rays =
+        static_cast<std::size_t>(static_cast<double>(forward.size()) / static_cast<double>(set.rays.size()) *
+                                 static_cast<double>(all.rays.size()));
+    choose_resolution(set, forward, boxes, planes, workers, monitor);
     return planes;
 }
 

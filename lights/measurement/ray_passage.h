@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "lights/bell.h"
 #include "lights/light_field.h"
@@ -28,16 +29,14 @@ struct Passage {
     bool misses_s;                    // none of the filters exists
 
     Passage(const LampRay& ray, const Rig& rig, const RayWeights& weights = {})
+        : Passage(pass(ray, rig.centre.z) - V2d(rig.centre.x, rig.centre.y),
+                  pass(ray, rig.centre.z + rig.distance) - V2d(rig.centre.x, rig.centre.y), rig, weights) {}
+    // Places on the planes are relative to the rig's centre.
+    Passage(const V2d& on_s, const V2d& on_m, const Rig& rig, const RayWeights& weights)
         : base{}, pixels(rig.basis == PixelBasis::hat ? 2 : 1), pixel{}, part{}, misses_s(false) {
-        const V2d centre(rig.centre.x, rig.centre.y);
-        const V2d on_s = pass(ray, rig.centre.z) - centre;
-        const V2d on_m = pass(ray, rig.centre.z + rig.distance) - centre;
         for (int a = 0; a < 2; ++a) {
-            const double x = rig.intervals_to(a, on_s[a]) - 1;  // in spacings from filter 0
-            // The dual extends one interval beyond the bell. In a compressed coordinate the last interval
-            // already covers the rest of the plane.
-            const double beyond = rig.s_coordinate.c > 0 ? 0 : 1;
-            if (!(x >= -1 - beyond && x < rig.views[a] + beyond)) {
+            const double x = spacings_to(a, on_s[a], rig);
+            if (std::isnan(x)) {
                 misses_s = true;
                 return;
             }
@@ -47,6 +46,14 @@ struct Passage {
             if (rig.s_coordinate.c > 0) fold_missing_filters(a, rig);
             find_pixels(a, on_m[a], rig, weights.dual_m);
         }
+    }
+
+    // Returns `base` alone; nothing if the ray misses S.
+    static std::optional<V2i> square_of(const LampRay& ray, const Rig& rig) {
+        const V2d on_s = pass(ray, rig.centre.z) - V2d(rig.centre.x, rig.centre.y);
+        const V2d at(spacings_to(0, on_s.x, rig), spacings_to(1, on_s.y, rig));
+        if (std::isnan(at.x) || std::isnan(at.y)) return {};
+        return V2i(static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y)));
     }
 
     bool exists(const Rig& rig, int axis, int i) const {
@@ -69,7 +76,35 @@ struct Passage {
         }
     }
 
+    // Adds `light`, weighted, to all coefficients that record the ray. The index of a coefficient is the sum
+    // of index_along(axis, filter, pixel) over both axes.
+    template <typename Sum, typename IndexAlong>
+    void add(const Rig& rig, double light, std::vector<Sum>& sums, IndexAlong&& index_along) const {
+        std::size_t part_of_index[2][8];
+        double share[2][8];
+        int count[2] = {0, 0};
+        for (int a = 0; a < 2; ++a) {
+            for_each(rig, a, [&](int i, int k, double w) {
+                part_of_index[a][count[a]] = index_along(a, base[a] - 1 + i, k);
+                share[a][count[a]++] = w;
+            });
+        }
+        for (int i = 0; i < count[0]; ++i) {
+            const double across = light * share[0][i];
+            for (int j = 0; j < count[1]; ++j)
+                sums[part_of_index[0][i] + part_of_index[1][j]] += static_cast<Sum>(across * share[1][j]);
+        }
+    }
+
   private:
+    // Returns the place on S in spacings from filter 0; NaN where no filter weights light.
+    static double spacings_to(int axis, double on_s, const Rig& rig) {
+        const double x = rig.intervals_to(axis, on_s) - 1;
+        // The dual extends one interval beyond the bell. In a compressed coordinate the last interval already
+        // covers the rest of the plane.
+        const double beyond = rig.s_coordinate.c > 0 ? 0 : 1;
+        return x >= -1 - beyond && x < rig.views[axis] + beyond ? x : NAN;
+    }
     // `past` is the distance past filter `base`, in [0, 1) of the spacing.
     void weigh_filters(int axis, double past, double dual) {
         weight[axis] = bell_dual_weights(past);
@@ -92,6 +127,10 @@ struct Passage {
     void find_pixels(int axis, double on_m, const Rig& rig, double dual) {
         const double overhang = rig.overhang();
         for (int i = 0; i < 4; ++i) {
+            if (i > 0 && rig.shift[axis] == 0) {  // all filters see the same pixels
+                pixel[axis][i] = pixel[axis][0];
+                continue;
+            }
             const double k = std::clamp(rig.columns_to(axis, base[axis] + i, on_m) - overhang, -2.0,
                                         rig.pixels[axis] + 1.0);  // fits an int, for rays of any slope
             const double floor = std::floor(k);

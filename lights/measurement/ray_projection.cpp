@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 
 #include "engine/base/error.h"
@@ -34,53 +36,107 @@ double book_losses(const Passage& at, double flux, const Rig& rig, FluxAccount& 
     return flux * flux * squares[0] * squares[1];
 }
 
-// Accounts for one ray's flux, whether filters record it or not. Returns the sum of squares of what they
-// record.
-double account_for(const LampRay& ray, double flux, const Rig& rig, const RayWeights& weights,
-                   FluxAccount& account) {
-    if (!(double{ray.d.z} > kGrazingRay)) {
-        account.backward += flux;
-        return 0;
-    }
-    const Passage at(ray, rig, weights);
-    if (at.misses_s) {
-        account.beside_s += flux;
-        return 0;
-    }
-    return book_losses(at, flux, rig, account);
+constexpr std::int64_t kRaysPerChunk =
+    16 * 1024;  // rays per chunk; fixed, so that results do not depend on threads
+
+void add(FluxAccount& to, const FluxAccount& more) {
+    to.backward += more.backward;
+    to.beside_s += more.beside_s;
+    to.beside_m += more.beside_m;
+    to.not_in_basis += more.not_in_basis;
 }
 
-// Adds a ray to the filters in row n. `scale` converts flux times weights to W/m⁴. Each channel gets the
-// ray's light times the channel's component of `colour`.
-void add_to_row(const LampRay& ray, const Rig& rig, const RayWeights& weights, int n, double scale,
-                const V3d& colour, std::span<std::vector<double>> channels) {
-    const Passage at(ray, rig, weights);
-    if (at.misses_s) return;
-    at.for_each(rig, 1, [&](int j, int l, double up) {
-        if (at.base[1] - 1 + j != n) return;
-        at.for_each(rig, 0, [&](int i, int k, double across) {
-            const double added = scale * double{ray.flux} * up * across;
-            const std::size_t coefficient = rig.index(at.base[0] - 1 + i, n, k, l);
-            if (channels.size() == 1) {
-                channels[0][coefficient] += added;
-                return;
-            }
-            for (std::size_t c = 0; c < 3; ++c)
-                channels[c][coefficient] += added * colour[static_cast<int>(c)];
+// The rays that some filter weights, by the square of S, between neighbouring filters, that they pass.
+struct RaysBySquare {
+    V2i squares;                       // per axis; square -2 ... views
+    std::vector<std::size_t> begin;    // of a square's rays in `order`, [across * squares.y + up]; one more
+    std::vector<std::uint32_t> order;  // indices of rays
+    FluxAccount account;               // of all other rays
+
+    RaysBySquare(const RaySet& set, const Rig& rig, const Workers& workers)
+        : squares(rig.views + V2i(3, 3)),
+          begin(static_cast<std::size_t>(squares.x) * static_cast<std::size_t>(squares.y) + 1) {
+        constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+        const auto rays = static_cast<std::int64_t>(set.rays.size());
+        std::vector<std::uint32_t> square(set.rays.size(), kNone);
+        std::vector<FluxAccount> accounts(
+            static_cast<std::size_t>((rays + kRaysPerChunk - 1) / kRaysPerChunk));
+        parallel_ranges(
+            workers, rays, kRaysPerChunk, [&](std::int64_t first, std::int64_t end, std::int64_t chunk) {
+                FluxAccount& lost = accounts[static_cast<std::size_t>(chunk)];
+                for (auto r = static_cast<std::size_t>(first); r < static_cast<std::size_t>(end); ++r) {
+                    if (!(double{set.rays[r].d.z} > kGrazingRay)) {
+                        lost.backward += set.light_of(r);
+                    } else if (const auto base = Passage::square_of(set.rays[r], rig)) {
+                        square[r] = static_cast<std::uint32_t>((base->x + 2) * squares.y + base->y + 2);
+                    } else {
+                        lost.beside_s += set.light_of(r);
+                    }
+                }
+            });
+        for (const FluxAccount& lost : accounts) add(account, lost);
+        for (const std::uint32_t s : square)
+            if (s != kNone) ++begin[s + 1];
+        std::partial_sum(begin.begin(), begin.end(), begin.begin());
+        order.resize(begin.back());
+        std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+        for (std::size_t r = 0; r < square.size(); ++r)
+            if (square[r] != kNone) order[next[square[r]]++] = static_cast<std::uint32_t>(r);
+    }
+};
+
+// What a square's rays add beside the coefficients.
+struct SquareSum {
+    FluxAccount account;
+    double variance = 0;  // Σ (what a ray adds to a coefficient)²
+};
+
+// Adds the rays of one square to the sums of X, Y and Z, or of a single channel. `scale` converts flux times
+// weights to W/m⁴.
+SquareSum add_square(const RaySet& set, std::span<const std::uint32_t> rays, const Rig& rig,
+                     const RayWeights& weights, double scale, std::vector<std::vector<double>>& sums) {
+    SquareSum sum;
+    const auto index_along = [&](int axis, int filter, int pixel) {
+        return axis == 0 ? rig.index(filter, 0, pixel, 0) : rig.index(0, filter, 0, pixel);
+    };
+    for (const std::uint32_t r : rays) {
+        const Passage at(set.rays[r], rig, weights);
+        const double flux = scale * double{set.rays[r].flux};
+        const V3d colour = set.xyz_of(r);
+        for (std::size_t c = 0; c < sums.size(); ++c)
+            at.add(rig, sums.size() == 1 ? flux : flux * colour[static_cast<int>(c)], sums[c], index_along);
+        sum.variance += book_losses(at, set.light_of(r), rig, sum.account);
+    }
+    return sum;
+}
+
+// Adds all rays in one order for any number of threads: squares whose numbers differ by a multiple of 4 along
+// either axis share no filter.
+SquareSum add_squares(const RaySet& set, const RaysBySquare& rays, const Rig& rig, const RayWeights& weights,
+                      const Workers& workers, Phase& phase, std::vector<std::vector<double>>& sums) {
+    const double scale = 1 / rig.cell_volume();  // > 0: Rig::fault
+    std::vector<SquareSum> of_square(rays.begin.size() - 1);
+    for (int first = 0; first < 16; ++first) {
+        std::vector<std::size_t> squares;
+        for (int x = first / 4; x < rays.squares.x; x += 4) {
+            for (int y = first % 4; y < rays.squares.y; y += 4)
+                squares.push_back(static_cast<std::size_t>(x * rays.squares.y + y));
+        }
+        parallel_each(workers, squares.size(), 1, [&](std::size_t i) {
+            const std::size_t s = squares[i];
+            const auto those =
+                std::span(rays.order).subspan(rays.begin[s], rays.begin[s + 1] - rays.begin[s]);
+            of_square[s] = add_square(set, those, rig, weights, scale, sums);
         });
-    });
-}
-
-// Returns, for each interval between rows of filters, the rays in it, in their own order.
-std::vector<std::vector<std::size_t>> rays_by_interval(const RaySet& set, const Rig& rig) {
-    std::vector<std::vector<std::size_t>> bins(static_cast<std::size_t>(rig.views.y) +
-                                               3);  // base = -2 ... views
-    for (std::size_t r = 0; r < set.rays.size(); ++r) {
-        if (!(double{set.rays[r].d.z} > kGrazingRay)) continue;
-        const Passage at(set.rays[r], rig);
-        if (!at.misses_s) bins[static_cast<std::size_t>(at.base[1] + 2)].push_back(r);
+        phase.advance(1);
     }
-    return bins;
+    SquareSum all;
+    for (const SquareSum& of : of_square) {
+        add(all.account, of.account);
+        all.variance += of.variance;
+    }
+    add(all.account, rays.account);
+    return all;
 }
 
 }  // namespace
@@ -88,41 +144,29 @@ std::vector<std::vector<std::size_t>> rays_by_interval(const RaySet& set, const 
 Projection project_rays(const RaySet& set, const Rig& rig, const Workers& workers, Monitor& monitor,
                         const RayWeights& weights) {
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
-    Phase phase(monitor, "projecting rays", static_cast<std::uint64_t>(rig.views.y));
-    const auto bins = rays_by_interval(set, rig);
+    Phase phase(monitor, "projecting rays", 16);
     const std::size_t channels = set.coloured() ? 3 : 1;
-    require_memory(bytes_of(rig.coefficients(), 2 * channels * sizeof(double)),
+    require_memory(bytes_of(rig.coefficients(), 2 * channels * sizeof(double)) +
+                       bytes_of(set.rays.size(), 2 * sizeof(std::uint32_t)),
                    fmt::format("a light field of {} coefficients", rig.coefficients()),
                    "use fewer views or pixels");
+    if (set.rays.size() >= std::numeric_limits<std::uint32_t>::max())
+        throw InputError(fmt::format("{} rays; expected fewer than 2^32", set.rays.size()));
     // X, Y and Z, or a single channel.
     std::vector<std::vector<double>> sums(channels, std::vector<double>(rig.coefficients()));
-    const double scale = 1 / rig.cell_volume();  // > 0: Rig::fault
-    // Each row of filters has its own coefficients and sees its rays in order, so the sums are the same on
-    // any machine.
-    parallel_chunks(workers, rig.views.y, [&](std::int64_t row) {
-        const int n = static_cast<int>(row);
-        for (int base = n - 2; base <= n + 1; ++base) {
-            for (const std::size_t r : bins[static_cast<std::size_t>(base + 2)]) {
-                add_to_row(set.rays[r], rig, weights, n, scale, set.xyz_of(r), sums);
-            }
-        }
-        phase.advance(1);
-    });
+    const SquareSum sum =
+        add_squares(set, RaysBySquare(set, rig, workers), rig, weights, workers, phase, sums);
     std::vector<std::vector<float>> coefficients;
-    for (const std::vector<double>& sum : sums) coefficients.emplace_back(sum.begin(), sum.end());
+    for (const std::vector<double>& each : sums) coefficients.emplace_back(each.begin(), each.end());
 
-    FluxAccount account;
+    FluxAccount account = sum.account;
     account.total = set.flux;
     account.skipped = set.skipped_flux;
     // A coefficient is a sum of rays' contributions, so the sum of their squares estimates its variance over
     // repeated measurements. Here both are of E times a cell's volume, in units of flux.
-    const std::vector<double>& luminance = sums[channels == 3 ? 1 : 0];
-    double variance = 0, square = 0;
-    for (std::size_t r = 0; r < set.rays.size(); ++r) {
-        const double flux = double{set.rays[r].flux} * (set.coloured() ? double{set.tristimulus[r].y} : 1.0);
-        variance += account_for(set.rays[r], flux, rig, weights, account);
-    }
-    for (const double e : luminance) square += sqr(e * rig.cell_volume());
+    double square = 0;
+    for (const double e : sums[channels == 3 ? 1 : 0]) square += sqr(e * rig.cell_volume());
+    sums.clear();
     LightFieldInfo info;
     info.colour = set.open_colour();
     info.unit = set.unit;
@@ -134,21 +178,11 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     account.captured = bare.flux();
     info.captured = account.captured;
     info.missed = account.missed();
-    const double noise = square > variance ? std::sqrt(variance / (square - variance)) : INFINITY;
+    const double noise = square > sum.variance ? std::sqrt(sum.variance / (square - sum.variance)) : INFINITY;
     return {std::move(bare).with(std::move(info)), account, noise};
 }
 
 namespace {
-
-constexpr std::int64_t kRaysPerChunk =
-    16 * 1024;  // rays per chunk; fixed, so that results do not depend on threads
-
-void add(FluxAccount& to, const FluxAccount& more) {
-    to.backward += more.backward;
-    to.beside_s += more.beside_s;
-    to.beside_m += more.beside_m;
-    to.not_in_basis += more.not_in_basis;
-}
 
 // The rays of one chunk that some filter weights, by the row of filters below them (base + 2).
 struct Sorted {

@@ -109,6 +109,10 @@ struct Waist {
 };
 Waist waist_of(const RaySet& rays);
 
+// Returns the set, without its losses, as at most about `most` rays, drawn at random from runs of equal
+// length. Their flux is not scaled.
+RaySet some_of(const RaySet& set, std::size_t most);
+
 // Calls choose_planes() and project_rays(); the field's info has the errors.
 Projection fit_light_field(const RaySet& rays, const FitOptions& options, const Workers& workers,
                            Monitor& monitor);
@@ -189,8 +193,9 @@ SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightFi
 struct PlaneBoxes {
     V2d centre_s, half_s;  // metres
     V2d half_m;
-    double held = 0;    // share of the light of `rays` that must be held
-    V2i views, pixels;  // 0: chosen
+    double held = 0;       // share of the light of the given rays that must be held
+    V2i views, pixels;     // 0: chosen
+    std::size_t rays = 0;  // rays of the set that leave towards +z, of which the field is made
 };
 
 // Three quarters of the given rays, which choose the resolution, and the rest, which estimate the error of
@@ -201,6 +206,7 @@ struct HeldOutParts {
 HeldOutParts held_out_parts(std::span<const std::size_t> rays);
 
 // Sets the part of `planes` that depends on the resolution; planes.rig already has centre and distance.
+// `rays` are all or some of those that leave towards +z.
 void choose_resolution(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes,
                        RayPlanes& planes, const Workers& workers, Monitor& monitor);
 

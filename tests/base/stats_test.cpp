@@ -49,6 +49,26 @@ TEST(RunningStats, TextbookFormula_WouldFailTheTestAbove) {
     EXPECT_GT(std::fabs(variance - 1.0 / 12), 1e-3);
 }
 
+RC_GTEST_PROP(WeightedQuantile, OfAnyValues_IsThatOfSortedOnes, ()) {
+    std::vector<Weighed> values;
+    for (const auto& [value, weight] :
+         *rc::gen::nonEmpty<std::vector<std::pair<std::int8_t, std::uint8_t>>>())
+        values.push_back({double{value} / 4, double{weight}});  // sums are exact
+    const double share = *rc::gen::inRange(0, 65) / 64.0;
+    std::vector<Weighed> sorted = values;
+    std::stable_sort(sorted.begin(), sorted.end(),
+                     [](const Weighed& a, const Weighed& b) { return a.value < b.value; });
+    double total = 0, sum = 0, expected = sorted.back().value;
+    for (const Weighed& v : values) total += v.weight;
+    for (const Weighed& v : sorted) {
+        sum += v.weight;
+        if (sum < share * total) continue;
+        expected = v.value;
+        break;
+    }
+    RC_ASSERT(weighted_quantile(values, share) == expected);
+}
+
 TEST(RunningStats, FewValues_AreDefined) {
     RunningStats stats;
     EXPECT_EQ(stats.variance(), 0);

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iostream>
 
 #include "engine/base/sampler.h"
+#include "engine/base/stats.h"
 #include "lights/measurement/lumigraph_fit.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/measurement/ray_projection.h"
@@ -122,22 +124,47 @@ void expect_cast(const char* name, const PlanePatch& patch, const RaySet& other,
     EXPECT_FALSE(scaled.accepted()) << name << patch.distance;
 }
 
-TEST(FittedLamp, NarrowBeamOf20000Rays_CastsWhatOtherRaysDo) {
+// The mean over several lamps, because the error of one depends on its rays.
+TEST(FittedLamp, NarrowBeamsOf20000Rays_CastWhatOtherRaysDo) {
     constexpr int kRays = 20'000;
+    // The statistic per degree is (1 + e) / 2 for a field whose squared error is e times the variance of
+    // counting its rays. Far away, bins are wide beside the cells in which the choice of the resolution
+    // counts, and rays that are counted in them are hard to beat.
+    constexpr double kMost = 1.6;
     Monitor silent;
-    const RaySet other = narrow_beam(kRays, 2);
-    const LightField field = fit_light_field(narrow_beam(kRays, 1), {}, {}, silent).field;
-    const V3d centre = field.rig().centre;
     struct Case {
         double distance, size;
+        RunningStats fits, shifted, scaled;
     };
-    for (const Case& c : {Case{0.005, 0.02}, Case{0.05, 0.022}, Case{0.5, 0.05}, Case{5, 0.4}}) {
-        const PlanePatch patch{c.distance, {0, 0}, {c.size, c.size}, {8, 8}};
-        expect_cast("narrow beam", patch, other, 1.0 / 3, 1.08, [&](PlanePatch at) {
-            at.distance -= centre.z;
-            at.centre -= V2d(centre.x, centre.y);
-            return project(field, at, {}, silent);
-        });
+    std::array<Case, 4> cases{Case{0.005, 0.02, {}, {}, {}}, Case{0.05, 0.022, {}, {}, {}},
+                              Case{0.5, 0.05, {}, {}, {}}, Case{5, 0.4, {}, {}, {}}};
+    for (const std::uint64_t seed : {1, 3, 5, 7, 9, 11}) {
+        const LightField field = fit_light_field(narrow_beam(kRays, seed), {}, {}, silent).field;
+        const RaySet other = narrow_beam(kRays, seed + 1);
+        const V3d centre = field.rig().centre;
+        for (Case& c : cases) {
+            const PlanePatch patch{c.distance, {0, 0}, {c.size, c.size}, {8, 8}};
+            const auto per_degree = [&](PlanePatch at, double factor) {
+                at.distance -= centre.z;
+                at.centre -= V2d(centre.x, centre.y);
+                const auto chi2 = against(project(field, at, {}, silent), other, patch, factor);
+                EXPECT_GE(chi2.degrees, 20);
+                return chi2.statistic / chi2.degrees;
+            };
+            c.fits.add(per_degree(patch, 1));
+            c.scaled.add(per_degree(patch, 1.1));
+            PlanePatch aside = patch;
+            aside.centre.x += patch.size.x / patch.pixels.x / 3;
+            c.shifted.add(per_degree(aside, 1));
+        }
+    }
+    for (const Case& c : cases) {
+        std::cout << "narrow beams at " << 1e3 * c.distance << " mm: chi-square per degree " << c.fits.mean()
+                  << " +- " << c.fits.standard_error() << "; shifted " << c.shifted.mean() << ", scaled "
+                  << c.scaled.mean() << "\n";
+        EXPECT_LT(c.fits.mean(), kMost) << c.distance;
+        EXPECT_GT(c.shifted.mean(), kMost) << c.distance;
+        EXPECT_GT(c.scaled.mean(), kMost) << c.distance;
     }
 }
 
@@ -183,21 +210,24 @@ double largest_step(const LightField& field) {
 
 TEST(FittedLamp, FarFieldOfASmoothLamp_HasNoSteps) {
     Monitor silent;
-    const RaySet rays = square(100'000, 3);
-    const LightField field = fit_light_field(rays, {}, {}, silent).field;
-    const double step = largest_step(field);
-    // The field without a fit: rays counted in boxes.
-    Rig boxes;
-    boxes.views = {48, 48};
-    boxes.spacing = V2d(0.0025 / 45);
-    boxes.pixels = {38, 38};
-    boxes.distance = 0.05;
-    boxes.pixel = V2d(2 * boxes.distance * std::tan(80 * M_PI / 180) / 38);
-    const double of_boxes = largest_step(project_rays(rays, boxes, {}, silent).field);
-    std::cout << "steps of " << 100 * step << " % of the peak per half degree; of even boxes "
-              << 100 * of_boxes << " %\n";
-    EXPECT_LT(step, 0.02);
-    EXPECT_GT(of_boxes, 0.02) << "what this test is to refuse";
+    // The largest step of one field depends on its rays; the mean of several does so less.
+    RunningStats step, of_boxes;
+    for (const std::uint64_t seed : {3, 4, 5, 6, 7, 8}) {
+        const RaySet rays = square(100'000, seed);
+        step.add(largest_step(fit_light_field(rays, {}, {}, silent).field));
+        // The field without a fit: rays counted in boxes.
+        Rig boxes;
+        boxes.views = {48, 48};
+        boxes.spacing = V2d(0.0025 / 45);
+        boxes.pixels = {38, 38};
+        boxes.distance = 0.05;
+        boxes.pixel = V2d(2 * boxes.distance * std::tan(80 * M_PI / 180) / 38);
+        of_boxes.add(largest_step(project_rays(rays, boxes, {}, silent).field));
+    }
+    std::cout << "steps of " << 100 * step.mean() << " % of the peak per half degree; of even boxes "
+              << 100 * of_boxes.mean() << " %\n";
+    EXPECT_LT(step.mean(), 0.02);
+    EXPECT_GT(of_boxes.mean(), 0.02) << "the test must refuse even boxes";
 }
 
 TEST(FittedLamp, FarFieldsOfMeasuredLeds_HaveNoSteps) {
