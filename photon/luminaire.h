@@ -1,9 +1,10 @@
 // Traces a luminaire, lights among mirrors and glass, to obtain its rays as seen from outside.
 //
 // Particles start at the luminaire's own lights and are traced until they are absorbed or leave it for good;
-// those that leave towards +z are the rays of the lamp, as a ray file would hold them. They are generated in
-// blocks, so that a thousand million rays need no more memory than one block. Each block depends only on the
-// parameters and its index, so that work can stop after any block and continue with the next.
+// those that leave towards +z, or towards all sides, are the rays of the lamp, as a ray file would hold them.
+// They are generated in blocks, so that a thousand million rays need no more memory than one block. Each
+// block depends only on the parameters and its index, so that work can stop after any block and continue with
+// the next.
 //
 // The frame of the lamp is the world frame of the scene. Every particle has its own random numbers, so blocks
 // are the same for any number of threads.
@@ -29,6 +30,9 @@ struct LuminaireParameters {
     std::uint64_t seed = 0;
     WorkingSpace colours = {};  // of the scene
     SlabAxes side;              // side to which the rays leave, whose axes give their coordinates
+    // Records rays to all sides, which start where they leave the box of the luminaire's surfaces. `side` is
+    // ignored.
+    bool all_sides = false;
 
     std::int64_t blocks() const { return (paths + block - 1) / block; }
 };
@@ -57,6 +61,9 @@ struct LuminaireBlock {
         rays;  // metres, in the world's frame; flux is the luminance of the path's power, not yet / paths
     RayTints tints;      // of each ray, or one for all
     LuminaireFlux flux;  // of the paths of this block
+    // Absorbed power by the number of the material, in the unit of Ledger::absorbed, whose sum it is. Empty
+    // if nothing was absorbed.
+    std::vector<V3d> absorbed;
 };
 
 // Rays with a smaller d.z count as leaving sideways, since they would cross the plane S at infinity.
@@ -72,9 +79,18 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& pa
                                const Workers& workers);
 
 // Traces all blocks into one set, for luminaires of few rays; the set's flux is that of the lamp, and its
-// colours are those of the rays. Throws InputError as check_luminaire() does and if no ray leaves towards +z,
-// and Stopped if the user stops it.
+// colours are those of the rays. Throws InputError as check_luminaire() does, if no ray leaves towards the
+// chosen sides, and if the rays exceed the memory, and Stopped if the user stops it.
 RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, FluxUnit unit,
                   const Workers& workers, Monitor& monitor);
+
+// As above, with the balance of the flux of one lamp.
+struct TracedLuminaire {
+    RaySet rays;
+    LuminaireFlux flux;
+    std::vector<V3d> absorbed;  // by the number of the material; empty if nothing was absorbed
+};
+TracedLuminaire trace_whole_luminaire(const Scene& scene, const LuminaireParameters& parameters,
+                                      FluxUnit unit, const Workers& workers, Monitor& monitor);
 
 }  // namespace lucerna

@@ -165,6 +165,76 @@ TEST(Luminaire, OnAnyThreadsAndInAnyBlocks_SendsTheSameRays) {
     EXPECT_TRUE(std::equal(joined.begin(), joined.end(), once.rays.begin(), same));
 }
 
+double absorbed_light(const std::vector<V3d>& absorbed, std::size_t material) {
+    return material < absorbed.size() ? double{luminance(Rgb(V3f(absorbed[material])))} : 0.0;
+}
+
+// A point between a grey and a black board sends half of its light to each.
+TEST(Luminaire, Losses_AreBookedOnTheMaterialThatAbsorbs) {
+    SceneMaker make;
+    const auto grey = make.diffuse(Rgb(0.75F)), black = make.diffuse(Rgb(0.0F));
+    constexpr float kWide = 1000;
+    make.quad({-kWide, -kWide, -0.1F}, {2 * kWide, 0, 0}, {0, 2 * kWide, 0}, black);
+    make.quad({-kWide, -kWide, 0.1F}, {2 * kWide, 0, 0}, {0, 2 * kWide, 0}, grey);
+    make.light(make_point_light(V3f(0.0F), Rgb(1 / (4 * kPi))));
+    const Scene scene = make.build();
+    for (const int threads : {1, 3}) {
+        const LuminaireBlock block = trace_luminaire(scene, parameters(100'000), 0, Workers{threads});
+        const Ledger& ledger = block.flux.ledger;
+        // The grey board absorbs a quarter of its half, and the rest of the light ends on the black one.
+        EXPECT_NEAR(absorbed_light(block.absorbed, grey) / 1e5, 0.125, 2e-3);
+        EXPECT_NEAR(absorbed_light(block.absorbed, black) / 1e5, 0.875, 6e-3);
+        V3d sum(0, 0, 0);
+        for (const V3d& absorbed : block.absorbed) sum += absorbed;
+        EXPECT_LT((sum - ledger.absorbed).length(), 1e-9 * ledger.absorbed.length());
+    }
+}
+
+TEST(Luminaire, TowardsAnotherSide_HasItsRaysInTheAxesOfThatSide) {
+    SceneMaker make;
+    make.quad_light({0, 0, 0}, {0, 0.01F, 0}, {0.01F, 0, 0}, make.diffuse(Rgb(0.0F)), Rgb(1.0F));
+    const Scene scene = make.build();
+    LuminaireParameters below = parameters(1000);
+    below.side = SlabAxes::facing(1);
+    const LuminaireBlock block = trace_luminaire(scene, below, 0, Workers{2});
+    EXPECT_EQ(block.rays.size(), 1000U) << "all light leaves towards -z";
+    for (const LampRay& ray : block.rays) {
+        EXPECT_GT(ray.d.z, 0);
+        EXPECT_LE(ray.o.x, 0) << "u of that side is -x";
+    }
+    EXPECT_TRUE(trace_luminaire(scene, parameters(1000), 0, Workers{2}).rays.empty()) << "none towards +z";
+}
+
+TEST(Luminaire, TowardsAllSides_HasRaysThatStartOnTheBoxOfItsSurfaces) {
+    const Scene scene = busy_lamp();
+    LuminaireParameters all = parameters(50'000);
+    all.all_sides = true;
+    const LuminaireBlock block = trace_luminaire(scene, all, 0, Workers{2});
+    EXPECT_EQ(block.flux.backward, V3d(0));
+    EXPECT_EQ(block.flux.forward, block.flux.ledger.escaped);
+    const V3f middle = scene.bounds().center(), half = scene.bounds().size() * 0.5F;
+    bool below = false;
+    for (const LampRay& ray : block.rays) {
+        const V3f at = ray.o - V3f(scene.origin()) - middle;
+        float reach = 0;
+        for (int a = 0; a < 3; ++a) reach = std::max(reach, std::fabs(at[a]) / half[a]);
+        EXPECT_NEAR(reach, 1, 1e-4);
+        below = below || ray.d.z < 0;
+    }
+    EXPECT_TRUE(below);
+    // The lines are those of the rays to one side.
+    const LuminaireBlock up = trace_luminaire(scene, parameters(50'000), 0, Workers{2});
+    std::size_t i = 0;
+    for (const LampRay& ray : block.rays) {
+        if (!(ray.d.z > kLeastForward)) continue;
+        ASSERT_LT(i, up.rays.size());
+        EXPECT_EQ(ray.d, up.rays[i].d);
+        EXPECT_LT((ray.o - up.rays[i].o).cross(ray.d).length(), 1e-6F);
+        ++i;
+    }
+    EXPECT_EQ(i, up.rays.size());
+}
+
 TEST(Luminaire, AsARaySet_CarriesItsFluxAndColour) {
     SceneMaker make;
     make.quad_light({0, 0, 0}, {0.01F, 0, 0}, {0, 0.01F, 0}, make.diffuse(Rgb(0.0F)), Rgb(2, 1, 0.5F));
