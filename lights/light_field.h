@@ -229,6 +229,12 @@ class LightField {
         return std::move(*this);
     }
 
+    // Returns the same field with the centre of its S elsewhere.
+    LightField at(const V3d& centre) && {
+        rig_.centre = centre;
+        return std::move(*this);
+    }
+
     const Rig& rig() const { return rig_; }
     const LightFieldInfo& info() const { return info_; }
     // Returns E: the coefficients of Y, the luminance, or of W if the field is coloured.

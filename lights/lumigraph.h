@@ -68,7 +68,7 @@ struct Slab {
 
 class Lumigraph {
   public:
-    static constexpr std::size_t kMostSlabs = 32;
+    static constexpr std::size_t kMostSlabs = 64;  // ten lamps that shine to all sides
 
     // Makes a lamp of one slab along the lamp's own axes, without a box.
     Lumigraph(LightField field);  // NOLINT(google-explicit-constructor): a light field is a lamp of one slab

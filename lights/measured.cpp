@@ -30,6 +30,7 @@ struct Radiance {
     double scale = 0;
     Rgb colour{0};
     bool any() const { return scale > 0 && luminance(colour) > 0; }
+    double light() const { return any() ? scale * double{luminance(colour)} : 0.0; }
 };
 
 // Parts are blocks of intervals, at most this many across S; a few dozen photons could not resolve finer
@@ -401,7 +402,7 @@ class MeasuredLight final : public Light {
         if (slabs_.size() > 1) {
             // A direction leads to one part, whichever slab the particle came from.
             const auto [p, d] = slabs_[slab]->middle_of(*cell);
-            if (const auto best = nearest_slab(p, d))
+            if (const auto best = brightest_slab(p, d))
                 return slabs_[best->slab]->name_of(best->line.n, best->line.o);
         }
         return slabs_[slab]->dark() ? kNoCell : slabs_[slab]->name_of(cell->n, cell->o);
@@ -537,15 +538,17 @@ class MeasuredLight final : public Light {
         return last;
     }
 
-    // Returns the slab whose normal is closest to d, of those that hold the line through p along d (unit).
-    std::optional<SlabLine> nearest_slab(const V3d& p, const V3d& d) const {
+    // Returns the slab with most of the radiance along the line through p along d (unit), to whose part the
+    // line leads. Another slab might hold the line without any light, and its parts would not find it.
+    std::optional<SlabLine> brightest_slab(const V3d& p, const V3d& d) const {
         std::optional<SlabLine> best;
         double most = 0;
         for (std::size_t i = 0; i < slabs_.size(); ++i) {
             if (slabs_[i]->dark()) continue;
-            const double cosine = d.dot(slabs_[i]->placement().normal());
-            if (!(cosine > most)) continue;
-            if (const auto line = slabs_[i]->line_of(p, -d)) best = {i, *line, {}}, most = cosine;
+            const auto line = slabs_[i]->line_of(p, -d);
+            if (!line || line->way.z == 0) continue;
+            const double radiance = slabs_[i]->radiance_along(*line).light();
+            if (radiance > most) best = {i, *line, {}}, most = radiance;
         }
         return best;
     }
@@ -570,8 +573,7 @@ class MeasuredLight final : public Light {
             const PartPdf part =
                 slab.per_solid_angle(*line, is_known ? *known->density : slab.density(*line));
             whole += shares[i] * double{part.whole_pdf_w};
-            const double cosine = d.dot(slab.placement().normal());
-            if (cosine > most) most = cosine, found.part = part, found.slab = i;
+            if (radiance.light() > most) most = radiance.light(), found.part = part, found.slab = i;
         }
         found.radiance.colour = sum;
         found.part.whole_pdf_w = static_cast<float>(whole);

@@ -264,7 +264,10 @@ LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, c
     const auto several = [&](const std::vector<SlabAxes>& axes) {
         return fit_several(set, axes, options.fit, workers, monitor);
     };
-    if (options.slabs == 1 || options.fit.z) return fit_one(set, options.fit, workers, monitor);
+    if (options.sides.size() > 1 || (options.sides.size() == 1 && !options.sides[0].straight()))
+        return several(options.sides);
+    if (options.slabs == 1 || options.sides.size() == 1 || options.fit.z)
+        return fit_one(set, options.fit, workers, monitor);
     if (options.slabs == 2) return several(sides({0, 1}));
     if (options.slabs == 0) {
         double forward = 0, flat = 0;

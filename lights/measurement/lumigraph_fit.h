@@ -12,8 +12,9 @@
 namespace lucerna {
 
 struct LumigraphOptions {
-    FitOptions fit;  // of each slab; `z` only with a single slab
-    int slabs = 0;   // 1 (+z), 2 (+z, -z) or 6; 0: the fewest that hold kHeld of the usable flux
+    FitOptions fit;               // of each slab; `z` only with a single slab
+    int slabs = 0;                // 1 (+z), 2 (+z, -z) or 6; 0: the fewest that hold kHeld of the usable flux
+    std::vector<SlabAxes> sides;  // if given, the sides that get a slab, all different, instead of `slabs`
 };
 
 struct LumigraphFit {

@@ -292,8 +292,8 @@ def run_page(lucerna, root, stage, scenes, page, commands, work):
             work.mkdir()
             scenes.beside(work)
         try:
-            if words[:2] == ["light", "acquire"] and any(word.startswith("scenes/") for word in words):
-                rig = next(word for word in words if word.endswith(".toml"))
+            rig = next((word for word in words if word.startswith("scenes/") and word.endswith(".toml")), None)
+            if words[:2] == ["light", "acquire"] and rig:
                 if not (root / rig).exists():
                     raise FileNotFoundError(rig)
                 words = ["rig.toml" if word == rig else word for word in words]  # a rig that is measured quickly

@@ -318,4 +318,17 @@ void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit un
     if (!info.provenance.empty()) fmt::print(out, "provenance           {}\n", info.provenance);
 }
 
+void print_fit(std::ostream& out, const LumigraphFit& made) {
+    const FluxUnit unit = made.lamp.unit();
+    print_account(out, made.account, unit);
+    if (made.lamp.simple()) return print_errors(out, made.lamp.slabs()[0].field.info().errors);
+    for (std::size_t i = 0; i < made.slabs.size(); ++i) {
+        const FluxAccount& slab = made.slabs[i];
+        fmt::print(out, "slab {}: share {:.6g} {}, of which {:.6g} {} captured\n",
+                   made.lamp.slabs()[i].axes.name(), slab.total, flux_unit_name(unit), slab.captured,
+                   flux_unit_name(unit));
+        print_errors(out, made.lamp.slabs()[i].field.info().errors);
+    }
+}
+
 }  // namespace lucerna

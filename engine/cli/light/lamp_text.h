@@ -7,6 +7,7 @@
 #include "engine/base/parallel.h"
 #include "lights/flux_unit.h"
 #include "lights/lumigraph.h"
+#include "lights/measurement/lumigraph_fit.h"
 #include "lights/measurement/ray_projection.h"
 #include "lights/photometric.h"
 #include "lights/ray_set.h"
@@ -21,6 +22,9 @@ void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit)
 
 // Prints the error of the light that a field casts, plane by plane.
 void print_errors(std::ostream& out, std::span<const PlaneError> errors);
+
+// Prints the flux balance of a lamp that is made of rays, and the errors to expect, slab by slab.
+void print_fit(std::ostream& out, const LumigraphFit& made);
 
 // Prints the peak intensity, the beam angle and the field angle (beam_of()); of rays, those of their far
 // field, and over which caps it counts them.

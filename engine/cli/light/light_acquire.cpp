@@ -15,7 +15,9 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/light/acquire_scene.h"
+#include "engine/cli/light/lamp_text.h"
 #include "engine/cli/light/light_commands.h"
+#include "engine/cli/light/scene_lamp.h"
 #include "engine/cli/parallel_job.h"
 #include "engine/scene/arithmetic.h"
 #include "engine/scene/texture_image.h"
@@ -34,6 +36,11 @@ constexpr const char* kAcquireFooter =
 docs/reference/rig-files.md. Without it the options describe a flat emitter whose intensity falls off as cos^N, and
 suitable planes are chosen.
 
+--scene LUMINAIRE.pbrt needs no rig: all light paths of a luminaire are traced, from its lights, which may be ray files and
+light fields of LEDs, over its reflectors, lenses and louvres. The rays that leave it become a lamp as lucerna light import
+makes it, with the errors that held-out rays state. What each material absorbs is printed. The lamp's frame is the scene's
+world, in metres; lucerna import turns a glTF model into a scene.
+
 With --filter none the lamp is measured without the optical filter, through a pinhole at each filter
 position, and the field is interpolated linearly: a canned light source [Heidrich 1998]. Details finer than
 the spacing are then aliased, whereas the filter blurs them.
@@ -50,6 +57,8 @@ Examples:
   lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER
   lucerna light acquire scenes/lamps/projector/rig.toml --filter none -o canned.exr
   lucerna light acquire RIG.toml --sides +z,-z,+x,-x,+y,-y -o lamp.exr
+  lucerna light acquire --scene luminaire.pbrt --rays 10000000 -o lamp.exr
+  lucerna light acquire --scene downlight.pbrt --sides +z --rays 1000000 -o lamp.exr
   lucerna light acquire -o lamp.exr
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
@@ -70,7 +79,8 @@ struct QuickLamp {
 };
 
 struct AcquireCommand {
-    std::string rig;  // a file; empty: the quick lamp
+    std::string rig;         // a file; empty: the scene of a luminaire, or the quick lamp
+    SceneLampOptions scene;  // its file is empty without --scene
     QuickLamp quick;
     std::string photographs;      // a folder; empty: none are written
     std::vector<SlabAxes> sides;  // measured sides of a scene; none: +z
@@ -434,9 +444,42 @@ void acquire_lamp(const AcquireCommand& command, const CommandContext& context, 
     for (const SlabAxes& side : sides) std::filesystem::remove(part_of(command, side), none);
 }
 
+// Traces a luminaire without a rig.
+void acquire_luminaire_lamp(const AcquireCommand& command, const CommandContext& context, Ranks* ranks) {
+    SceneLampOptions options = command.scene;
+    if (const std::string suffix = suffix_of(options.file); suffix == ".gltf" || suffix == ".glb") {
+        input_error({"--scene"}, "{} is a glTF model; expected a scene, which lucerna import makes of it",
+                    options.file.string());
+    }
+    require_readable(options.file);
+    require_different_sides("--sides", command.sides);
+    options.strict = command.strict;
+    options.lumigraph.sides = command.sides;
+    Speaker speaker(command, context, ranks);
+    CommandFiles files;
+    files.reads(options.file);
+    if (speaker.leads()) declare_lamp(command.lamp.file, "-o", files);
+    std::optional<StopOnSignals> listening;
+    options.when_read = [&](const Job& job) {
+        files.reads(job.files);
+        files.reads(job.caches);
+        listening.emplace(context.process);
+    };
+    const std::optional<SceneLamp> made =
+        make_scene_lamp(options, {command.lamp.workers.threads, ranks}, speaker.monitor());
+    if (!made) return;
+    finish_lamp(made->fit.lamp, command.lamp, speaker.console(), context);
+    if (command.lamp.quiet) return;
+    print_account(context.out, made->account);
+    print_fit(context.out, made->fit);
+}
+
 void act_acquire(const AcquireCommand& command, const CommandContext& context) {
     const ParallelJob parallel(context, command.lamp.workers);
-    parallel.run([&] { acquire_lamp(command, context, parallel.ranks()); });
+    parallel.run([&] {
+        const auto acquire = command.scene.file.empty() ? acquire_lamp : acquire_luminaire_lamp;
+        acquire(command, context, parallel.ranks());
+    });
 }
 
 void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
@@ -468,39 +511,82 @@ void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
              });
 }
 
-// Rejects options beside a rig file, which would be ignored.
-void refuse_options_beside_rig(const CLI::App& app, const std::string& rig) {
+// Rejects options that would be ignored. `accepted` are those that are not, beside the output's.
+void refuse_options(const CLI::App& app, std::initializer_list<std::string_view> accepted,
+                    const std::string& because) {
+    constexpr std::string_view kAlways[] = {"--output",  "--strict", "--sides",
+                                            "--threads", "--quiet",  "--help"};
     for (const CLI::Option* option : app.get_options()) {
         const std::string name = option->get_name();
-        if (option->count() == 0 || name == "RIG" || name == "--output" || name == "--photographs" ||
-            name == "--strict" || name == "--filter" || name == "--sides" || name == "--threads" ||
-            name == "--quiet" || name == "--help")
+        const auto is = [&](std::string_view other) { return name == other; };
+        if (option->count() == 0 || std::ranges::any_of(kAlways, is) || std::ranges::any_of(accepted, is))
             continue;
-        input_error({name}, "applies only without a rig file; {} describes the rig and the lamp", rig);
+        throw InputError({name}, because);
     }
+}
+
+void check_options(const CLI::App& app, AcquireCommand& command) {
+    const QuickLamp& quick = command.quick;
+    if (!command.rig.empty()) {
+        return refuse_options(
+            app, {"RIG", "--photographs", "--filter"},
+            fmt::format("applies only without a rig file; {} describes the rig and the lamp", command.rig));
+    }
+    if (command.scene.file.empty()) {
+        for (const char* name : {"--rays", "--seed"}) {
+            if (app.get_option(name)->count() > 0) throw InputError({name}, "applies only to --scene");
+        }
+        return;
+    }
+    refuse_options(
+        app,
+        {"--scene", "--rays", "--seed", "--flux", "--unit", "--views", "--pixels", "--distance", "--capture"},
+        fmt::format("does not apply to --scene {}", command.scene.file.string()));
+    if (app.get_option("--flux")->count() > 0) command.scene.flux = quick.flux;
+    if (app.get_option("--unit")->count() > 0) {
+        if (quick.unit != "lm" && quick.unit != "W")
+            input_error({"--unit"}, "\"{}\" is not accepted; expected lm or W", quick.unit);
+        command.scene.unit = quick.unit == "lm" ? FluxUnit::lumen : FluxUnit::watt;
+    }
+    FitOptions& fit = command.scene.lumigraph.fit;
+    if (app.get_option("--views")->count() > 0) fit.views = quick.views;
+    if (app.get_option("--pixels")->count() > 0) fit.pixels = quick.pixels;
+    fit.distance = quick.distance;
+    if (app.get_option("--capture")->count() > 0) fit.capture = quick.capture;
 }
 
 }  // namespace
 
 void add_light_acquire(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<AcquireCommand>();
-    CLI::App& app = *light.add_subcommand("acquire", "Measure a lamp on a virtual rig");
+    CLI::App& app = *light.add_subcommand("acquire", "Measure a lamp on a virtual rig, or trace a luminaire");
     app.footer(kAcquireFooter);
     app.add_option("RIG", command->rig, "description of the rig and the lamp")->type_name("RIG.toml");
+    app.add_option("--scene", command->scene.file,
+                   "luminaire, with lights, reflectors and lenses, that is traced without a rig")
+        ->type_name("SCENE.pbrt");
+    add_word(app, "--rays", "N", "light paths of --scene (default 4000000)",
+             [command](const std::string& word) {
+                 command->scene.paths = parse_whole({"--rays"}, word, 1, std::int64_t{1} << 32);
+             });
+    add_word(app, "--seed", "N", "seed of the random numbers of --scene (default 0)",
+             [command](const std::string& word) { command->scene.seed = parse_seed({"--seed"}, word); });
     app.add_option(
            "--photographs", command->photographs,
            "also write the photographs that the rig's camera would take, and a manifest for light assemble")
         ->type_name("FOLDER");
-    add_word(app, "--sides", "AXIS,...",
-             "for a scene that emits towards several sides, for example +z,-z,+x: it is turned, and each "
-             "side is measured with this rig",
-             [command](const std::string& word) {
-                 command->sides =
-                     parse_list(word, [](std::string_view part) { return parse_side("--sides", part); });
-             });
+    add_word(
+        app, "--sides", "AXIS,...",
+        "for a scene that emits towards several sides, for example +z,-z,+x: it is turned, and each "
+        "side is measured with this rig; with --scene, the sides that get a light field (default: as many as "
+        "hold 99% of the light)",
+        [command](const std::string& word) {
+            command->sides =
+                parse_list(word, [](std::string_view part) { return parse_side("--sides", part); });
+        });
     app.add_flag(
         "--strict", command->strict,
-        "stop with an error, instead of a warning, if part of the rig's scene cannot be traced as specified");
+        "stop with an error, instead of a warning, if part of the scene cannot be traced as specified");
     add_word(app, "--filter", "FILTER", "filter in the sampling plane: bell (default) or none",
              [command](const std::string& word) {
                  if (word != "bell" && word != "none")
@@ -515,7 +601,7 @@ void add_light_acquire(CLI::App& light, const CommandContext& context) {
         [command](const std::string& word) { command->quick.capture = parse_share({"--capture"}, word); });
     add_lamp_output(app, command->lamp);
     app.callback([command, &context, &app] {
-        if (!command->rig.empty()) refuse_options_beside_rig(app, command->rig);
+        check_options(app, *command);
         act_acquire(*command, context);
     });
 }

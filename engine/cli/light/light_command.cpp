@@ -19,6 +19,7 @@ namespace {
 constexpr const char* kLightFooter = R"(Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
+  lucerna light edit led.exr --move 20mm,0,0 led.exr --move=-20mm,0,0 --turn z,180 -o lamp.exr
   lucerna light info lamp.exr
   lucerna light project lamp.exr --distance 1m -o wall.exr --png
   lucerna light view lamp.exr -o views.png
@@ -78,6 +79,7 @@ void add_light_command(CLI::App& program, const CommandContext& context) {
     light.require_subcommand(1);
     add_light_import(light, context);
     add_light_acquire(light, context);
+    add_light_edit(light, context);
     add_light_emit(light, context);
     add_light_assemble(light, context);
     add_light_info(light, context);

@@ -71,6 +71,7 @@ auto parse_list(std::string_view word, Parse parse) {
 // Each function adds its subcommand to `lucerna light`.
 void add_light_import(CLI::App& light, const CommandContext& context);
 void add_light_acquire(CLI::App& light, const CommandContext& context);
+void add_light_edit(CLI::App& light, const CommandContext& context);
 void add_light_emit(CLI::App& light, const CommandContext& context);
 void add_light_assemble(CLI::App& light, const CommandContext& context);
 void add_light_info(CLI::App& light, const CommandContext& context);
@@ -91,6 +92,11 @@ using LampFile = std::variant<Lumigraph, RaySet>;
 inline LampFile read_lamp_file(const std::filesystem::path& file, Monitor& monitor) {
     if (suffix_of(file) == ".exr") return read_lumigraph(file);
     return read_rays(file, monitor);
+}
+
+inline FluxUnit unit_of(const LampFile& lamp) {
+    if (const auto* field = std::get_if<Lumigraph>(&lamp)) return field->unit();
+    return std::get<RaySet>(lamp).unit;
 }
 
 }  // namespace lucerna

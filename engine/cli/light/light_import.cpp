@@ -173,20 +173,6 @@ void write_replicates(const std::vector<DrivenRays>& parts, const Lumigraph& lam
     }
 }
 
-// Prints the flux balance and the expected errors.
-void print_fit(std::ostream& out, const LumigraphFit& made) {
-    const FluxUnit unit = made.lamp.unit();
-    print_account(out, made.account, unit);
-    if (made.lamp.simple()) return print_errors(out, made.lamp.slabs()[0].field.info().errors);
-    for (std::size_t i = 0; i < made.slabs.size(); ++i) {
-        const FluxAccount& slab = made.slabs[i];
-        fmt::print(out, "slab {}: share {:.6g} {}, of which {:.6g} {} captured\n",
-                   made.lamp.slabs()[i].axes.name(), slab.total, flux_unit_name(unit), slab.captured,
-                   flux_unit_name(unit));
-        print_errors(out, made.lamp.slabs()[i].field.info().errors);
-    }
-}
-
 void act_import(const ImportOptions& options, const CommandContext& context) {
     const auto require_each = [&](const char* option, std::size_t count) {
         if (count == 0 || count == options.rays.size()) return;

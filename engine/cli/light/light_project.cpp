@@ -84,11 +84,6 @@ Rgb colour_of(const LampFile& lamp) {
     return field ? field->colour() : std::get<RaySet>(lamp).colour();
 }
 
-FluxUnit unit_of(const LampFile& lamp) {
-    const auto* field = std::get_if<Lumigraph>(&lamp);
-    return field ? field->unit() : std::get<RaySet>(lamp).unit;
-}
-
 std::string_view irradiance_unit(FluxUnit unit) {
     return unit == FluxUnit::lumen ? "lx" : "W/m2";
 }
