@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/base/elementary.h"
 #include "engine/base/sampler.h"
 
 namespace lucerna {
@@ -397,7 +398,7 @@ std::vector<std::vector<HeldOutRays::Cells>> HeldOutRays::cast(std::span<const s
 double HeldOutRays::of_all_rays(double of_halves, double of_both) const {
     if (!(of_both > 0 && of_both < of_halves)) return of_both;
     // Twice the rays reduce it by this factor, and all rays by its power.
-    return of_both * std::pow(of_both / of_halves, std::log2(0.5 * half_over_all_variance_));
+    return of_both * pow(of_both / of_halves, log2(0.5 * half_over_all_variance_));
 }
 
 HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& weights,

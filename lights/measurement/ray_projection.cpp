@@ -85,7 +85,7 @@ struct RaysBySquare {
     }
 };
 
-// What a square's rays add beside the coefficients.
+// The sums over the rays of a square beside the coefficients.
 struct SquareSum {
     FluxAccount account;
     double variance = 0;  // Σ (what a ray adds to a coefficient)²
