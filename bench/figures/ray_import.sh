@@ -20,7 +20,8 @@ measure() {
     awk -v seconds="$(echo "$end $begin" | awk '{ print $1 - $2 }')" -v kilobytes="$(cat "$folder/memory")" \
         -v bytes="$(stat -c %s "$folder/made.exr")" -v rays="$2" '
         /^error of irradiance/ { planes = 1; next }
-        planes && NF >= 3 {
+        /^[^ ]/ { planes = 0 }
+        planes {
             counts = $(NF - 1)
             field = / small / ? "small" : $(NF - 3)
             errors = errors (errors == "" ? "" : ", ") field " / " counts
@@ -30,7 +31,7 @@ measure() {
 }
 
 "$lucerna" light import "$rays" -o "$folder/lamp.exr" --quiet
-measure "$rays" "the file's own"
+measure "$rays" "the file itself"
 for millions; do
     "$lucerna" light emit "$folder/lamp.exr" --rays "${millions}000000" -o "$folder/rays.tm25ray" --quiet
     measure "$folder/rays.tm25ray" "$millions million"

@@ -53,7 +53,7 @@ RC_GTEST_PROP(WeightedQuantile, OfAnyValues_IsThatOfSortedOnes, ()) {
     std::vector<Weighed> values;
     for (const auto& [value, weight] :
          *rc::gen::nonEmpty<std::vector<std::pair<std::int8_t, std::uint8_t>>>())
-        values.push_back({double{value} / 4, double{weight}});  // sums are exact
+        values.push_back({static_cast<double>(value) / 4, static_cast<double>(weight)});  // sums are exact
     const double share = *rc::gen::inRange(0, 65) / 64.0;
     std::vector<Weighed> sorted = values;
     std::stable_sort(sorted.begin(), sorted.end(),

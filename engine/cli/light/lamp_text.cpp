@@ -321,7 +321,7 @@ void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit un
 void print_fit(std::ostream& out, const LumigraphFit& made) {
     const FluxUnit unit = made.lamp.unit();
     print_account(out, made.account, unit);
-    if (made.lamp.simple()) return print_errors(out, made.lamp.slabs()[0].field.info().errors);
+    if (made.lamp.simple()) return;  // its description has the errors
     for (std::size_t i = 0; i < made.slabs.size(); ++i) {
         const FluxAccount& slab = made.slabs[i];
         fmt::print(out, "slab {}: share {:.6g} {}, of which {:.6g} {} captured\n",

@@ -9,7 +9,6 @@
 #include <new>
 #include <optional>
 
-#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 #include "engine/base/version.h"
 #include "engine/cli/command_files.h"
@@ -17,6 +16,7 @@
 #include "engine/cli/light/acquire_scene.h"
 #include "engine/cli/light/lamp_text.h"
 #include "engine/cli/light/light_commands.h"
+#include "engine/cli/light/quick_lamp.h"
 #include "engine/cli/light/scene_lamp.h"
 #include "engine/cli/parallel_job.h"
 #include "engine/scene/arithmetic.h"
@@ -63,21 +63,6 @@ Examples:
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
 
-// A lamp that the command line describes without a rig file.
-struct QuickLamp {
-    std::string emitter = "disc";
-    double radius = 0.025;  // metres
-    V2d size{0.02, 0.01};   // metres
-    bool has_radius = false, has_size = false;
-    double exponent = 1, flux = 1000;  // flux in `unit`
-    std::string unit = "lm";
-    Rgb colour{1.0F};    // luminance 1
-    double setback = 0;  // metres
-    V2i views{9, 9}, pixels{128, 128};
-    double distance = 0;  // metres; 0: chosen automatically
-    double capture = 0.98;
-};
-
 struct AcquireCommand {
     std::string rig;         // a file; empty: the scene of a luminaire, or the quick lamp
     SceneLampOptions scene;  // its file is empty without --scene
@@ -88,64 +73,6 @@ struct AcquireCommand {
     bool filter = true;
     LampOutput lamp;
 };
-
-// Lays the planes in front of the emitter like choose_rig does for rays: S extends one filter beyond the edge
-// on every side; M is five emitter sizes away and wide enough for the share of the flux [Ashdown 1995].
-Rig lay_planes(const QuickLamp& lamp, const V2d& half) {
-    Rig rig;
-    rig.views = lamp.views;
-    rig.pixels = lamp.pixels;
-    rig.distance = lamp.distance > 0 ? lamp.distance : 10 * std::max(half.x, half.y);
-    rig.centre.z = lamp.setback;
-    // A cos^N lobe has 1 - cos^(N+1) θ of its flux within θ. The share 1 would need the whole plane; 0.9999
-    // is 89° from the axis for N = 1.
-    const double share = std::min(lamp.capture, 0.9999);
-    const double cos_edge = pow(1 - share, 1 / (lamp.exponent + 1));
-    const double tan_edge = std::sqrt(1 - cos_edge * cos_edge) / cos_edge;  // share < 1, so the cosine is > 0
-    for (int axis = 0; axis < 2; ++axis) {
-        // An emitter behind S illuminates a larger area of S.
-        const double covered = half[axis] + lamp.setback * tan_edge;
-        // Filters stand at ±(covered + Δ): (views - 1) Δ = 2 covered + 2 Δ; views >= 4 is checked.
-        rig.spacing[axis] = 2 * covered / (rig.views[axis] - 3);
-        const double m_half = half[axis] + (rig.distance + lamp.setback) * tan_edge;
-        rig.pixel[axis] = 2 * m_half / rig.pixels[axis];
-    }
-    return rig;
-}
-
-void check(const QuickLamp& lamp) {
-    const bool disc = lamp.emitter == "disc";
-    if (!disc && lamp.emitter != "rectangle")
-        input_error({"--emitter"}, "\"{}\" is not accepted; expected disc or rectangle", lamp.emitter);
-    if (lamp.unit != "lm" && lamp.unit != "W")
-        input_error({"--unit"}, "\"{}\" is not accepted; expected lm or W", lamp.unit);
-    if (disc && lamp.has_size)
-        throw InputError({"--size"}, "--size is for a rectangle; use --radius for a disc");
-    if (!disc && lamp.has_radius)
-        throw InputError({"--radius"}, "--radius is for a disc; use --size for a rectangle");
-    if (std::min(lamp.views.x, lamp.views.y) < 4) {
-        input_error({"--views"},
-                    "\"{}x{}\" is not accepted; expected at least 4 on a side, as one filter is placed "
-                    "beyond each edge",
-                    lamp.views.x, lamp.views.y);
-    }
-}
-
-RigDescription describe(const QuickLamp& lamp) {
-    check(lamp);
-    RigDescription description;
-    EmitterDescription& emitter = description.emitter;
-    const bool disc = lamp.emitter == "disc";
-    emitter.kind = disc ? EmitterDescription::Kind::disc : EmitterDescription::Kind::rectangle;
-    emitter.half_size = disc ? V2d(lamp.radius, lamp.radius) : lamp.size * 0.5;
-    emitter.exponent = lamp.exponent;
-    emitter.flux = lamp.flux;
-    emitter.unit = lamp.unit == "lm" ? FluxUnit::lumen : FluxUnit::watt;
-    emitter.colour = lamp.colour;
-    emitter.setback = lamp.setback;
-    description.rig = lay_planes(lamp, emitter.half_size);
-    return description;
-}
 
 // An analytic lamp, and a hash of everything that determines its measurement.
 struct NamedEmitter {
@@ -480,35 +407,6 @@ void act_acquire(const AcquireCommand& command, const CommandContext& context) {
         const auto acquire = command.scene.file.empty() ? acquire_lamp : acquire_luminaire_lamp;
         acquire(command, context, parallel.ranks());
     });
-}
-
-void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
-    app.add_option("--emitter", lamp.emitter, "disc (default) or rectangle")->type_name("SHAPE");
-    add_word(app, "--radius", "LENGTH", "radius of the disc (default 25mm)",
-             [&lamp](const std::string& word) {
-                 lamp.radius = parse_length({"--radius"}, word);
-                 lamp.has_radius = true;
-             });
-    add_word(app, "--size", "LENGTHxLENGTH", "size of the rectangle (default 20mmx10mm)",
-             [&lamp](const std::string& word) {
-                 lamp.size = parse_length_pair({"--size"}, word);
-                 lamp.has_size = true;
-             });
-    add_word(
-        app, "--exponent", "N", "intensity falls off as cos^N; 1 (default) is a Lambertian emitter",
-        [&lamp](const std::string& word) { lamp.exponent = parse_number({"--exponent"}, word, 1, 1000); });
-    add_word(app, "--flux", "NUMBER", "flux of the lamp (default 1000)",
-             [&lamp](const std::string& word) { lamp.flux = parse_number({"--flux"}, word, 1e-9, 1e12); });
-    app.add_option("--unit", lamp.unit, "unit of the flux: lm (default) or W")->type_name("UNIT");
-    add_word(app, "--colour", "R,G,B",
-             "colour of the light, linear sRGB; does not change the flux (default 1,1,1)",
-             [&lamp](const std::string& word) { lamp.colour = parse_colour({"--colour"}, word); });
-    add_word(app, "--setback", "LENGTH", "distance of the emitter behind the sampling plane (default 0)",
-             [&lamp](const std::string& word) {
-                 lamp.setback = parse_place({"--setback"}, word);
-                 if (lamp.setback < 0)
-                     throw InputError({"--setback"}, "the emitter cannot be in front of the plane");
-             });
 }
 
 // Rejects options that would be ignored. `accepted` are those that are not, beside the output's.
