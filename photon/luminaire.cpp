@@ -168,11 +168,11 @@ TracedLuminaire trace_whole_luminaire(const Scene& scene, const LuminaireParamet
     made.flux.scale(share);
     for (V3d& absorbed : made.absorbed) absorbed *= share;
     const Rgb forward(V3f(made.flux.forward));
-    set.flux = double{luminance(Rgb(V3f(made.flux.forward + made.flux.backward)))};
-    set.skipped_flux = double{luminance(Rgb(V3f(made.flux.backward)))};
+    set.flux = light_of(made.flux.forward + made.flux.backward);
+    set.skipped_flux = light_of(made.flux.backward);
     if (!(luminance(forward) > 0)) {
-        throw InputError(parameters.all_sides ? "no light leaves the luminaire"
-                                              : "no light leaves the luminaire towards +z");
+        if (parameters.all_sides) throw InputError("no light leaves the luminaire");
+        throw InputError(fmt::format("no light leaves the luminaire towards {}", parameters.side.name()));
     }
     set.xyz = parameters.colours.light_to_xyz(forward / luminance(forward));
     set.tristimulus = std::move(tints.each);

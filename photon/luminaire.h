@@ -78,18 +78,24 @@ void check_luminaire(const Scene& scene, const LuminaireParameters& parameters);
 LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& parameters, std::int64_t index,
                                const Workers& workers);
 
+// Returns the luminance of a flux of the balance, which is what a lamp's flux counts.
+inline double light_of(const V3d& flux) {
+    return double{luminance(Rgb(V3f(flux)))};
+}
+
 // Traces all blocks into one set, for luminaires of few rays; the set's flux is that of the lamp, and its
 // colours are those of the rays. Throws InputError as check_luminaire() does, if no ray leaves towards the
 // chosen sides, and if the rays exceed the memory, and Stopped if the user stops it.
 RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, FluxUnit unit,
                   const Workers& workers, Monitor& monitor);
 
-// As above, with the balance of the flux of one lamp.
+// A traced luminaire, with the balance of the flux of one lamp.
 struct TracedLuminaire {
     RaySet rays;
     LuminaireFlux flux;
     std::vector<V3d> absorbed;  // by the number of the material; empty if nothing was absorbed
 };
+// Traces all blocks like trace_rays().
 TracedLuminaire trace_whole_luminaire(const Scene& scene, const LuminaireParameters& parameters,
                                       FluxUnit unit, const Workers& workers, Monitor& monitor);
 

@@ -367,8 +367,10 @@ std::vector<float> HeldOutRays::project_half(const Rig& rig, const RayWeights& w
     for (const Line& line : halves_[half]) {
         const Passage at(line.on_s - centre, line.at(rig.distance) - centre, rig, weights);
         if (at.misses_s) continue;
-        at.add(rig, line.light, flux,
-               [&](int axis, int filter, int pixel) { return index_along(rig, axis, filter, pixel); });
+        const auto along = [&](int axis, int filter, int pixel) {
+            return index_along(rig, axis, filter, pixel);
+        };
+        at.record(rig, along).add(line.light, flux);
     }
     return flux;
 }

@@ -25,14 +25,12 @@ namespace lucerna {
 
 class HeldOutRays {
   public:
-    static constexpr std::size_t kMostRays = 400'000;
-
     // Judges by `rays` the field that `all` rays make; `rays` may be a subset of them. `height` is that of S
-    // in the frame of the rays. If there are more than `most` rays, `most` of them are used.
+    // in the frame of the rays. If there are more than `most` rays, at most that many of them are used.
     HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all, double height,
-                std::size_t most = kMostRays);
+                std::size_t most);
 
-    // As above, with all `rays`, and with the planes, cells and weights of `like`, which is made of other
+    // Judges by all `rays`, with the planes, cells and weights of `like`, which is made of other
     // rays of the lamp. Weights from the counts that they weight would favour cells by chance where cells
     // have few rays.
     HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all,

@@ -17,7 +17,7 @@ constexpr double kTail = 1.2e-3;
 // More stray flux does not widen the box far: the core leaves out this share of the flux on each side.
 constexpr double kStray = 0.02;
 constexpr double kBeyondCore = 0.5;  // how far the box may exceed the core, in the core's largest side
-constexpr std::size_t kBoxRays = 4'000'000;  // that find the box
+constexpr std::size_t kBoxRays = 4'000'000;  // at most this many find the box
 constexpr double kOneSlab = 0.993;           // the default of FitOptions::capture
 constexpr double kOfSlab = 0.999;  // as above for one of six slabs, whose shares end before grazing angles
 
@@ -214,8 +214,7 @@ LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, c
 
 Box3d box_of(const RaySet& all) {
     RaySet few;
-    if (all.rays.size() > kBoxRays) few = some_of(all, kBoxRays);
-    const RaySet& set = few.rays.empty() ? all : few;
+    const RaySet& set = few_of(all, kBoxRays, few);
     const V3d middle = middle_of(set);
     Box3d box, core;
     for (int a = 0; a < 3; ++a) {

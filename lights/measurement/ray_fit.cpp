@@ -13,7 +13,7 @@ namespace lucerna {
 namespace {
 
 constexpr double kNearlyAll = 0.99;  // of the flux, so that a few stray rays do not decide
-// Rays that choose the planes; more change no choice.
+// At most this many rays choose the planes; more would change no choice.
 constexpr std::size_t kPlaneRays = 10'000'000;
 
 // Returns the indices of the rays that leave towards +z with flux.
@@ -198,27 +198,24 @@ Waist waist_of(const RaySet& set) {
     return {z, std::sqrt(std::max(0.0, qq + 2 * z * qm + z * z * mm) / weight)};
 }
 
-RaySet some_of(const RaySet& set, std::size_t most) {
-    RaySet some;
-    some.unit = set.unit, some.flux = set.flux, some.xyz = set.xyz;
-    some.lumens_per_watt = set.lumens_per_watt;
-    const std::size_t run = std::max<std::size_t>(1, (set.rays.size() + most - 1) / most);
+const RaySet& few_of(const RaySet& set, std::size_t most, RaySet& few) {
+    if (set.rays.size() <= most) return set;
+    const std::size_t run = (set.rays.size() + most - 1) / most;
     for (std::size_t first = 0; first < set.rays.size(); first += run) {
         // Files may be sorted, or alternate between a lamp's parts.
         Sampler draw(0, Purpose::acquisition, 2, first);
         const std::size_t r = first + draw.bits() % std::min(run, set.rays.size() - first);
-        some.rays.push_back(set.rays[r]);
-        if (set.coloured()) some.tristimulus.push_back(set.tristimulus[r]);
+        few.rays.push_back(set.rays[r]);
+        if (set.coloured()) few.tristimulus.push_back(set.tristimulus[r]);
     }
-    return some;
+    return few;
 }
 
 RayPlanes choose_planes(const RaySet& all, const FitOptions& options, const Workers& workers,
                         Monitor& monitor) {
     check(options);
-    RaySet some;
-    if (all.rays.size() > kPlaneRays) some = some_of(all, kPlaneRays);
-    const RaySet& set = some.rays.empty() ? all : some;
+    RaySet few;
+    const RaySet& set = few_of(all, kPlaneRays, few);
     const std::vector<std::size_t> forward = forward_rays(set);
     RayPlanes planes;
     Rig& rig = planes.rig;
@@ -236,7 +233,7 @@ RayPlanes choose_planes(const RaySet& all, const FitOptions& options, const Work
     boxes.centre_s = box.centre, boxes.half_s = box.half, boxes.half_m = half_m;
     boxes.held = share_through(set, forward, box, half_m, rig.centre.z, rig.distance) - (1 - options.capture);
     boxes.views = options.views, boxes.pixels = options.pixels;
-    // > 0: forward_rays() throws otherwise
+    // This is > 0, because forward_rays() throws if there is none.
     boxes.rays =
         static_cast<std::size_t>(static_cast<double>(forward.size()) / static_cast<double>(set.rays.size()) *
                                  static_cast<double>(all.rays.size()));

@@ -76,24 +76,33 @@ struct Passage {
         }
     }
 
-    // Adds `light`, weighted, to all coefficients that record the ray. The index of a coefficient is the sum
-    // of index_along(axis, filter, pixel) over both axes.
-    template <typename Sum, typename IndexAlong>
-    void add(const Rig& rig, double light, std::vector<Sum>& sums, IndexAlong&& index_along) const {
-        std::size_t part_of_index[2][8];
-        double share[2][8];
+    // The coefficients that record a ray. The index of each is a sum of one part per axis, and so is its
+    // weight a product.
+    struct Record {
         int count[2] = {0, 0};
+        std::size_t index[2][8];
+        double weight[2][8];
+
+        template <typename Sum>
+        void add(double light, std::vector<Sum>& sums) const {
+            for (int i = 0; i < count[0]; ++i) {
+                const double across = light * weight[0][i];
+                for (int j = 0; j < count[1]; ++j)
+                    sums[index[0][i] + index[1][j]] += static_cast<Sum>(across * weight[1][j]);
+            }
+        }
+    };
+    // index_along(axis, filter, pixel) is the part of an index along an axis.
+    template <typename IndexAlong>
+    Record record(const Rig& rig, IndexAlong&& index_along) const {
+        Record made;
         for (int a = 0; a < 2; ++a) {
             for_each(rig, a, [&](int i, int k, double w) {
-                part_of_index[a][count[a]] = index_along(a, base[a] - 1 + i, k);
-                share[a][count[a]++] = w;
+                made.index[a][made.count[a]] = index_along(a, base[a] - 1 + i, k);
+                made.weight[a][made.count[a]++] = w;
             });
         }
-        for (int i = 0; i < count[0]; ++i) {
-            const double across = light * share[0][i];
-            for (int j = 0; j < count[1]; ++j)
-                sums[part_of_index[0][i] + part_of_index[1][j]] += static_cast<Sum>(across * share[1][j]);
-        }
+        return made;
     }
 
   private:

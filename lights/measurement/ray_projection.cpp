@@ -101,10 +101,14 @@ SquareSum add_square(const RaySet& set, std::span<const std::uint32_t> rays, con
     };
     for (const std::uint32_t r : rays) {
         const Passage at(set.rays[r], rig, weights);
+        const Passage::Record record = at.record(rig, index_along);
         const double flux = scale * double{set.rays[r].flux};
-        const V3d colour = set.xyz_of(r);
-        for (std::size_t c = 0; c < sums.size(); ++c)
-            at.add(rig, sums.size() == 1 ? flux : flux * colour[static_cast<int>(c)], sums[c], index_along);
+        if (sums.size() == 1) {
+            record.add(flux, sums[0]);
+        } else {
+            for (std::size_t c = 0; c < sums.size(); ++c)
+                record.add(flux * double{set.tristimulus[r][static_cast<int>(c)]}, sums[c]);
+        }
         sum.variance += book_losses(at, set.light_of(r), rig, sum.account);
     }
     return sum;

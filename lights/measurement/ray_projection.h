@@ -109,9 +109,10 @@ struct Waist {
 };
 Waist waist_of(const RaySet& rays);
 
-// Returns the set, without its losses, as at most about `most` rays, drawn at random from runs of equal
-// length. Their flux is not scaled.
-RaySet some_of(const RaySet& set, std::size_t most);
+// Returns `set` itself if it has no more than `most` rays. Otherwise puts at most that many of its rays into
+// `few`, each drawn at random from a run of equal length, and returns that. Their flux is not scaled, and the
+// totals of `few` are not set.
+const RaySet& few_of(const RaySet& set, std::size_t most, RaySet& few);
 
 // Calls choose_planes() and project_rays(); the field's info has the errors.
 Projection fit_light_field(const RaySet& rays, const FitOptions& options, const Workers& workers,

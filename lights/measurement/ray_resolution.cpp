@@ -214,19 +214,18 @@ void choose_resolution(const RaySet& set, std::span<const std::size_t> rays, con
     const Rig rig = planes.rig;
     const std::size_t last =
         std::min(parts.choosing.size(), std::clamp(boxes.rays / kShareOfRays, kLeastLast, kMostLast));
-    std::size_t used = last;
-    while (used / kRound >= kFirstRays) used /= kRound;
-    for (;; used = std::min(last, used * kRound)) {
-        const HeldOutRays choosing(set, parts.choosing, boxes.rays, rig.centre.z, used);
-        Search search(choosing, boxes, rig, workers, monitor);
-        starts = {search.best(starts, phase)};
-        if (used * kRound <= last) continue;
-        planes = search.lay(starts.front());
-        if (parts.judging.empty()) return;
-        const HeldOutRays judge(set, parts.judging, boxes.rays, choosing);
-        planes.errors = judge.find_errors(planes.rig, planes.weights, workers).errors;
-        return;
+    std::size_t part = 1;
+    while (last / (part * kRound) >= kFirstRays) part *= kRound;
+    for (; part > 1; part /= kRound) {
+        const HeldOutRays few(set, parts.choosing, boxes.rays, rig.centre.z, last / part);
+        starts = {Search(few, boxes, rig, workers, monitor).best(starts, phase)};
     }
+    const HeldOutRays choosing(set, parts.choosing, boxes.rays, rig.centre.z, last);
+    Search search(choosing, boxes, rig, workers, monitor);
+    planes = search.lay(search.best(starts, phase));
+    if (parts.judging.empty()) return;
+    const HeldOutRays judge(set, parts.judging, boxes.rays, choosing);
+    planes.errors = judge.find_errors(planes.rig, planes.weights, workers).errors;
 }
 
 }  // namespace lucerna

@@ -141,7 +141,7 @@ TEST(ImportScatter, Long_ErrorsStated_AreNotTheLeastOfManyEstimates) {
         const RaySet set = disc_rays(kRays, 100 + m);
         const RayPlanes planes = choose_planes(set, {}, {}, silent);
         const LightField field = project_rays(set, planes.rig, {}, silent, planes.weights).field;
-        const HeldOutRays choosing(set, choosers, kRays, planes.rig.centre.z);
+        const HeldOutRays choosing(set, choosers, kRays, planes.rig.centre.z, kRays);
         const double truth = total_error(HeldOutRays(fresh, all, kFresh, choosing).errors(field));
         const auto emitted = [&](std::vector<PlaneError> errors) {
             add_clamping(errors, field);

@@ -82,7 +82,7 @@ TEST(ChoosePlanes, Long_ErrorStated_IsWhatFreshRaysFind) {
     RunningStats stated, found;
     for (std::uint64_t seed = 40; seed < 44; ++seed) {
         const Projection p = fit_light_field(bundle(0.002, 0, 0, 1, 20000, seed), {}, {}, silent);
-        const HeldOutRays judge(fresh, all, all.size(), p.field.rig().centre.z);
+        const HeldOutRays judge(fresh, all, all.size(), p.field.rig().centre.z, 400'000);
         for (const PlaneError& e : p.field.info().errors) stated.add(e.squared);
         for (const PlaneError& e : judge.errors(p.field)) found.add(e.squared);
         std::cout << "stated " << std::sqrt(stated.mean()) << ", found " << std::sqrt(found.mean()) << "\n";

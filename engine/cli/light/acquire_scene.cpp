@@ -42,10 +42,6 @@ std::uint64_t key_of(const SceneEmitter& emitter, const Rig& rig, const Scene& s
     return key.value();
 }
 
-double luminance_of(const V3d& flux) {
-    return double{luminance(Rgb(V3f(flux)))};
-}
-
 // Traces and measures the missing blocks. Afterwards rank 0 has all sums.
 class BlockMeasurement {
   public:
@@ -106,10 +102,10 @@ class BlockMeasurement {
 SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameters& parameters,
                            const AcquisitionState& state) {
     const double paths = static_cast<double>(parameters.paths);  // >= 1
-    const double leaving = luminance_of(state.flux.forward + state.flux.backward);
+    const double leaving = light_of(state.flux.forward + state.flux.backward);
     if (!(leaving > 0)) throw InputError({emitter.file.string()}, "no light leaves the luminaire");
     const double share = emitter.flux > 0 ? emitter.flux / leaving : 1 / paths;
-    const double forward = luminance_of(state.flux.forward);
+    const double forward = light_of(state.flux.forward);
     LightFieldInfo info;
     // Without forward light the field is black, and its colour does not matter.
     if (forward > 0) {
@@ -125,13 +121,13 @@ SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameter
         images_of(state.sums, share, info), state.sums.account, {}, {}, {}, parameters.paths};
     made.images.flux = share * leaving;
     made.account.total = share * leaving;
-    made.account.backward = share * luminance_of(state.flux.backward);
+    made.account.backward = share * light_of(state.flux.backward);
     for (double* flux : {&made.account.beside_s, &made.account.beside_m, &made.account.not_in_basis})
         *flux *= share;
     const LightField field = field_of(made.images);
     made.account.captured = field.info().captured;
-    made.emitted = share * luminance_of(state.flux.ledger.emitted);
-    made.absorbed = share * luminance_of(state.flux.ledger.absorbed);
+    made.emitted = share * light_of(state.flux.ledger.emitted);
+    made.absorbed = share * light_of(state.flux.ledger.absorbed);
     made.noise = sampling_noise(state.sums, share, field);
     return made;
 }

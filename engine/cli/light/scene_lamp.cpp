@@ -12,14 +12,11 @@
 #include "engine/ranks/ranks.h"
 #include "engine/scene/quantity.h"
 #include "engine/text/plain_text.h"
+#include "lights/lamp_edit.h"
 #include "photon/luminaire.h"
 
 namespace lucerna {
 namespace {
-
-double light_in(const V3d& flux) {
-    return double{luminance(Rgb(V3f(flux)))};
-}
 
 // A stated flux has the unit of the lamp, whatever that of the scene.
 FluxUnit unit_of(const SceneLampOptions& options, const Scene& scene) {
@@ -35,9 +32,7 @@ FluxUnit unit_of(const SceneLampOptions& options, const Scene& scene) {
 // Scales a luminaire to the flux that leaves it.
 void scale_to(double leaving, TracedLuminaire& traced) {
     const double factor = leaving / traced.rays.flux;  // > 0: some light leaves
-    for (LampRay& ray : traced.rays.rays) ray.flux = static_cast<float>(factor * double{ray.flux});
-    traced.rays.flux *= factor;
-    traced.rays.skipped_flux *= factor;
+    traced.rays = dimmed(std::move(traced.rays), factor);
     traced.flux.scale(factor);
     for (V3d& absorbed : traced.absorbed) absorbed *= factor;
 }
@@ -47,13 +42,13 @@ SceneLampAccount account_of(const TracedLuminaire& traced, const Scene& scene) {
     SceneLampAccount account;
     account.unit = traced.rays.unit;
     account.paths = static_cast<std::int64_t>(ledger.paths);
-    account.emitted = light_in(ledger.emitted);
-    account.leaving = light_in(ledger.escaped);
-    account.cut = light_in(ledger.cut);
-    account.roulette = light_in(ledger.roulette);
+    account.emitted = light_of(ledger.emitted);
+    account.leaving = light_of(ledger.escaped);
+    account.cut = light_of(ledger.cut);
+    account.roulette = light_of(ledger.roulette);
     std::map<std::string, double> by_name;
     for (std::size_t i = 0; i < traced.absorbed.size(); ++i) {
-        const double flux = light_in(traced.absorbed[i]);
+        const double flux = light_of(traced.absorbed[i]);
         if (flux != 0) by_name[scene.materials()[i].name] += flux;
     }
     for (const auto& [name, flux] : by_name) account.absorbed.push_back({name, flux});
