@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "engine/base/elementary.h"
@@ -212,19 +213,10 @@ void cast_field(const std::vector<float>& flux, const Response& across, const Re
     }
 }
 
-// Emission is clamped, so that light which negative coefficients should subtract stays in the wrong place.
-// Because bells overlap, about half of the negative sum is taken from its surroundings.
-double clamping_error(double negative, double total) {
-    return total > 0 ? sqr(0.5 * negative / total) : 0.0;
-}
-
-double clamping_error(std::span<const float> coefficients) {
-    double negative = 0, total = 0;
-    for (const float e : coefficients) {
-        negative += std::max(0.0, -double{e});
-        total += double{e};
-    }
-    return clamping_error(negative, total);
+// Light that negative coefficients should subtract is taken from positive ones near by (round_to_rays.h). With
+// 0.7 to 15 % of negative light, this changed the light on planes by 0.06 to 0.15 of that share.
+double error_of_moving(double negative, double total) {
+    return total > 0 ? sqr(0.15 * negative / total) : 0.0;
 }
 
 // Returns the value below which half of the values lie. Requires at least one.
@@ -417,7 +409,7 @@ HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& we
         negative += std::max(0.0, -both);
         of_halves += double{std::max(0.0F, -flux[0][i])} + double{std::max(0.0F, -flux[1][i])};
     }
-    found.clamped = clamping_error(of_all_rays(of_halves, negative), total);
+    found.moved = error_of_moving(of_all_rays(of_halves, negative), total);
     found.held = light_ > 0 ? total / light_ : 0.0;
     const std::vector<std::vector<Cells>> all = cast(flux, rig, workers);
     for (std::size_t p = 0; p < planes_.size(); ++p) {
@@ -444,23 +436,42 @@ HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& we
     return found;
 }
 
-std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
+std::vector<float> HeldOutRays::fluxes_of(const LightField& field) const {
     const Rig& rig = field.rig();
     // The rays used may carry less flux than the field stands for.
-    const double share = light_ / set_light_;  // > 0: rays carry flux
-    const double clamped = clamping_error(field.coefficients());
+    const double factor = rig.cell_volume() * light_ / set_light_;  // > 0: rays carry flux
     std::vector<float> flux(rig.coefficients() + kColumns);
     for (int m = 0; m < rig.views.x; ++m) {
         for (int n = 0; n < rig.views.y; ++n) {
             for (int k = 0; k < rig.pixels.x; ++k) {
                 for (int l = 0; l < rig.pixels.y; ++l) {
                     flux[index_along(rig, 0, m, k) + index_along(rig, 1, n, l)] =
-                        static_cast<float>(double{field.coefficient(m, n, k, l)} * rig.cell_volume() * share);
+                        static_cast<float>(double{field.coefficient(m, n, k, l)} * factor);
                 }
             }
         }
     }
-    const std::vector<std::vector<Cells>> all = cast({&flux, 1}, rig, Workers{1});
+    return flux;
+}
+
+void HeldOutRays::add_change(std::vector<PlaneError>& errors, const LightField& from,
+                             const LightField& to) const {
+    std::vector<float> change = fluxes_of(to);
+    const std::vector<float> before = fluxes_of(from);
+    std::transform(change.begin(), change.end(), before.begin(), change.begin(), std::minus<>());
+    const std::vector<std::vector<Cells>> all = cast({&change, 1}, from.rig(), Workers{1});
+    for (std::size_t p = 0; p < planes_.size(); ++p) {
+        const Plane& plane = planes_[p];
+        double square = 0;
+        for (std::size_t i = 0; i < plane.weight.size(); ++i)
+            square += plane.weight[i] * sqr(all[p].front()[i]);
+        if (plane.signal > 0) errors[p].squared += square / (4 * plane.signal);  // of halves
+    }
+}
+
+std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
+    const std::vector<float> flux = fluxes_of(field);
+    const std::vector<std::vector<Cells>> all = cast({&flux, 1}, field.rig(), Workers{1});
     std::vector<PlaneError> errors;
     for (std::size_t p = 0; p < planes_.size(); ++p) {
         const Plane& plane = planes_[p];
@@ -473,17 +484,12 @@ std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
         const double signal = 4 * plane.signal;
         PlaneError error{plane.distance};
         if (signal > 0) {
-            error.squared = (square - counts) / signal + clamped;
+            error.squared = (square - counts) / signal;
             error.counts = std::sqrt(counts / signal);
         }
         errors.push_back(error);
     }
     return errors;
-}
-
-void add_clamping(std::vector<PlaneError>& errors, const LightField& field) {
-    const double clamped = clamping_error(field.coefficients());
-    for (PlaneError& e : errors) e.squared += clamped;
 }
 
 double total_error(std::span<const PlaneError> errors) {

@@ -36,18 +36,22 @@ class HeldOutRays {
     HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, std::size_t all,
                 const HeldOutRays& like);
 
-    // The errors of the field that all rays make on `rig`, plane by plane, before clamping. `clamped` is the
-    // squared error that clamping adds on each plane, extrapolated to all rays, and `held` the share of the
-    // light that the field holds.
+    // The errors of the field that all rays make on `rig`, plane by plane. `moved` is the
+    // squared error that making the field positive (round_to_rays.h) adds on each plane, extrapolated to all
+    // rays, and `held` the share of the light that the field holds.
     struct Found {
         std::vector<PlaneError> errors;
-        double clamped = 0;
+        double moved = 0;
         double held = 0;
     };
     Found find_errors(const Rig& rig, const RayWeights& weights, const Workers& workers) const;
 
-    // Returns the errors of a field made of other rays, as it is emitted, against all rays used here.
+    // Returns the errors of a field made of other rays against all rays used here. No coefficient may be
+    // negative.
     std::vector<PlaneError> errors(const LightField& field) const;
+
+    // Adds what a change of the field `from` to `to`, on the same planes, changes of the light they cast.
+    void add_change(std::vector<PlaneError>& errors, const LightField& from, const LightField& to) const;
 
     // Return, per axis, the median of the flux on S, and the half width of the strip around it that holds
     // half of the flux [m].
@@ -94,6 +98,8 @@ class HeldOutRays {
     // Extrapolates a sum over negative coefficients of the fields of the halves, and of both, to the field of
     // all rays. Such coefficients are mostly noise.
     double of_all_rays(double of_halves, double of_both) const;
+    // Returns the fluxes of the field's coefficients, as a share of all light like those of project_half().
+    std::vector<float> fluxes_of(const LightField& field) const;
     // Returns what the coefficients of each field, followed by kColumns zeros, cast into the cells of each
     // plane: [plane][field].
     std::vector<std::vector<Cells>> cast(std::span<const std::vector<float>> fields, const Rig& rig,
@@ -108,9 +114,6 @@ class HeldOutRays {
     V3d channel_weight_{0, 1, 0};
     std::vector<Plane> planes_;  // the first is S itself
 };
-
-// Adds the error from clamping `field` to the errors.
-void add_clamping(std::vector<PlaneError>& errors, const LightField& field);
 
 // Returns the sum of the squared errors over planes, which the choice of a resolution minimises.
 double total_error(std::span<const PlaneError> errors);

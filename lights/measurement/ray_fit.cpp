@@ -8,6 +8,7 @@
 #include "lights/measurement/held_out.h"
 #include "lights/measurement/ray_passage.h"
 #include "lights/measurement/ray_projection.h"
+#include "lights/measurement/round_to_rays.h"
 
 namespace lucerna {
 namespace {
@@ -245,11 +246,16 @@ Projection fit_light_field(const RaySet& set, const FitOptions& options, const W
                            Monitor& monitor) {
     RayPlanes planes = choose_planes(set, options, workers, monitor);
     Projection made = project_rays(set, planes.rig, workers, monitor, planes.weights);
-    LightFieldInfo info = made.field.info();
+    LightField rounded = rounded_to_rays(made.field, set);
+    if (planes.judge) planes.judge->add_change(planes.errors, made.field, rounded);
+    LightFieldInfo info = rounded.info();
     info.errors = std::move(planes.errors);
-    add_clamping(info.errors, made.field);
-    made.field = std::move(made.field).with(std::move(info));
-    const FluxAccount& a = made.account;
+    info.captured = rounded.flux();
+    FluxAccount& a = made.account;
+    a.not_in_basis += a.captured - info.captured;
+    a.captured = info.captured;
+    info.missed = a.missed();
+    made.field = std::move(rounded).with(std::move(info));
     monitor.info(fmt::format(
         "flux {:.6g} {}: {:.6g} captured; missed {:.4g} (unusable {:.4g}, backwards {:.4g}, beside S "
         "{:.4g}, beside M {:.4g}, not in the basis {:.4g})",

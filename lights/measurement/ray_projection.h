@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -67,13 +68,16 @@ struct FitOptions {
     std::optional<Box3d> begin;
 };
 
+class HeldOutRays;
+
 // The planes for a ray set, and the weights of its rays.
 struct RayPlanes {
     Rig rig;
     RayWeights weights;
-    // Errors of the field that all rays make there, before clamping, estimated from rays that took part in no
-    // choice (choose_resolution).
+    // Errors of the field that all rays make there, estimated from rays that took part in no choice
+    // (choose_resolution), and these rays, if there are any.
     std::vector<PlaneError> errors;
+    std::shared_ptr<const HeldOutRays> judge;
 };
 
 // Chooses the planes for a ray set, as in Setup B (the screen stands still, σ = 0), with hats on M:
@@ -114,7 +118,7 @@ Waist waist_of(const RaySet& rays);
 // totals of `few` are not set.
 const RaySet& few_of(const RaySet& set, std::size_t most, RaySet& few);
 
-// Calls choose_planes() and project_rays(); the field's info has the errors.
+// Calls choose_planes(), project_rays() and rounded_to_rays(); the field's info has the errors.
 Projection fit_light_field(const RaySet& rays, const FitOptions& options, const Workers& workers,
                            Monitor& monitor);
 

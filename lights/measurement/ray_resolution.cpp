@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -144,8 +145,8 @@ class Search {
         Badness badness;
         if (planes.rig.coefficients() <= most_) {
             const HeldOutRays::Found found = held_out_.find_errors(planes.rig, planes.weights, workers_);
-            const double clamped = found.clamped * static_cast<double>(found.errors.size());
-            badness = {std::max(0.0, boxes_.held - found.held), total_error(found.errors) + clamped};
+            const double moved = found.moved * static_cast<double>(found.errors.size());
+            badness = {std::max(0.0, boxes_.held - found.held), total_error(found.errors) + moved};
         }
         tried_[choice] = badness;
         return badness;
@@ -224,8 +225,8 @@ void choose_resolution(const RaySet& set, std::span<const std::size_t> rays, con
     Search search(choosing, boxes, rig, workers, monitor);
     planes = search.lay(search.best(starts, phase));
     if (parts.judging.empty()) return;
-    const HeldOutRays judge(set, parts.judging, boxes.rays, choosing);
-    planes.errors = judge.find_errors(planes.rig, planes.weights, workers).errors;
+    planes.judge = std::make_shared<const HeldOutRays>(set, parts.judging, boxes.rays, choosing);
+    planes.errors = planes.judge->find_errors(planes.rig, planes.weights, workers).errors;
 }
 
 }  // namespace lucerna

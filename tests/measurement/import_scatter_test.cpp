@@ -16,6 +16,7 @@
 #include "lights/measurement/lumigraph_fit.h"
 #include "lights/measurement/ray_bootstrap.h"
 #include "lights/measurement/ray_projection.h"
+#include "lights/measurement/round_to_rays.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
@@ -140,11 +141,12 @@ TEST(ImportScatter, Long_ErrorsStated_AreNotTheLeastOfManyEstimates) {
     for (std::uint32_t m = 0; m < kFiles; ++m) {
         const RaySet set = disc_rays(kRays, 100 + m);
         const RayPlanes planes = choose_planes(set, {}, {}, silent);
-        const LightField field = project_rays(set, planes.rig, {}, silent, planes.weights).field;
+        const LightField exact = project_rays(set, planes.rig, {}, silent, planes.weights).field;
+        const LightField field = rounded_to_rays(exact, set);
         const HeldOutRays choosing(set, choosers, kRays, planes.rig.centre.z, kRays);
         const double truth = total_error(HeldOutRays(fresh, all, kFresh, choosing).errors(field));
         const auto emitted = [&](std::vector<PlaneError> errors) {
-            add_clamping(errors, field);
+            planes.judge->add_change(errors, exact, field);
             return total_error(errors);
         };
         found.add(truth);
