@@ -45,7 +45,7 @@ bl_info = {
 
 ENGINE = "LUCERNA"
 NO_OIIO = "This Blender has no OpenImageIO for Python, which reads the image; on Debian, install python3-openimageio"
-LAMP_KINDS = {".ies": "ies", ".ldt": "ldt", ".exr": "lightfield", ".tm25ray": "rayfile", ".dat": "rayfile", ".sdf": "rayfile", ".ray": "rayfile", ".dis": "rayfile", ".gz": "rayfile", ".zip": "rayfile"}
+LAMP_KINDS = {".ies": "ies", ".ldt": "ldt", ".gldf": "photometric", ".xml": "photometric", ".exr": "lightfield", ".tm25ray": "rayfile", ".dat": "rayfile", ".sdf": "rayfile", ".ray": "rayfile", ".dis": "rayfile", ".gz": "rayfile", ".zip": "rayfile"}
 # Image files that the command reads without conversion.
 IMAGE_SUFFIXES = {".png", ".jpg", ".jpeg", ".exr", ".hdr", ".tga", ".tif", ".tiff"}
 PARTS = ("emission", "direct", "indirect", "caustic", "media")

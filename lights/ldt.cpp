@@ -1,5 +1,3 @@
-#include "lights/photometric_files.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,8 @@
 #include "engine/base/error.h"
 #include "engine/system/files.h"
 #include "engine/text/plain_text.h"
+#include "lights/ldt_values.h"
+#include "lights/photometric_files.h"
 
 namespace lucerna {
 namespace {
@@ -17,83 +17,28 @@ constexpr int kMostLampSets = 1000;
 constexpr int kDirectRatios = 10;
 constexpr double kMillimetre = 1e-3;
 
-constexpr std::size_t kTextLines = 12;  // the lines of the head, most of them text
-
-// Gives the values, one per line, in order. A comma is a decimal comma, as in the countries of the format. In
-// a file with decimal points, a comma before three digits may also separate thousands.
-class Values {
-  public:
-    Values(std::string_view text, std::string file) : lines_(lines_of(text)), file_(std::move(file)) {
-        for (std::size_t i = kTextLines; i < lines_.size() && !points_; ++i) {
-            const std::string_view word = trimmed(lines_[i].text);
-            points_ = word.find('.') != std::string_view::npos && number_of(word);
-        }
-    }
-
-    std::string_view text(std::string_view what) {
-        if (next_ == lines_.size()) {
-            throw InputError({file_}, fmt::format("the file ends after line {}; expected {}", next_, what));
-        }
-        return trimmed(lines_[next_++].text);
-    }
-    // An empty line gives `empty`, if that is set.
-    double number(std::string_view what, double least, double most, std::optional<double> empty = {}) {
-        const std::string_view word = text(what);
-        if (word.empty() && empty) return *empty;
-        if (points_ && may_separate_thousands(word)) {
-            input_error(place(),
-                        "{} is \"{}\", whose comma may separate thousands or decimals, as other numbers of "
-                        "the file have decimal points; expected a decimal point, or none",
-                        what, shown_value(word));
-        }
-        const auto value = number_of(with_decimal_point(word));
-        if (!value) input_error(place(), "{} is \"{}\"; expected a number", what, shown_value(word));
-        if (!(*value >= least && *value <= most))
-            input_error(place(), "{} is {:g}; expected {:g} to {:g}", what, *value, least, most);
-        return *value;
-    }
-    int whole(std::string_view what, int least, int most) {
-        const double value = number(what, least, most);
-        if (value != std::floor(value))
-            input_error(place(), "{} is {:g}; expected a whole number", what, value);
-        return static_cast<int>(value);
-    }
-    // Returns the location of the last value.
-    Location place() const { return {file_, static_cast<int>(next_), 1}; }
-    bool any_left() const {
-        return std::any_of(lines_.begin() + static_cast<std::ptrdiff_t>(next_), lines_.end(),
-                           [](const TextLine& line) { return trimmed(line.text).size() > 1; });
-    }
-
-  private:
-    std::vector<TextLine> lines_;
-    std::string file_;
-    std::size_t next_ = 0;
-    bool points_ = false;  // some numbers of the file have decimal points
-};
-
 struct LdtHeader {
     int symmetry, planes, angles;
     double factor;  // from the file's values to candela
 };
 
-// Reads lines 1 to 12.
-LdtHeader read_head(Values& values, PhotometricInfo& info) {
-    LdtHeader header{};
+// Reads lines 1 to 12 and returns the location of the symmetry.
+Location read_head(LdtValues& values, LdtHeader& header, PhotometricInfo& info) {
     const auto keep = [&](const char* key) { info.keywords.emplace_back(key, values.text(key)); };
     keep("manufacturer");
     values.number("line 2, the type", 0, 10, 0);
     header.symmetry = values.whole("line 3, the symmetry", 0, 4);
+    const Location symmetry = values.place();
     header.planes = values.whole("line 4, the number of C planes", 1, kMostLdtAngles);
     values.number("line 5, the step of C", 0, 360, 0);
     header.angles = values.whole("line 6, the number of angles", 2, kMostLdtAngles);
     values.number("line 7, the step of the angles", 0, 180, 0);
     for (const char* key : {"report", "luminaire", "number", "file", "date"}) keep(key);
-    return header;
+    return symmetry;
 }
 
 // Reads lines 13 to 26: sizes, ratios and lamps.
-void read_lamps(Values& values, LdtHeader& header, PhotometricInfo& info, Monitor& monitor) {
+void read_lamps(LdtValues& values, LdtHeader& header, PhotometricInfo& info, Monitor& monitor) {
     double size[9];
     for (double& millimetres : size) millimetres = values.number("a dimension", 0, 1e6, 0) * kMillimetre;
     // Lengths lie along C90-C270; a width of 0 is a circle. The luminous sizes are preferred where they are
@@ -108,7 +53,12 @@ void read_lamps(Values& values, LdtHeader& header, PhotometricInfo& info, Monito
     info.output_ratio = values.number("line 23, the light output ratio", 0, 1000, 0) / 100;
     const double conversion = values.number("line 24, the conversion factor", 0, 1e6, 1);
     values.number("line 25, the tilt", -360, 360, 0);
-    const int sets = values.whole("line 26, the number of lamp sets", 1, kMostLampSets);
+    int sets = values.whole("line 26, the number of lamp sets", -1, kMostLampSets);
+    if (sets == 0) input_error(values.place(), "line 26, the number of lamp sets, is 0; expected at least 1");
+    if (sets < 0) {
+        monitor.warn(fmt::format("{}: -1 sets of lamps are read as 1", to_string(values.place())));
+        sets = 1;
+    }
     double lumens = 0;
     for (int i = 0; i < sets; ++i) {
         const double count = values.number("the number of lamps (negative: absolute)", -1e6, 1e6, 1);
@@ -124,10 +74,14 @@ void read_lamps(Values& values, LdtHeader& header, PhotometricInfo& info, Monito
     if (sets > 1)
         monitor.warn(fmt::format("{}: {} sets of lamps; the first is used", to_string(values.place()), sets));
     header.factor = conversion * lumens / 1000;
-    for (int i = 0; i < kDirectRatios; ++i) values.number("a direct ratio", -1e6, 1e6, 0);
+    if (!(header.factor > 0)) {
+        monitor.warn(fmt::format(
+            "{}: the lamp is dark, because its lumens, {:g}, or its conversion factor, {:g}, are 0",
+            to_string(values.place()), lumens, conversion));
+    }
 }
 
-std::vector<double> read_angles(Values& values, int count, std::string_view what) {
+std::vector<double> read_angles(LdtValues& values, int count, std::string_view what) {
     std::vector<double> angles;
     for (int i = 0; i < count; ++i) {
         const double angle = values.number(what, 0, 360);
@@ -140,30 +94,42 @@ std::vector<double> read_angles(Values& values, int count, std::string_view what
     return angles;
 }
 
-// Tells which of the listed planes are stored, and about which planes they are mirrored.
-struct Stored {
-    std::size_t first, count;
-    std::vector<double> mirrors;
+// Describes the last part of the file, which starts with the direct ratios. In the format there are ten of
+// these, and the planes that do not follow from the symmetry are stored.
+struct Layout {
+    int ratios = kDirectRatios;
+    int symmetry = 0;
+    enum class Listed { all, stored } listed = Listed::all;
+    // Tells which of the listed planes are stored.
+    std::size_t first = 0, count = 0;
 };
 
-Stored stored_planes(int symmetry, const std::vector<double>& planes, const Location& place) {
-    const std::size_t count = planes.size();
+std::vector<double> mirrors_of(int symmetry) {
+    if (symmetry == 2) return {0};
+    if (symmetry == 3) return {90};
+    return symmetry == 4 ? std::vector<double>{0, 90} : std::vector<double>();
+}
+
+std::size_t stored_count(int symmetry, std::size_t planes) {
     switch (symmetry) {
         case 1:
-            return {0, 1, {}};
+            return 1;
         case 2:
-            return {0, count / 2 + 1, {0}};
-        case 3: {
-            const auto c90 = std::find(planes.begin(), planes.end(), 90.0);
-            if (c90 == planes.end())
-                input_error(place, "symmetry 3 without a plane C90; expected it among the C angles");
-            return {static_cast<std::size_t>(c90 - planes.begin()), count / 2 + 1, {90}};
-        }
+        case 3:
+            return planes / 2 + 1;
         case 4:
-            return {0, count / 4 + 1, {0, 90}};
+            return planes / 4 + 1;
         default:
-            return {0, count, {}};
+            return planes;
     }
+}
+
+void find_first_plane(Layout& layout, const std::vector<double>& planes, const Location& place) {
+    if (layout.symmetry != 3 || layout.listed == Layout::Listed::stored) return;
+    const auto c90 = std::find(planes.begin(), planes.end(), 90.0);
+    if (c90 == planes.end())
+        input_error(place, "symmetry 3 without a plane C90; expected it among the C angles");
+    layout.first = static_cast<std::size_t>(c90 - planes.begin());
 }
 
 // The file lists all planes, also those that its symmetry omits. A listed plane that completion did not
@@ -181,35 +147,127 @@ void require_symmetry(const std::vector<double>& planes, const PhotometricGrid& 
     }
 }
 
+// A list of the stored planes alone ends where its symmetry mirrors it; a list of all planes goes around.
+void require_range(const Layout& layout, int stated, const std::vector<double>& planes,
+                   const Location& place) {
+    const double first = planes.front(), last = planes.back();
+    const bool listed = layout.listed == Layout::Listed::stored;
+    const double most = layout.symmetry == 4 ? 90 : layout.symmetry == 2 ? 180 : 270;
+    const bool within = last <= most && (layout.symmetry != 3 || first >= 90);
+    const bool around = layout.symmetry != 0 || layout.symmetry == stated || last - first > 180;
+    if ((listed && !within) || !around)
+        input_error(place, "C planes from {:g} to {:g} degrees; expected others", first, last);
+}
+
+// Reads the direct ratios, the angles and the intensities.
+PhotometricGrid read_table(LdtValues& values, const LdtHeader& header, Layout layout,
+                           const Location& symmetry) {
+    for (int i = 0; i < layout.ratios; ++i) values.number("a direct ratio", -1e6, 1e6, 0);
+    const std::vector<double> planes = read_angles(values, header.planes, "a C angle");
+    PhotometricGrid grid{
+        PhotometricPlanes::c, read_angles(values, header.angles, "a vertical angle"), {}, {}};
+    require_range(layout, header.symmetry, planes, symmetry);
+    find_first_plane(layout, planes, symmetry);
+    for (std::size_t i = 0; i < layout.count; ++i) {
+        const std::size_t plane = layout.first + i;
+        if (plane >= planes.size()) {
+            input_error(symmetry, "symmetry {} needs a plane beyond the last of the {} C planes",
+                        layout.symmetry, planes.size());
+        }
+        grid.azimuth.push_back(planes[plane]);
+        for (int g = 0; g < header.angles; ++g) {
+            const double candela = values.number("an intensity", 0, 1e30) * header.factor;
+            if (!(candela <= 1e30))
+                input_error(values.place(), "an intensity is {:g} cd; expected 0 to 1e30", candela);
+            grid.candela.push_back(static_cast<float>(candela));
+        }
+    }
+    if (layout.count == 1) grid.azimuth.front() = 0;
+    complete_c_planes(grid, mirrors_of(layout.symmetry));
+    if (layout.symmetry > 1 && layout.listed == Layout::Listed::all)
+        require_symmetry(planes, grid, layout.symmetry, symmetry);
+    if (const std::string why = grid.fault(); !why.empty()) throw InputError(symmetry, why);
+    return grid;
+}
+
+// Returns the layouts that files have, beside the format's own, and that hold as many numbers as are left.
+std::vector<Layout> layouts_of(const LdtHeader& header, std::size_t left) {
+    const auto planes = static_cast<std::size_t>(header.planes),
+               angles = static_cast<std::size_t>(header.angles);
+    std::vector<Layout> found;
+    for (int ratios = kDirectRatios; ratios >= 0; --ratios) {
+        const auto try_layout = [&](int symmetry, std::size_t count, Layout::Listed listed) {
+            if (left != static_cast<std::size_t>(ratios) + planes + angles + count * angles) return;
+            found.push_back({ratios, symmetry, listed, 0, count});
+        };
+        try_layout(header.symmetry, stored_count(header.symmetry, planes), Layout::Listed::all);
+        if (planes == 1) continue;
+        if (header.symmetry != 0) try_layout(0, planes, Layout::Listed::all);
+        if (header.symmetry > 1) try_layout(header.symmetry, planes, Layout::Listed::stored);
+        if (header.symmetry != 1) try_layout(1, 1, Layout::Listed::all);
+        if (header.symmetry != 4) try_layout(4, stored_count(4, planes), Layout::Listed::all);
+    }
+    return found;
+}
+
+std::string name_of(const Layout& layout, const LdtHeader& header) {
+    std::string name;
+    if (layout.ratios != kDirectRatios) name += fmt::format("{} direct ratios instead of 10", layout.ratios);
+    const auto add = [&name](const std::string& text) { name += (name.empty() ? "" : " and ") + text; };
+    if (layout.listed == Layout::Listed::stored) {
+        add(fmt::format("a list of the stored planes alone, of symmetry {}", layout.symmetry));
+    } else if (layout.symmetry != header.symmetry) {
+        add(fmt::format("the {} planes of symmetry {} instead of {}", layout.count, layout.symmetry,
+                        header.symmetry));
+    }
+    return name.empty() ? "empty lines or several numbers in a line" : name;
+}
+
+// Reads the last part as the format has it or, where that fails or leaves numbers over, in the only other
+// layout that fits all of them.
+PhotometricGrid read_any_table(LdtValues& values, const LdtHeader& header, const Location& symmetry,
+                               Monitor& monitor) {
+    const auto count = stored_count(header.symmetry, static_cast<std::size_t>(header.planes));
+    const Layout stated{kDirectRatios, header.symmetry, Layout::Listed::all, 0, count};
+    std::optional<PhotometricGrid> grid;
+    std::optional<InputError> error;
+    LdtValues rest = values;
+    try {
+        grid = read_table(rest, header, stated, symmetry);
+        if (!rest.any_left()) return *grid;
+    } catch (const InputError& failure) {
+        error = failure;
+    }
+    std::vector<std::pair<Layout, PhotometricGrid>> others;
+    if (const auto words = values.words_left()) {
+        for (const Layout& layout : layouts_of(header, words->left())) {
+            try {
+                LdtValues copy = *words;
+                others.emplace_back(layout, read_table(copy, header, layout, symmetry));
+            } catch (const InputError&) {  // this layout does not fit
+            }
+        }
+    }
+    if (others.size() == 1) {
+        monitor.warn(fmt::format("{}: the file has {}", to_string(values.place()),
+                                 name_of(others.front().first, header)));
+        return std::move(others.front().second);
+    }
+    if (error) throw *error;
+    monitor.warn(fmt::format("{}: the text after the intensities is ignored", to_string(rest.place())));
+    return *grid;
+}
+
 }  // namespace
 
 PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor& monitor) {
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
-    Values values(text, file);
+    LdtValues values(ldt_lines(text, file, monitor), file);
     PhotometricInfo info;
-    LdtHeader header = read_head(values, info);
-    const Location symmetry{file, 3, 1};
+    info.axis_along_c90 = true;
+    LdtHeader header{};
+    const Location symmetry = read_head(values, header, info);
     read_lamps(values, header, info, monitor);
-
-    const std::vector<double> planes = read_angles(values, header.planes, "a C angle");
-    const Stored stored = stored_planes(header.symmetry, planes, symmetry);
-    PhotometricGrid grid;
-    grid.polar = read_angles(values, header.angles, "an angle gamma");
-    for (std::size_t i = 0; i < stored.count; ++i) {
-        // After the last listed plane, which is below 360, the list starts again.
-        const std::size_t at = stored.first + i;
-        grid.azimuth.push_back(planes[at % planes.size()] + (at < planes.size() ? 0 : 360));
-        for (int j = 0; j < header.angles; ++j) {
-            const double value = values.number("an intensity", 0, 1e12) * header.factor;
-            grid.candela.push_back(static_cast<float>(value));
-        }
-    }
-    if (header.symmetry == 1) grid.azimuth.front() = 0;
-    complete_c_planes(grid, stored.mirrors);
-    if (header.symmetry > 1) require_symmetry(planes, grid, header.symmetry, symmetry);
-    if (const std::string why = grid.fault(); !why.empty()) throw InputError({file}, why);
-    if (values.any_left())
-        monitor.warn(fmt::format("{}: the text after the intensities is ignored", to_string(values.place())));
+    PhotometricGrid grid = read_any_table(values, header, symmetry, monitor);
     std::string provenance = "EULUMDAT";
     for (const std::size_t i : {0, 2}) {
         if (!info.keywords[i].second.empty()) provenance += ", " + info.keywords[i].second;
@@ -220,19 +278,6 @@ PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor
 
 PhotometricWeb read_ldt(const std::filesystem::path& file, Monitor& monitor) {
     return parse_ldt(read_text(file), file.string(), monitor);
-}
-
-bool is_photometric(const std::filesystem::path& file) {
-    const std::string suffix = suffix_of(file);
-    return suffix == ".ies" || suffix == ".ldt";
-}
-
-PhotometricWeb read_photometric(const std::filesystem::path& file, Monitor& monitor) {
-    const std::string suffix = suffix_of(file);
-    if (suffix == ".ies") return read_ies(file, monitor);
-    if (suffix == ".ldt") return read_ldt(file, monitor);
-    input_error({file.string()}, "\"{}\" is not a photometric file; expected .ies or .ldt",
-                shown_value(suffix));
 }
 
 }  // namespace lucerna

@@ -80,7 +80,7 @@ class Light {
     Light(const Light&) = delete;
     Light& operator=(const Light&) = delete;
 
-    // "point", "spot", "distant", "area", "infinite", "lightfield", "rayfile", "ies", "ldt" …
+    // "point", "spot", "distant", "area", "infinite", "lightfield", "rayfile", "photometric" …
     virtual std::string_view kind() const = 0;
     // Whether it has no place: its light comes from directions alone.
     virtual bool is_at_infinity() const { return false; }

@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-constexpr double kBelowOne = 0x1.fffffffffffffp-1;
+constexpr double kBelowOneD = 0x1.fffffffffffffp-1;
 
 // The part of a line that lies in all of several convex bodies.
 struct Within {
@@ -50,7 +50,7 @@ void meet_quadric(Within& line, const V3d& inverse, const V3d& o, const V3d& d) 
 
 // Makes u uniform again after a choice with probability `width` that began at `from`.
 double remainder(double u, double from, double width) {
-    return std::clamp((u - from) / width, 0.0, kBelowOne);
+    return std::clamp((u - from) / width, 0.0, kBelowOneD);
 }
 
 }  // namespace

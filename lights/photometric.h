@@ -62,8 +62,9 @@ struct PhotometricInfo {
     // For a web made from a light field, the difference of the two over all directions, relative to the flux.
     // It is caused by the smoothing of the grid.
     double grid_error = 0;
-    double smoothed = 0;      // degrees; radius of the caps over which rays were counted; 0: none were
-    LuminousOpening opening;  // without a size if none is stated
+    double smoothed = 0;          // degrees; radius of the caps over which rays were counted; 0: none were
+    LuminousOpening opening;      // without a size if none is stated
+    bool axis_along_c90 = false;  // The format's length lies along C90-C270, not along C0-C180.
 };
 
 class PhotometricWeb {
@@ -129,6 +130,23 @@ PhotometricWeb scaled(const PhotometricWeb& web, double factor);
 // steps must divide 180 and 360; throws InputError if they do not.
 PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double azimuth_step);
 
+// A part of a luminaire that emits light: its web in its own frame, and the place of that frame in the
+// luminaire's, whose axes are those of a lamp (light leaves downwards along +z).
+struct LuminaireEmitter {
+    PhotometricWeb web;
+    V3d position{0, 0, 0};  // metres, of the middle of the opening
+    std::array<V3d, 3> axes{V3d(1, 0, 0), V3d(0, 1, 0), V3d(0, 0, 1)};  // orthonormal, right-handed
+
+    V3d to_luminaire(const V3d& w) const { return w.x * axes[0] + w.y * axes[1] + w.z * axes[2]; }
+    V3d to_emitter(const V3d& w) const { return {w.dot(axes[0]), w.dot(axes[1]), w.dot(axes[2])}; }
+};
+
+// Returns the far field of the whole luminaire. That of one emitter, also if it is turned about the vertical
+// axis, and the sum of several are exact, except for grids of types A and B and for emitters that are tilted,
+// which are sampled every degree. The opening is the smallest body around all openings: that of the only
+// emitter, or a box.
+PhotometricWeb luminaire_web(const std::vector<LuminaireEmitter>& emitters);
+
 // Places a lamp in the scene.
 struct LampPlace {
     V3f position{0, 0, 0};  // of the middle of the opening, relative to the scene's origin
@@ -138,7 +156,7 @@ struct LampPlace {
 
 // Makes a light that shines from the luminous opening of the web's file or, if the web states none with an
 // area, from a point. Its light is multiplied by the colour `scale`, which also converts candela to W/sr
-// where the light counts in W. `kind` is "ies" or "ldt".
+// where the light counts in W. `kind` is "photometric", "ies" or "ldt".
 std::unique_ptr<Light> make_photometric_light(std::string_view kind,
                                               std::shared_ptr<const PhotometricWeb> web,
                                               const LampPlace& place, const Rgb& scale,

@@ -1,4 +1,4 @@
-// Photometric files: IES and EULUMDAT are read into a web, IES is written from one.
+// Photometric files: IES LM-63, EULUMDAT, IES TM-33 and GLDF are read into webs, IES is written from one.
 #pragma once
 
 #include <filesystem>
@@ -13,6 +13,8 @@
 #include "lights/photometric.h"
 
 namespace lucerna {
+
+class ZipArchive;
 
 // IES LM-63 photometric files (.ies), all editions: 1986, 1991, 1995, 2002, 2019.
 //
@@ -43,6 +45,10 @@ void write_ies(const std::filesystem::path& file, const PhotometricWeb& web, std
 // luminaire's light output ratio. If several sets of lamps are listed, the first one counts. The file lists
 // all C planes but C360 and stores the planes that do not follow from the symmetry.
 //
+// Files depart from the format. Those whose numbers fit in one way alone are read with a warning: fewer than
+// ten direct ratios, planes of another symmetry than the stated one, a list of the stored planes alone, empty
+// lines, several numbers in a line, lines before the first one, a missing first line.
+//
 // Source: the EULUMDAT file format [Stockmar 1990], as light planning programs describe it.
 
 // Throws InputError naming file and line.
@@ -50,9 +56,49 @@ PhotometricWeb read_ldt(const std::filesystem::path& file, Monitor& monitor);
 // As above, from memory; `file` only names the file in messages.
 PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor& monitor);
 
-// Chooses the format by the suffix, .ies or .ldt in any case.
-bool is_photometric(const std::filesystem::path& file);
-PhotometricWeb read_photometric(const std::filesystem::path& file, Monitor& monitor);
+// Tells whether lines 2 to 7 of the text, or of its beginning, are those of an EULUMDAT file.
+bool looks_like_ldt(std::string_view text);
+
+// IES TM-33 files (XML) have emitters with luminous intensities that name their angles.
+//
+// The root is IESTM33-18, IESTM33-22 (TM-33-23) or IESTM33, or LuminaireOpticalData (ATLA S001, UNI 11733).
+// Intensities are IntData × Multiplier [cd]; the planes are completed by the stated symmetry. An emitter's
+// EmissionAreas are its luminous opening; without them it is the luminaire's rectangle, Length × Width.
+// Radiant and photon intensities, spectra and angular colours are not read.
+//
+// Source: TM-33-18 and TM-33-23, as their public schemas describe them.
+
+bool is_tm33_root(std::string_view name);
+// `file` only names the file in messages. Throws InputError naming file and line.
+std::vector<LuminaireEmitter> parse_tm33(std::string_view text, const std::string& file, Monitor& monitor);
+
+// GLDF files are zip archives of a product's description (product.xml), photometries (EULUMDAT, IES, TM-33)
+// and geometries (L3D).
+//
+// A variant names emitters and, in an L3D model, the light-emitting objects that are their places. The flux
+// that the product states replaces that of the photometry's lamps. An emitter's modes exclude each other; the
+// first that is not for emergencies alone is used.
+//
+// Source: [GLDF 1.0].
+
+// Reads the variant of that id, or the first one if `variant` is empty; `file` is the archive's name.
+std::vector<LuminaireEmitter> read_gldf(const ZipArchive& archive, const std::string& file,
+                                        const std::string& variant, Monitor& monitor);
+
+// All of these formats, told by their content; the suffixes .ies, .ldt and .gldf only tell what a file should
+// be whose content does not. A GLDF file's name may be followed by '#' and a variant.
+
+// XML with another root is claimed, too, so that the error names the root; no other lamp's file is XML.
+bool is_photometric(const std::filesystem::path& path);
+// Returns the path without a variant.
+std::filesystem::path photometric_file(const std::filesystem::path& path);
+// Returns the emitters of the luminaire, at least one. Throws InputError.
+std::vector<LuminaireEmitter> read_luminaire(const std::filesystem::path& path, Monitor& monitor);
+// As above for a file in memory that is no archive; `file` names it.
+std::vector<LuminaireEmitter> parse_luminaire(std::string_view text, const std::string& file,
+                                              Monitor& monitor);
+// Returns the far field of the whole luminaire.
+PhotometricWeb read_photometric(const std::filesystem::path& path, Monitor& monitor);
 
 // Shared by the photometric formats: numbers in text, and planes that symmetry leaves out.
 

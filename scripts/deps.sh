@@ -7,7 +7,7 @@ packages=(
     # build
     g++ cmake ninja-build pkgconf
     # libraries the engine stands on
-    libembree-dev libflann-dev libhwy-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev libosd-dev libpng-dev zlib1g-dev libzip-dev
+    libembree-dev libflann-dev libhwy-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev libosd-dev libpng-dev libpugixml-dev zlib1g-dev libzip-dev
     librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev libtinyobjloader-dev libtomlplusplus-dev
     # drawings with text, as pictures
     librsvg2-dev fonts-dejavu-core
@@ -49,7 +49,7 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
     cat >&2 <<'END'
 deps.sh: this system has no apt-get; install these with its package manager, headers included:
   g++ 12 or clang 16, CMake 3.23, Ninja, pkgconf
-  Embree 3.13 or 4, FLANN 1.9 with lz4, Highway 1.0, OpenEXR 3.1 with Imath, OpenImageIO 2.4, oneTBB 2021, OpenSubdiv 3.5, libpng 1.6, zlib, libzip 1.7
+  Embree 3.13 or 4, FLANN 1.9 with lz4, Highway 1.0, OpenEXR 3.1 with Imath, OpenImageIO 2.4, oneTBB 2021, OpenSubdiv 3.5, libpng 1.6, pugixml 1.13, zlib, libzip 1.7
   Random123 1.14, CLI11 2.3, fmt 9, nlohmann-json 3.11, tinygltf 2.5, tinyobjloader 2.0, toml++ 3.3, librsvg 2.54 with fontconfig, Open MPI 4.1
   d3.min.js 5 or newer (node-d3)
 then build: cmake --preset release -DLUCERNA_TESTS=OFF && cmake --build --preset release --target lucerna

@@ -15,7 +15,7 @@ constexpr std::size_t kMostTextAgain = std::size_t{512} << 20;
 
 // Tells whether a light is Lucerna's own, unknown to pbrt.
 bool is_own_light(std::string_view kind) {
-    constexpr std::string_view kOurs[] = {"ies", "ldt", "lightfield", "rayfile"};
+    constexpr std::string_view kOurs[] = {"photometric", "ies", "ldt", "lightfield", "rayfile"};
     return std::ranges::find(kOurs, kind) != std::ranges::end(kOurs);
 }
 

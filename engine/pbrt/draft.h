@@ -119,7 +119,7 @@ struct ProjectionSpec {
     Rgb scale;  // W/sr
 };
 struct PhotometricSpec {
-    std::string_view kind;  // "ies" or "ldt"
+    std::string_view kind;  // "photometric", "ies" or "ldt"
     V3d position;
     LightAxes axes;
     double metre;                               // length of the file's metre in the world

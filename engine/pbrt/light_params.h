@@ -36,7 +36,7 @@ void read_image_infinite(Reading& reading, Params& params);
 void read_goniometric(Reading& reading, Params& params);
 void read_projection(Reading& reading, Params& params);
 
-// Reads lights from photometric files, "ies" and "ldt".
+// Reads lights from photometric files: "photometric", "ies" and "ldt".
 void read_photometric_light(Reading& reading, const std::string& kind, Params& params);
 
 // Reads "from", "to" and "up" of a lamp that shines along its +z, and returns the transformation from its

@@ -161,12 +161,13 @@ void read_light_of(Reading& reading, const std::string& kind, Params& params) {
     }
     if (kind == "goniometric" || kind == "goniophotometric") return read_goniometric(reading, params);
     if (kind == "projection") return read_projection(reading, params);
-    if (kind == "ies" || kind == "ldt") return read_photometric_light(reading, kind, params);
+    if (kind == "photometric" || kind == "ies" || kind == "ldt")
+        return read_photometric_light(reading, kind, params);
     if (kind == "lightfield") return read_light_field(reading, params);
     if (kind == "rayfile") return read_ray_file(reading, params);
     refuse_kind(params.place(), "LightSource", kind,
-                {"point", "spot", "distant", "infinite", "goniometric", "projection", "ies", "ldt",
-                 "lightfield", "rayfile"},
+                {"point", "spot", "distant", "infinite", "goniometric", "projection", "photometric", "ies",
+                 "ldt", "lightfield", "rayfile"},
                 {});
 }
 
@@ -363,8 +364,8 @@ void read_ray_file(Reading& reading, Params& params) {
     reading.draft.lights.push_back({.place = params.place(), .spec = RayFileSpec{lamp}, .file = lamp.file});
 }
 
-// Lamps from photometric files: LightSource "ies" and "ldt", far fields that shine from the luminous opening
-// or a point, in lumens.
+// Lamps from photometric files: LightSource "photometric", far fields that shine from luminous openings or
+// points, in lumens. The names "ies" and "ldt" mean the same.
 //
 // The lamp's frame is that of light fields: nadir (γ = 0) is +z, the plane C0 contains +x, C90 contains -y.
 
@@ -390,27 +391,44 @@ double factor_of_file(const LampUnit& unit, const std::filesystem::path& file, c
     }
 }
 
-PhotometricWeb read_web(Reading& reading, const std::string& kind, const std::filesystem::path& file,
-                        const Place& place) {
+std::vector<LuminaireEmitter> read_emitters(Reading& reading, const std::filesystem::path& file,
+                                            const Place& place) {
     try {
         PlacedMonitor monitor(reading, place);
-        return kind == "ies" ? read_ies(file, monitor) : read_ldt(file, monitor);
+        return read_luminaire(file, monitor);
     } catch (const InputError& error) {
         fail(place, "{}", printable(error.what()));
     }
 }
 
-// Removes the web's opening if the lamp shall shine from a point.
-void read_emission_of(Params& params, PhotometricWeb& web, const std::filesystem::path& file) {
-    const bool has_opening = web.info().opening.faces().second > 0;
+// Removes the openings if the lamp shall shine from points.
+void read_emission_of(Params& params, std::vector<LuminaireEmitter>& emitters,
+                      const std::filesystem::path& file) {
+    const bool has_opening = std::ranges::any_of(emitters, [](const LuminaireEmitter& emitter) {
+        return emitter.web.info().opening.faces().second > 0;
+    });
     const std::string name = params.string("emission", has_opening ? "opening" : "point");
-    if (name == "point") return web.set_opening({});
+    if (name == "point") {
+        for (LuminaireEmitter& emitter : emitters) emitter.web.set_opening({});
+        return;
+    }
     const Place& place = params.place_of("emission");
     if (name != "opening") fail(place, "emission \"{}\" is unknown; expected opening or point", shown(name));
     if (!has_opening) {
         fail(place, "emission \"opening\": {} states no luminous opening with an area; expected \"point\"",
              printable(file.string()));
     }
+}
+
+// Places an emitter of the luminaire, whose own place and axes `luminaire` has.
+PhotometricSpec placed(const PhotometricSpec& luminaire, LuminaireEmitter&& emitter) {
+    PhotometricSpec spec = luminaire;
+    const auto to_world = [&](const V3d& w) { return V3d(luminaire.axes.to_world(V3f(w))); };
+    spec.position += spec.metre * to_world(emitter.position);
+    const std::array<V3d, 3>& axes = emitter.axes;
+    spec.axes = {V3f(to_world(axes[0])), V3f(to_world(axes[1])), V3f(to_world(axes[2]))};
+    spec.web = std::make_shared<const PhotometricWeb>(std::move(emitter.web));
+    return spec;
 }
 
 }  // namespace
@@ -420,10 +438,9 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
     const std::filesystem::path file = reading.resolve(params.string("filename", ""));
     const Place& place = params.place_of("filename");
     PhotometricSpec spec;
-    spec.kind = kind == "ies" ? "ies" : "ldt";
-    PhotometricWeb web = read_web(reading, kind, file, place);
-    read_emission_of(params, web, file);
-    spec.web = std::make_shared<const PhotometricWeb>(std::move(web));
+    spec.kind = kind == "ies" ? "ies" : kind == "ldt" ? "ldt" : "photometric";
+    std::vector<LuminaireEmitter> emitters = read_emitters(reading, file, place);
+    read_emission_of(params, emitters, file);
     const M44d placement = read_placement(reading, params);
     spec.axes = light_axes(placement, params);
     spec.metre =
@@ -436,7 +453,17 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
     spec.scale = scale;
     const LampUnit unit = read_lamp_unit(reading, params);
     if (!(power > 0)) spec.scale *= static_cast<float>(factor_of_file(unit, file, place));
-    reading.draft.lights.push_back({.place = params.place(), .spec = spec, .power = power, .file = file});
+    double flux = 0;
+    for (const LuminaireEmitter& emitter : emitters) flux += emitter.web.flux();
+    for (LuminaireEmitter& emitter : emitters) {
+        // A stated power is shared in proportion to the flux.
+        const double share = emitters.size() == 1 || !(flux > 0) ? 1 : emitter.web.flux() / flux;
+        if (power > 0 && !(share > 0)) continue;
+        reading.draft.lights.push_back({.place = params.place(),
+                                        .spec = placed(spec, std::move(emitter)),
+                                        .power = power * share,
+                                        .file = file});
+    }
 }
 
 }  // namespace lucerna

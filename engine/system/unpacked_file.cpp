@@ -1,7 +1,5 @@
 #include "engine/system/unpacked_file.h"
 
-#include <zip.h>
-
 #include <algorithm>
 #include <fstream>
 #include <utility>
@@ -10,7 +8,7 @@
 #include "engine/system/content.h"
 #include "engine/system/files.h"
 #include "engine/system/gzip.h"
-#include "engine/text/plain_text.h"
+#include "engine/system/zip_archive.h"
 
 namespace lucerna {
 
@@ -67,91 +65,23 @@ class GzipStream final : public UnpackedFile::Stream {
 
 // --- zip ---------------------------------------------------------------------------------------------------
 
-class Archive {
-  public:
-    explicit Archive(const std::filesystem::path& file) : file_(file) {
-        require_readable(file);
-        int code = 0;
-        zip_.reset(zip_open(file.c_str(), ZIP_RDONLY, &code));
-        if (zip_) return;
-        zip_error_t error;
-        zip_error_init_with_code(&error, code);
-        const std::string cause = one_line(zip_error_strerror(&error));
-        zip_error_fini(&error);
-        input_error({file.string()}, "the zip archive cannot be read: {}", cause);
-    }
-    std::uint64_t entries() const { return static_cast<std::uint64_t>(zip_get_num_entries(zip_.get(), 0)); }
-    zip_stat_t about(std::uint64_t entry) const {
-        zip_stat_t about;
-        zip_stat_init(&about);
-        if (zip_stat_index(zip_.get(), entry, 0, &about) != 0 || about.name == nullptr)
-            input_error({file_.string()}, "the directory of the zip archive is damaged at its file {}",
-                        entry + 1);
-        return about;
-    }
-    // Returns the path with the entry's name behind it.
-    std::string name(std::uint64_t entry) const { return file_.string() + "/" + inner_name(entry); }
-    // Returns the entry's name as errors show it.
-    std::string inner_name(std::uint64_t entry) const { return one_line(plain_text(about(entry).name)); }
-    zip_t* get() const { return zip_.get(); }
-
-  private:
-    struct Discard {
-        void operator()(zip_t* zip) const { zip_discard(zip); }
-    };
-    std::filesystem::path file_;
-    std::unique_ptr<zip_t, Discard> zip_;
-};
-
 class ZipStream final : public UnpackedFile::Stream {
   public:
-    ZipStream(std::shared_ptr<const Archive> archive, std::uint64_t entry)
-        : archive_(std::move(archive)), entry_(entry) {
-        open();
-    }
-    std::size_t read(void* to, std::size_t bytes) override {
-        std::size_t done = 0;
-        for (zip_int64_t got = 1; got > 0 && done < bytes; done += static_cast<std::size_t>(got)) {
-            if (is_packed_trap(made_ + done, packed_)) refuse_packed_trap(archive_->name(entry_));
-            got = zip_fread(in_.get(), static_cast<std::byte*>(to) + done, bytes - done);
-            if (got < 0)
-                input_error({archive_->name(entry_)}, "its compressed data are damaged: {}",
-                            one_line(zip_file_strerror(in_.get())));
-        }
-        made_ += done;
-        return done;
-    }
-    void rewind() override { open(); }
+    ZipStream(std::shared_ptr<const ZipArchive> archive, std::uint64_t entry)
+        : archive_(std::move(archive)), in_(*archive_, entry) {}
+    std::size_t read(void* to, std::size_t bytes) override { return in_.read(to, bytes); }
+    void rewind() override { in_.rewind(); }
     std::uint64_t size() override { return counted(*this); }
 
   private:
-    void open() {
-        packed_ = archive_->about(entry_).comp_size;
-        made_ = 0;
-        in_.reset(zip_fopen_index(archive_->get(), entry_, 0));
-        if (in_) return;
-        input_error({archive_->name(entry_)}, "cannot be unpacked: {}",
-                    one_line(zip_strerror(archive_->get())));
-    }
-
-    struct Close {
-        void operator()(zip_file_t* file) const { zip_fclose(file); }
-    };
-    std::shared_ptr<const Archive> archive_;
-    std::uint64_t entry_;
-    std::unique_ptr<zip_file_t, Close> in_;
-    std::size_t packed_ = 0, made_ = 0;
+    std::shared_ptr<const ZipArchive> archive_;
+    ZipArchive::Reader in_;
 };
 
 // Two bytes are not enough: a ray file may begin with a number of these.
 bool is_gzip(std::span<const std::byte> first) {
     const std::string_view bytes(reinterpret_cast<const char*>(first.data()), first.size());
     return bytes.starts_with("\x1f\x8b\x08");
-}
-
-bool is_zip(std::span<const std::byte> first) {
-    const std::string_view bytes(reinterpret_cast<const char*>(first.data()), first.size());
-    return bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06");
 }
 
 // Returns the first bytes of a stream, which then begins again.
@@ -171,12 +101,12 @@ std::string list_of(const std::vector<std::string>& names) {
 }
 
 // Returns the number of the only file of the archive that is wanted.
-std::uint64_t wanted_entry(const std::shared_ptr<const Archive>& archive, const Location& at,
+std::uint64_t wanted_entry(const std::shared_ptr<const ZipArchive>& archive, const Location& at,
                            UnpackedFile::Wanted wanted, const char* noun) {
     std::vector<std::string> found, others;
     std::uint64_t entry = 0;
     for (std::uint64_t i = 0; i < archive->entries(); ++i) {
-        if (archive->about(i).size == 0) continue;  // a folder, too
+        if (archive->size(i) == 0) continue;  // a folder, too
         ZipStream stream(archive, i);
         const bool take = wanted(first_of(stream));
         (take ? found : others).push_back(archive->inner_name(i));
@@ -194,8 +124,8 @@ std::uint64_t wanted_entry(const std::shared_ptr<const Archive>& archive, const 
 UnpackedFile::UnpackedFile(const std::filesystem::path& file, Wanted wanted, const char* noun)
     : name_(file.string()) {
     const std::vector<std::byte> first = first_bytes(file);
-    if (is_zip(first)) {
-        const auto archive = std::make_shared<const Archive>(file);
+    if (is_zip({reinterpret_cast<const char*>(first.data()), first.size()})) {
+        const auto archive = std::make_shared<const ZipArchive>(file);
         const std::uint64_t entry = wanted_entry(archive, {name_}, wanted, noun);
         name_ = archive->name(entry);
         stream_ = std::make_unique<ZipStream>(archive, entry);

@@ -290,5 +290,5 @@ class PhotometricWeb:
 
 
 def open_ies(path: Path) -> PhotometricWeb:
-    """An IES (.ies) or EULUMDAT (.ldt) file."""
+    """A photometric file: IES LM-63, EULUMDAT, IES TM-33 or GLDF (with `#variant` behind its name)."""
     return PhotometricWeb(_lucerna.read_photometric(path))

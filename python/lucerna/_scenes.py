@@ -301,7 +301,7 @@ class SceneBuilder:
 
     def light_source(self, kind: str, /, **parameters: Any) -> None:
         """ "point", "spot", "distant", "infinite", "goniometric", "projection"; and, of a measured lamp's
-        `filename`, "lightfield", "rayfile", "ies", "ldt"."""
+        `filename`, "lightfield", "rayfile", "photometric"."""
         self._world_directive("LightSource", kind, **parameters)
 
     def area_light_source(self, kind: str = "diffuse", /, **parameters: Any) -> None:

@@ -199,9 +199,71 @@ TEST(Ldt, SeveralLampSets_TheFirstCounts) {
     EXPECT_THAT(monitor.warnings, ElementsAre(HasSubstr("2 sets of lamps")));
 }
 
-TEST(Photometric, OtherEndings_AreRefused) {
-    Monitor silent;
-    EXPECT_THAT(error_of([&] { read_photometric("lamp.txt", silent); }), HasSubstr("expected .ies or .ldt"));
+// Returns the lines from `from` on (counted from 1), without `count` of them.
+std::string without_lines(const std::string& text, int from, int count) {
+    std::string kept;
+    int number = 0;
+    for (const TextLine& line : lines_of(text)) {
+        ++number;
+        if (number < from || number >= from + count) kept += std::string(line.text) + "\n";
+    }
+    return kept;
+}
+
+TEST(Ldt, NumbersThatFitInOneWay_AreReadWithAWarning) {
+    const PhotometricWeb plain = parse(File{}.text());
+    const auto read = [](const std::string& text, const std::string& warning) {
+        ListeningMonitor monitor;
+        PhotometricWeb web = parse_ldt(text, "lamp.ldt", monitor);
+        EXPECT_THAT(monitor.warnings, ElementsAre(HasSubstr(warning)));
+        return web;
+    };
+    const auto expect_plain = [&](const std::string& text, const std::string& warning) {
+        const PhotometricWeb web = read(text, warning);
+        EXPECT_EQ(web.grid().candela, plain.grid().candela) << warning;
+        EXPECT_EQ(web.grid().azimuth, plain.grid().azimuth) << warning;
+        EXPECT_EQ(web.info().lamp_lumens, plain.info().lamp_lumens) << warning;
+    };
+    const std::string text = File{}.text();
+    expect_plain(without_lines(text, 33, 3), "7 direct ratios instead of 10");
+    expect_plain(without_lines(text, 33, 10), "0 direct ratios instead of 10");
+    expect_plain("\n\n" + text, "the file begins in line 3");
+    expect_plain(without_lines(text, 1, 1), "the first line, the manufacturer, is missing");
+    std::string doubled, spaced = text;
+    for (const TextLine& line : lines_of(text)) doubled += std::string(line.text) + "\r\r\n";
+    expect_plain(doubled, "every second line is empty");
+    spaced.replace(spaced.find("\n0\n90\n10\n"), 1, "\n\n");
+    expect_plain(spaced, "empty lines");
+    std::string joined = text;
+    joined.replace(joined.rfind("\n800"), 1, " ");
+    expect_plain(joined, "several numbers in a line");
+    std::string sets = text;
+    sets.replace(sets.find("\n0\n1\n1\nLED"), 4, "\n0\n-1");
+    expect_plain(sets, "-1 sets of lamps");
+    expect_plain(File{.symmetry = 1}.text(), "the 8 planes of symmetry 0 instead of 1");
+    expect_plain(File{.symmetry = 4}.text(), "the 8 planes of symmetry 0 instead of 4");
+
+    const PhotometricWeb round = read(File{.stored = 1}.text(), "the 1 planes of symmetry 1 instead of 0");
+    EXPECT_NEAR(at_horizon(round, 123), 200, 1e-3);
+    const PhotometricWeb quadrant =
+        read(File{.symmetry = 4, .planes = 3, .stored = 3, .angles = {0, 45, 90}}.text(),
+             "a list of the stored planes alone, of symmetry 4");
+    EXPECT_NEAR(at_horizon(quadrant, 225), 400, 1e-3);
+}
+
+TEST(Ldt, NumbersThatFitInNoWay_OrInSeveral_AreRefused) {
+    const auto refusal = [](std::string text) { return error_of([&] { parse(text); }); };
+    EXPECT_THAT(refusal(File{.stored = 5}.text()), HasSubstr("the file ends"))
+        << "5 planes of 8 are symmetric about C0-C180 or about C90-C270";
+    std::string text = File{}.text();
+    text.replace(text.rfind("800"), 3, "nan");
+    EXPECT_THAT(refusal(text), HasSubstr("an intensity is \"nan\"; expected a number"));
+    EXPECT_THAT(refusal(File{.angles = {0, 45, 90, 135, 180, 270, 225, 315}}.text()),
+                HasSubstr("a C angle 225 follows 270; expected ascending angles"));
+    EXPECT_THAT(refusal("\xff\xfeW\0o"), HasSubstr("the text is UTF-16"));
+    std::string none = File{}.text();
+    none.replace(none.find("\n0\n1\n1\nLED"), 4, "\n0\n0");
+    EXPECT_THAT(refusal(none), HasSubstr("line 26, the number of lamp sets, is 0"));
 }
 
 }  // namespace ldt_test

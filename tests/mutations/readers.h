@@ -25,6 +25,7 @@
     X(spectrum)                 \
     X(study)                    \
     X(sums)                     \
+    X(tm33)                     \
     X(words)
 
 #define LUCERNA_DECLARE_READER(name) extern "C" int fuzz_##name(const std::uint8_t* data, std::size_t size);

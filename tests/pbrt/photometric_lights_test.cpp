@@ -47,6 +47,34 @@ class PhotometricLights : public ::testing::Test {
     TemporaryFolder folder;
 };
 
+// A luminaire of two emitters, one above the other, gives two lights; a power is shared between them.
+TEST_F(PhotometricLights, SeveralEmitters_AreLightsAtTheirPlaces) {
+    const std::string point =
+        "<LuminousData><IntData h=\"0\" v=\"0\">{0}</IntData><IntData h=\"0\" "
+        "v=\"180\">{0}</IntData></LuminousData>";
+    write("two.xml",
+          fmt::format(
+              "<IESTM33-22><Emitter>{}</Emitter><Emitter>{}<EmitterCenter><LengthOffset>0.5</LengthOffset>"
+              "<HeightOffset>2</HeightOffset></EmitterCenter></Emitter></IESTM33-22>",
+              fmt::format(fmt::runtime(point), 100), fmt::format(fmt::runtime(point), 300)));
+    const auto lights_of = [&](const std::string& parameters) {
+        return parts_of_world(
+            fmt::format("Translate 5 0 0 LightSource \"photometric\" \"string filename\" \"{}\" {}",
+                        (folder / "two.xml").string(), parameters));
+    };
+    const SceneParts parts = lights_of("");
+    ASSERT_EQ(parts.lights.size(), 2U);
+    const auto distance2 = [&](std::size_t i) {
+        const auto sample = parts.lights[i]->sample_Li(V3f(5, 1, 0) - V3f(parts.origin), {0.5F, 0.5F});
+        return sample ? (i == 0 ? 100.0 : 300.0) / static_cast<double>(sample->weight.y) : 0;
+    };
+    EXPECT_NEAR(distance2(0), 1, 1e-4);
+    EXPECT_NEAR(distance2(1), 1.5 * 1.5 + 4, 1e-3) << "C90 is -y, and up is -z";
+    const SceneParts rated = lights_of("\"float power\" 1000");
+    EXPECT_NEAR(rated.lights[0]->power(), 250, 1e-2);
+    EXPECT_NEAR(rated.lights[1]->power(), 750, 1e-2);
+}
+
 TEST_F(PhotometricLights, StraightFromTheFile_NadirIsZ_C0IsX_C90IsMinusY) {
     const SceneParts parts = parts_of_world(lamp("odd.ies"));
     const Light& light = *parts.lights.at(0);

@@ -103,10 +103,11 @@ namespace {
 constexpr const char* kLightInfoFooter = R"(Examples:
   lucerna light info lamp.exr
   lucerna light info lamp.tm25ray
-  lucerna light info lamp.ies)";
+  lucerna light info lamp.ies
+  lucerna light info lamp.gldf#variant-2)";
 
 void act_info(const std::string& file, const CommandContext& context) {
-    require_readable(file);
+    require_readable(photometric_file(file));
     ConsoleMonitor monitor(context.out, context.err, {false, true, context.process.stop, {}});
     if (is_photometric(file))
         return print_photometric(context.out, read_photometric(file, monitor), FluxUnit::lumen);
@@ -127,8 +128,9 @@ void add_light_info(CLI::App& light, const CommandContext& context) {
     const auto file = std::make_shared<std::string>();
     CLI::App& app = *light.add_subcommand("info", "Print geometry, flux and losses of a lamp's file");
     app.footer(kLightInfoFooter);
-    app.add_option("LAMP", *file,
-                   "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
+    app.add_option(
+           "LAMP", *file,
+           "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt, .xml, .gldf)")
         ->type_name("FILE")
         ->required();
     app.callback([file, &context] { act_info(*file, context); });

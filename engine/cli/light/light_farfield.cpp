@@ -286,7 +286,7 @@ Lamp in_lumens(Lamp lamp, double efficacy) {
 }
 
 void act(const FarFieldOptions& options, const CommandContext& context) {
-    require_readable(options.lamp);
+    require_readable(photometric_file(options.lamp));
     declare_files(options);
     ConsoleMonitor monitor(context.out, context.err,
                            {context.process.terminal, options.quiet, context.process.stop, {}});
@@ -324,8 +324,9 @@ void add_light_farfield(CLI::App& light, const CommandContext& context) {
     CLI::App& app =
         *light.add_subcommand("farfield", "Compute a lamp's far field: polar diagram, photometric file");
     app.footer(kLightFarfieldFooter);
-    app.add_option("LAMP", options->lamp,
-                   "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
+    app.add_option(
+           "LAMP", options->lamp,
+           "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt, .xml, .gldf)")
         ->type_name("FILE")
         ->required();
     app.add_option("-o,--output", options->outputs,

@@ -35,9 +35,9 @@ that the file states: more by 8 log10(flux / 1000 lm). --spacing is the spacing 
 sheets commonly have it, or 1, as in CIE 190. Tables for other positions of the observer are not computed.
 
 The luminaire hangs with light leaving downwards: nadir of a photometric file, +z of a light field. Crosswise, its axis is
-across the line of sight. The axis is C90 in EULUMDAT, and C0 in IES files and for light fields, whose x axis it is; --axis
-states another one. A light field or a ray file is rated by its far field, for which light at 60 to 85 degrees from nadir
-counts most; rays and files that state no luminous opening need --opening.
+across the line of sight. The axis is C90 in EULUMDAT, TM-33 and GLDF, and C0 in IES files and for light fields, whose x
+axis it is; --axis states another one. A light field or a ray file is rated by its far field, for which light at 60 to 85
+degrees from nadir counts most; rays and files that state no luminous opening need --opening.
 
 Examples:
   lucerna light ugr office.ldt
@@ -120,14 +120,14 @@ void warn_of_asymmetry(const UgrLuminaire& luminaire, const UgrTable& table, Mon
 }
 
 void act(const UgrCommand& command, const CommandContext& context) {
-    require_readable(command.lamp);
+    require_readable(photometric_file(command.lamp));
     CommandFiles files;
     files.reads(command.lamp);
     if (!command.csv.empty()) files.writes(command.csv, ".csv", "-o");
     ConsoleMonitor monitor(context.out, context.err,
                            {context.process.terminal, command.quiet, context.process.stop, {}});
     const PhotometricWeb web = naming(command.lamp, [&] { return rated_web(command, monitor); });
-    const bool axis_is_c90 = command.axis_is_c90.value_or(suffix_of(command.lamp) == ".ldt");
+    const bool axis_is_c90 = command.axis_is_c90.value_or(web.info().axis_along_c90);
     const UgrLuminaire luminaire = luminaire_of(web, axis_is_c90);
     const UgrTable table = ugr_table(luminaire, command.per_height);
     warn_of_asymmetry(luminaire, table, monitor);
@@ -164,8 +164,9 @@ void add_light_ugr(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<UgrCommand>();
     CLI::App& app = *light.add_subcommand("ugr", "Compute the UGR table of a luminaire (CIE 190)");
     app.footer(kLightUgrFooter);
-    app.add_option("LAMP", command->lamp,
-                   "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
+    app.add_option(
+           "LAMP", command->lamp,
+           "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt, .xml, .gldf)")
         ->type_name("FILE")
         ->required();
     app.add_option("-o,--output", command->csv, "the ratings, one a line, each with the method's name")
@@ -174,7 +175,8 @@ void add_light_ugr(CLI::App& light, const CommandContext& context) {
              "spacing of the luminaires over their height above the eye, 1/N (default 0.25)",
              [command](const std::string& word) { command->per_height = parse_spacing(word); });
     add_word(app, "--axis", "PLANE",
-             "c0 or c90: the plane that holds the luminaire's axis (default: c90 of an .ldt, c0 of others)",
+             "c0 or c90: the plane that holds the luminaire's axis (default: c90 of EULUMDAT, TM-33 and "
+             "GLDF, c0 of others)",
              [command](const std::string& word) { command->axis_is_c90 = parse_axis(word); });
     add_word(
         app, "--opening", "SIZE",

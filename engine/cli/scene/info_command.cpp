@@ -268,7 +268,7 @@ void act(const InfoOptions& options, const CommandContext& context) {
             throw InputError("info: a file or --integrators is needed; see lucerna info --help");
         return;
     }
-    require_readable(options.file);
+    require_readable(photometric_file(options.file));
     const std::string suffix = suffix_of(options.file);
     if (suffix == ".exr") return print_image(context.out, options.file);
     if (is_photometric(options.file)) {
@@ -291,10 +291,10 @@ void add_info_command(CLI::App& program, const CommandContext& context) {
     CLI::App& app = *program.add_subcommand(
         "info", "Describe a scene, an image, a lamp or saved photon maps; list the integrators");
     app.footer(kInfoFooter);
-    app.add_option(
-           "FILE", options->file,
-           "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file (.ies, .ldt), "
-           "photon maps (.photons)")
+    app.add_option("FILE", options->file,
+                   "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file "
+                   "(.ies, .ldt, .xml, .gldf), "
+                   "photon maps (.photons)")
         ->type_name("FILE");
     app.add_flag("--skip-missing", options->skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
