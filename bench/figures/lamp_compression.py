@@ -360,7 +360,7 @@ def lucerna_field(lucerna, folder, rays, planes, count, resolution=()):
     seconds = time.time() - begin
     info = subprocess.run([lucerna, "light", "info", folder / "fit.exr"], capture_output=True, text=True, check=True).stdout
     views = int(info.split("sampling plane S")[1].split()[0])
-    clamped = float(info.split("clamping negative values adds ")[1].split()[0])
+    clamped = float(info.split("clamping adds ")[1].split()[0]) if "clamping adds " in info else 0.0
 
     def draw(number):
         draw.seed += 1

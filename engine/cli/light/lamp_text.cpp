@@ -115,23 +115,24 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     const LightFieldInfo& info = field.info();
     const std::string_view unit = flux_unit_name(info.unit);
     const double flux = field.flux();
-    const double clamped = field.clamped_flux(workers);
     const double lamp = info.captured + info.missed;
     const Negative negative = negatives(field);
     const double count = static_cast<double>(field.coefficients().size());  // at least 1
     print_rig(out, field.rig());
-    // The emission is max(0, h), scaled back to the measured flux.
-    fmt::print(out,
-               "flux                 {:.6g} {} (clamping negative values adds {}; emission is scaled to "
-               "compensate)\n",
-               flux, unit, percent(clamped - flux, flux));
+    fmt::print(out, "flux                 {:.6g} {}\n", flux, unit);
     fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's flux\n", info.captured,
                unit, percent(info.captured, lamp), info.missed, unit, percent(info.missed, lamp));
     fmt::print(out, "peak coefficient     {:.6g} {}/m^4\n", negative.peak, unit);
-    const double below = -negative.sum * field.rig().cell_volume();
-    fmt::print(out, "negative             {} of {} coefficients ({}), which sum to {} of the flux\n",
-               negative.count, field.coefficients().size(),
-               percent(static_cast<double>(negative.count), count), percent(below, flux));
+    if (negative.count > 0) {
+        // The emission is max(0, h), scaled back to the measured flux.
+        const double below = -negative.sum * field.rig().cell_volume();
+        fmt::print(
+            out,
+            "negative             {} of {} coefficients ({}), which sum to {} of the flux; clamping adds "
+            "{}, and emission is scaled to compensate\n",
+            negative.count, field.coefficients().size(), percent(static_cast<double>(negative.count), count),
+            percent(below, flux), percent(field.clamped_flux(workers) - flux, flux));
+    }
     print_chromaticity(out, field.xyz());
     fmt::print(out, "colours              {}\n",
                field.coloured() ? "varying with position and direction" : "one for all light");
@@ -148,13 +149,15 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
 // Prints the planes and the content of one of several slabs.
 void print_slab(std::ostream& out, const Slab& slab, double lamp_flux, const Workers& workers) {
     const std::string_view unit = flux_unit_name(slab.field.info().unit);
-    const double flux = slab.field.flux(), clamped = slab.field.clamped_flux(workers);
+    const double flux = slab.field.flux();
     const V3d centre = slab.axes.to_lamp(slab.field.rig().centre);
     fmt::print(out, "\nslab                 light towards {}; centre of S in the lamp's frame ({}, {}, {})\n",
                slab.axes.name(), length_text(centre.x), length_text(centre.y), length_text(centre.z));
     print_rig(out, slab.field.rig());
-    fmt::print(out, "flux                 {:.6g} {}, {} of the lamp's (clamping negative values adds {})\n",
-               flux, unit, percent(flux, lamp_flux), percent(clamped - flux, flux));
+    fmt::print(out, "flux                 {:.6g} {}, {} of the lamp's", flux, unit, percent(flux, lamp_flux));
+    if (const double clamped = slab.field.clamped_flux(workers) - flux; clamped > 1e-9 * flux)
+        fmt::print(out, " (clamping negative values adds {})", percent(clamped, flux));
+    fmt::print(out, "\n");
 }
 
 }  // namespace
