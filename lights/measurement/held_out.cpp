@@ -213,10 +213,11 @@ void cast_field(const std::vector<float>& flux, const Response& across, const Re
     }
 }
 
-// Light that negative coefficients should subtract is taken from positive ones near by (round_to_rays.h). With
-// 0.7 to 15 % of negative light, this changed the light on planes by 0.06 to 0.15 of that share.
+// Light that negative coefficients should subtract is taken from positive ones near by (round_to_rays.h).
+// With 0.7 to 15 % of negative light of an LED, this changed the light on planes by 0.06 to 0.15 of that
+// share. Narrow beams have less error far away with 0.2 than with 0.15, and the same with more.
 double error_of_moving(double negative, double total) {
-    return total > 0 ? sqr(0.15 * negative / total) : 0.0;
+    return total > 0 ? sqr(0.2 * negative / total) : 0.0;
 }
 
 // Returns the value below which half of the values lie. Requires at least one.

@@ -72,7 +72,7 @@ struct OneArgument {
 };
 
 // The bounds are those that docs/explanation/portable.md states.
-TEST(Elementary, FunctionsOfOneNumber_AreWithinTheStatedErrors) {
+TEST(Elementary, Long_FunctionsOfOneNumber_AreWithinTheStatedErrors) {
     const auto right_angles = [] {
         return static_cast<double>(numbers()() % 600'000'000) * 1.5707963267948966;
     };

@@ -83,7 +83,7 @@ double brute_coefficient(const EmitterModel& emitter, const Rig& rig, int m, int
     return sum * 4 * w.x * w.y / kSide / kSide / kPixel / kPixel;
 }
 
-TEST(Acquire, Coefficients_DiscAndRectangle_AreTheIntegrals) {
+TEST(Acquire, Long_Coefficients_DiscAndRectangle_AreTheIntegrals) {
     Rig travelling = bench();
     travelling.pixel = {0.002, 0.0025};
     travelling.shift = {2, 2};

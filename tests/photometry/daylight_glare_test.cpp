@@ -183,7 +183,7 @@ TEST(DaylightGlare, OfNoisyPictures_IsThatOfTheTrueLuminances) {
 }
 
 // The sun shines through a clear pane, and in fog.
-TEST(DaylightGlare, OfTheSunThroughAPaneAndFog_IsWeakened) {
+TEST(DaylightGlare, Long_OfTheSunThroughAPaneAndFog_IsWeakened) {
     const std::string sun =
         "LightSource \"distant\" \"point3 from\" [0 0 1] \"point3 to\" [0 0 0] \"float illuminance\" 60000\n";
     const std::string pane =

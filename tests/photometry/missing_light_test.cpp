@@ -74,7 +74,7 @@ double on_axis() {  // a disc of radius r, h below
     return kPiD * kL * kRadius * kRadius / (kRadius * kRadius + kHeight * kHeight);
 }
 
-TEST(MissingLight, SmallLampBehindSolidGlass_IsFoundByLightPaths) {
+TEST(MissingLight, Long_SmallLampBehindSolidGlass_IsFoundByLightPaths) {
     Listener listener;
     const SurfaceIlluminance found = measure(kLamp + kGround + kSlab, ceiling(0.02, 1), listener);
     // The light on the axis goes straight on, reduced by what both faces and all bounces between them

@@ -198,7 +198,7 @@ Translate 0 0 2.001
 Shape "disk" "float radius" 2
 )";
 
-TEST(IlluminanceBehindPanes, OfALedCloseToAPane_EndsByPrecisionWithTheRightValue_WithAndWithoutAGrid) {
+TEST(IlluminanceBehindPanes, Long_OfALedCloseToAPane_EndsByPrecisionWithTheRightValue_WithAndWithoutAGrid) {
     CalculationSurface p;
     p.name = "p";
     p.corner = {0, 0, 2};
