@@ -211,7 +211,8 @@ RaySet particles_of(const LightField& field, std::uint64_t count) {
     RayBlock block = lamp.draw(0, count);
     double sum = 0;
     for (const LampRay& ray : block.rays) sum += double{ray.flux};
-    for (LampRay& ray : block.rays) ray.flux *= static_cast<float>(field.flux() / sum);
+    const auto factor = static_cast<float>(field.flux() / sum);
+    for (LampRay& ray : block.rays) ray.flux *= factor;
     RaySet set;
     set.rays = std::move(block.rays);
     set.tristimulus = std::move(block.tristimulus);
