@@ -94,7 +94,7 @@ bool is_photometric(const std::filesystem::path& path);
 std::filesystem::path photometric_file(const std::filesystem::path& path);
 // Returns the emitters of the luminaire, at least one. Throws InputError.
 std::vector<LuminaireEmitter> read_luminaire(const std::filesystem::path& path, Monitor& monitor);
-// As above for a file in memory that is no archive; `file` names it.
+// Does the same for a file in memory that is no archive; `file` names it.
 std::vector<LuminaireEmitter> parse_luminaire(std::string_view text, const std::string& file,
                                               Monitor& monitor);
 // Returns the far field of the whole luminaire.

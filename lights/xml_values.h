@@ -21,14 +21,14 @@ inline double xml_number(std::string_view text, const XmlElement& element, const
     return *value;
 }
 
-// As above for the text of a child, or `missing` if there is none.
+// Returns the number in a child as xml_number() does, or `missing` if there is no such child.
 inline double xml_child(const XmlElement& parent, std::string_view name, const std::string& file,
                         double least, double most, double missing) {
     const XmlElement* child = parent.child(name);
     return child ? xml_number(child->text, *child, file, name, least, most) : missing;
 }
 
-// As above for an attribute, which is required.
+// Returns the number in an attribute as xml_number() does, and throws InputError if it is missing.
 inline double xml_attribute(const XmlElement& element, std::string_view name, const std::string& file,
                             double least, double most) {
     const std::string* value = element.attribute(name);

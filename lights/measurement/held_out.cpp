@@ -455,12 +455,12 @@ std::vector<float> HeldOutRays::fluxes_of(const LightField& field) const {
     return flux;
 }
 
-void HeldOutRays::add_change(std::vector<PlaneError>& errors, const LightField& from,
-                             const LightField& to) const {
+void HeldOutRays::add_change(std::vector<PlaneError>& errors, const LightField& from, const LightField& to,
+                             const Workers& workers) const {
     std::vector<float> change = fluxes_of(to);
     const std::vector<float> before = fluxes_of(from);
     std::transform(change.begin(), change.end(), before.begin(), change.begin(), std::minus<>());
-    const std::vector<std::vector<Cells>> all = cast({&change, 1}, from.rig(), Workers{1});
+    const std::vector<std::vector<Cells>> all = cast({&change, 1}, from.rig(), workers);
     for (std::size_t p = 0; p < planes_.size(); ++p) {
         const Plane& plane = planes_[p];
         double square = 0;

@@ -51,7 +51,8 @@ class HeldOutRays {
     std::vector<PlaneError> errors(const LightField& field) const;
 
     // Adds what a change of the field `from` to `to`, on the same planes, changes of the light they cast.
-    void add_change(std::vector<PlaneError>& errors, const LightField& from, const LightField& to) const;
+    void add_change(std::vector<PlaneError>& errors, const LightField& from, const LightField& to,
+                    const Workers& workers) const;
 
     // Return, per axis, the median of the flux on S, and the half width of the strip around it that holds
     // half of the flux [m].

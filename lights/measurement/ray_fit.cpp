@@ -247,7 +247,7 @@ Projection fit_light_field(const RaySet& set, const FitOptions& options, const W
     RayPlanes planes = choose_planes(set, options, workers, monitor);
     Projection made = project_rays(set, planes.rig, workers, monitor, planes.weights);
     LightField rounded = rounded_to_rays(made.field, set);
-    if (planes.judge) planes.judge->add_change(planes.errors, made.field, rounded);
+    if (planes.judge) planes.judge->add_change(planes.errors, made.field, rounded, workers);
     LightFieldInfo info = rounded.info();
     info.errors = std::move(planes.errors);
     info.captured = rounded.flux();

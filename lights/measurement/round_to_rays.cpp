@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include "engine/base/stats.h"
@@ -36,16 +36,15 @@ void for_each_in_turn(const Rig& rig, Visit&& visit) {
     }
 }
 
-// Rounds the coefficients to multiples of the quantum, and those to 0 that are 0 in `others`, if it is given.
-std::vector<float> rounded(const LightField& field, double quantum,
-                           const std::vector<float>* others = nullptr) {
+// Rounds the coefficients to multiples of the quantum, and those to 0 that are 0 in `lit`.
+std::vector<float> rounded(const LightField& field, double quantum, std::span<const float> lit) {
     constexpr int kBits = 11;  // of a half, with the implied one
     std::vector<float> whole(field.coefficients().begin(), field.coefficients().end());
     double owed = 0;  // by the coefficients visited so far
     for_each_in_turn(field.rig(), [&](std::size_t i) {
         const double wanted = double{whole[i]} + owed;
         double found = 0;
-        if (others == nullptr ? whole[i] != 0 : (*others)[i] != 0) {
+        if (lit[i] != 0) {
             double step = quantum;
             if (wanted > quantum) step = std::max(quantum, std::ldexp(1.0, std::ilogb(wanted) + 1 - kBits));
             found = std::max(0.0, std::floor(wanted / step + 0.5) * step);  // step > 0
@@ -90,14 +89,14 @@ LightField rounded_to_rays(const LightField& field, const RaySet& rays) {
                            field.rig().cell_volume();  // the volume is > 0: Rig::fault
     if (!(quantum > 0) || !(field.flux() > 0)) return field;
     // These are of W if the field is coloured.
-    std::vector<float> whole = rounded(field, nearest_power_of_2(quantum));
+    const std::vector<float> whole = rounded(field, nearest_power_of_2(quantum), field.coefficients());
     if (!field.coloured()) return LightField(field.rig(), whole, field.info());
     std::vector<float> channels[3];
     for (int c = 0; c < 3; ++c) {
         const LightField channel = field.channel(c);
         const double part = quantum / kStepsOfColour * channel.flux() / field.flux();
         channels[c] =
-            part > 0 ? rounded(channel, nearest_power_of_2(part), &whole) : std::vector<float>(whole.size());
+            part > 0 ? rounded(channel, nearest_power_of_2(part), whole) : std::vector<float>(whole.size());
     }
     return LightField(field.rig(), channels[0], channels[1], channels[2], field.info());
 }

@@ -146,7 +146,7 @@ TEST(ImportScatter, Long_ErrorsStated_AreNotTheLeastOfManyEstimates) {
         const HeldOutRays choosing(set, choosers, kRays, planes.rig.centre.z, kRays);
         const double truth = total_error(HeldOutRays(fresh, all, kFresh, choosing).errors(field));
         const auto emitted = [&](std::vector<PlaneError> errors) {
-            planes.judge->add_change(errors, exact, field);
+            planes.judge->add_change(errors, exact, field, {});
             return total_error(errors);
         };
         found.add(truth);

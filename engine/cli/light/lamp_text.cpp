@@ -155,8 +155,10 @@ void print_slab(std::ostream& out, const Slab& slab, double lamp_flux, const Wor
                slab.axes.name(), length_text(centre.x), length_text(centre.y), length_text(centre.z));
     print_rig(out, slab.field.rig());
     fmt::print(out, "flux                 {:.6g} {}, {} of the lamp's", flux, unit, percent(flux, lamp_flux));
-    if (const double clamped = slab.field.clamped_flux(workers) - flux; clamped > 1e-9 * flux)
-        fmt::print(out, " (clamping negative values adds {})", percent(clamped, flux));
+    if (negatives(slab.field).count > 0) {
+        fmt::print(out, " (clamping negative values adds {})",
+                   percent(slab.field.clamped_flux(workers) - flux, flux));
+    }
     fmt::print(out, "\n");
 }
 
