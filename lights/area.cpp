@@ -8,8 +8,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "engine/base/elementary.h"
 #include "engine/base/cdf.h"
+#include "engine/base/elementary.h"
 #include "engine/base/sampler.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
@@ -59,7 +59,7 @@ class Lambertian {
         const Rgb weight =
             (back ? back_ : front_) * (static_cast<float>(0.5 * kTwoPi * area) / share);  // share > 0
         if (is_black(weight) || !is_finite(weight)) return std::nullopt;
-        u.x = std::min((u.x - before) / share, 0x1.fffffep-1F);
+        u.x = std::min((u.x - before) / share, kBelowOne);
         const SurfacePoint from = place.surface();
         V3f local = square_to_cosine_hemisphere(u);
         if (back) local.z = -local.z;

@@ -67,8 +67,8 @@ inline bool choose_first(float& u, float first, float second) {
     // With p = 1, by rounding or a second weight of 0, the first is always chosen.
     const bool chosen = (u < p) | (p >= 1);
     const float from = chosen ? 0.0F : p;
-    const float width = chosen ? p : 1 - p;            // width of the chosen one, > 0
-    u = std::min((u - from) / width, 0x1.fffffep-1F);  // the largest float below 1
+    const float width = chosen ? p : 1 - p;  // width of the chosen one, > 0
+    u = std::min((u - from) / width, kBelowOne);
     return chosen;
 }
 

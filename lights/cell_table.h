@@ -86,7 +86,6 @@ class ConditionalTables {
   private:
     static constexpr std::size_t kItemsPerBucket = 4;
     static constexpr std::size_t kWindow = 8;  // entries compared at once, in one vector instruction
-    static constexpr float kBelowOne = 0x1.fffffep-1F;
     static constexpr float kNothing = 0;
 
     static std::uint64_t buckets_for(std::uint64_t items) {

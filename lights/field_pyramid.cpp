@@ -30,7 +30,6 @@ F8 all8(float x) {
     return Set(d8, x);
 }
 
-constexpr float kBelowOne = 0x1.fffffep-1F;
 constexpr int kTaps = 4;          // texels read along each axis
 constexpr float kReach = 0.501F;  // columns by which a rectangle is widened on each side
 // A rectangle covers at most this many texels of the chosen level of M, along each axis. The number is not

@@ -265,7 +265,7 @@ std::string provenance_of(const PhotometricInfo& info, std::string_view edition)
 }  // namespace
 
 PhotometricWeb parse_ies(std::string_view text, const std::string& file, Monitor& monitor) {
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
+    text = without_byte_order_mark(text);
     const std::vector<TextLine> lines = lines_of(text);
     const std::string_view first = lines.empty() ? std::string_view() : trimmed(lines.front().text);
     const Edition edition = edition_of(first);

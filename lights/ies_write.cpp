@@ -52,7 +52,7 @@ std::vector<double> planes_from_zero(const PhotometricGrid& grid) {
 
 std::string ies_text(const PhotometricWeb& given, std::string_view title) {
     const bool is_c = given.grid().planes == PhotometricPlanes::c;
-    const PhotometricWeb web = is_c ? given : resampled(given, 2.5, 5);
+    const PhotometricWeb web = is_c ? given : resampled({given}, 2.5, 5);
     const PhotometricGrid& grid = web.grid();
     const PhotometricInfo& info = web.info();
     // One plane suffices for a rotationally symmetric lamp.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/text/plain_text.h"
 
 namespace lucerna {
 namespace {
@@ -53,7 +54,7 @@ std::vector<TextLine> undoubled(const std::vector<TextLine>& lines) {
 }  // namespace
 
 bool looks_like_ldt(std::string_view text) {
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
+    text = without_byte_order_mark(text);
     std::vector<TextLine> lines = lines_of(text.substr(0, 4096));
     if (are_doubled(lines)) lines = undoubled(lines);
     return head_of(lines).has_value();
@@ -62,7 +63,7 @@ bool looks_like_ldt(std::string_view text) {
 std::vector<TextLine> ldt_lines(std::string_view text, const std::string& file, Monitor& monitor) {
     if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
         input_error({file}, "the text is UTF-16; expected one byte per character, or UTF-8");
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
+    text = without_byte_order_mark(text);
     std::vector<TextLine> lines = lines_of(text);
     if (are_doubled(lines)) {
         lines = undoubled(lines);

@@ -6,14 +6,13 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/base/elementary.h"
 #include "engine/base/cdf.h"
+#include "engine/base/elementary.h"
 #include "engine/base/error.h"
 
 namespace lucerna {
 namespace {
 
-constexpr float kBelowOne = 0x1.fffffep-1F;
 constexpr int kBuckets = 12;
 constexpr int kDeepest = 60;  // the turns of a path fit 64 bits; splits near this depth are by halves
 
@@ -26,8 +25,7 @@ V3f middle(const Box3f& box) {
 double orientation_measure(const LightBounds& b) {
     const double o = double{b.theta_o};
     const double w = std::min(o + double{b.theta_e}, kPiD);
-    return 2 * kPiD * (1 - cos(o)) +
-           kPiD / 2 * (2 * w * sin(o) - cos(o - 2 * w) - 2 * o * sin(o) + cos(o));
+    return 2 * kPiD * (1 - cos(o)) + kPiD / 2 * (2 * w * sin(o) - cos(o - 2 * w) - 2 * o * sin(o) + cos(o));
 }
 
 // Returns half the surface area; a flat or point-like box is widened, so that its power counts.

@@ -53,17 +53,7 @@ PhotometricWeb turned(const LuminaireEmitter& emitter) {
     const bool all_around = given.azimuth.back() - given.azimuth.front() > 360 - kSameTurn;
     if (is_upright(emitter) && given.planes == PhotometricPlanes::c && all_around)
         return turned_planes(emitter.web, turn_of(emitter));
-    PhotometricGrid grid{PhotometricPlanes::c, {}, {}, {}};
-    for (int gamma = 0; gamma <= 180; ++gamma) grid.polar.push_back(gamma);
-    for (int c = 0; c <= 360; ++c) grid.azimuth.push_back(c);
-    for (const double c : grid.azimuth) {
-        for (const double gamma : grid.polar) {
-            const double theta = gamma * kRadiansPerDegree, phi = c * kRadiansPerDegree;
-            const V3d w(sin(theta) * cos(phi), -sin(theta) * sin(phi), cos(theta));
-            grid.candela.push_back(static_cast<float>(emitter.web.intensity(emitter.to_emitter(w))));
-        }
-    }
-    const PhotometricWeb sampled(std::move(grid), emitter.web.info());
+    const PhotometricWeb sampled = resampled(emitter, 1, 1);
     return sampled.flux() > 0 ? scaled(sampled, emitter.web.flux() / sampled.flux()) : sampled;
 }
 

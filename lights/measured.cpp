@@ -682,8 +682,6 @@ class MeasuredLight final : public Light {
         }
     }
 
-    static constexpr float kBelowOne = 0x1.fffffep-1F;
-
     double flux_;  // total flux [lamp's unit]
     Rgb colour_{1.0F};
     std::unique_ptr<const LampShape> shape_;  // may be null

@@ -9,8 +9,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kBelowOneD = 0x1.fffffffffffffp-1;
-
 // The part of a line that lies in all of several convex bodies.
 struct Within {
     double enter = -INFINITY, leave = INFINITY;

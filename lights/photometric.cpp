@@ -211,17 +211,17 @@ std::vector<double> even_angles(double step, double whole) {
 
 }  // namespace
 
-PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double azimuth_step) {
+PhotometricWeb resampled(const LuminaireEmitter& emitter, double polar_step, double azimuth_step) {
     PhotometricGrid grid{
         PhotometricPlanes::c, even_angles(polar_step, 180), even_angles(azimuth_step, 360), {}};
     for (const double c : grid.azimuth) {
         for (const double gamma : grid.polar) {
             const double theta = gamma * kRadiansPerDegree, phi = c * kRadiansPerDegree;
             const V3d w(sin(theta) * cos(phi), -sin(theta) * sin(phi), cos(theta));
-            grid.candela.push_back(static_cast<float>(web.intensity(w)));
+            grid.candela.push_back(static_cast<float>(emitter.web.intensity(emitter.to_emitter(w))));
         }
     }
-    return PhotometricWeb(std::move(grid), web.info());
+    return PhotometricWeb(std::move(grid), emitter.web.info());
 }
 
 }  // namespace lucerna

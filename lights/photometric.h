@@ -126,10 +126,6 @@ Beam beam_of(const PhotometricWeb& web);
 // Returns the web multiplied by `factor`, which is >= 0 and finite.
 PhotometricWeb scaled(const PhotometricWeb& web, double factor);
 
-// Samples the same light on a grid of C planes, every `polar_step` degrees of γ and `azimuth_step` of C. The
-// steps must divide 180 and 360; throws InputError if they do not.
-PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double azimuth_step);
-
 // A part of a luminaire that emits light: its web in its own frame, and the place of that frame in the
 // luminaire's, whose axes are those of a lamp (light leaves downwards along +z).
 struct LuminaireEmitter {
@@ -140,6 +136,10 @@ struct LuminaireEmitter {
     V3d to_luminaire(const V3d& w) const { return w.x * axes[0] + w.y * axes[1] + w.z * axes[2]; }
     V3d to_emitter(const V3d& w) const { return {w.dot(axes[0]), w.dot(axes[1]), w.dot(axes[2])}; }
 };
+
+// Samples the emitter's light on a grid of C planes in the luminaire's frame, every `polar_step` degrees of γ
+// and `azimuth_step` of C. The steps must divide 180 and 360; throws InputError if they do not.
+PhotometricWeb resampled(const LuminaireEmitter& emitter, double polar_step, double azimuth_step);
 
 // Returns the far field of the whole luminaire. That of one emitter, also if it is turned about the vertical
 // axis, and the sum of several are exact, except for grids of types A and B and for emitters that are tilted,

@@ -36,13 +36,6 @@ std::vector<TextLine> lines_of(std::string_view text) {
     return lines;
 }
 
-std::string_view trimmed(std::string_view text) {
-    constexpr std::string_view kSpace = " \t\v\f\r\n";
-    const std::size_t first = text.find_first_not_of(kSpace);
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
-
 std::string shown_value(std::string_view text) {
     constexpr std::size_t kMost = 60;
     std::string shown;

@@ -108,8 +108,6 @@ struct TextLine {
     int number = 0;  // from 1
 };
 std::vector<TextLine> lines_of(std::string_view text);
-// Returns the text without white space at both ends.
-std::string_view trimmed(std::string_view text);
 // Returns a file's value as an error message shows it: at most 60 characters, no control characters.
 std::string shown_value(std::string_view text);
 

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <span>
 #include <utility>
 
 #include "engine/system/content.h"
 #include "engine/system/files.h"
 #include "engine/system/zip_archive.h"
+#include "engine/text/plain_text.h"
 #include "lights/photometric_files.h"
 
 namespace lucerna {
@@ -22,8 +22,7 @@ std::string_view view_of(const std::vector<std::byte>& bytes) {
 }
 
 bool is_xml(std::string_view text) {
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
-    return trimmed(text.substr(0, 64)).starts_with('<');
+    return trimmed(without_byte_order_mark(text).substr(0, 64)).starts_with('<');
 }
 
 // Returns the name of the root element, without the prefix of its namespace; "" if there is none.
@@ -43,7 +42,7 @@ std::string_view root_of(std::string_view text) {
 
 Format format_of_text(std::string_view text) {
     if (is_xml(text)) return is_tm33_root(root_of(text)) ? Format::tm33 : Format::none;
-    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+    text = without_byte_order_mark(text);
     const std::string_view first = trimmed(text.substr(0, text.find_first_of("\r\n")));
     if (first.starts_with("IESNA") || first.starts_with("IES:")) return Format::ies;
     for (const TextLine& line : lines_of(text)) {

@@ -122,7 +122,7 @@ class RayLight final : public Light {
         if (!(flux_ > 0)) return std::nullopt;
         // A float distinguishes 2^24 rays; files have more.
         const double number = double{u.position.x} + 0x1p-24 * double{u.position.y};
-        const std::size_t i = choice_.draw(std::min(number, 0x1.fffffffffffffp-1));
+        const std::size_t i = choice_.draw(std::min(number, kBelowOneD));
         const LampRay& ray = set_.rays[i];
         const V3f d = to_float(placement_.vector(V3d(ray.d)).normalized());
         // The scale is flux · colour · share of the light / probability.

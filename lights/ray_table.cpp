@@ -4,7 +4,6 @@
 // in a line with its number, "# 4: kx". Units stand behind the names, or in lines such as "# length unit:
 // mm". LightTools writes a header of keywords before rows of fixed columns.
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -23,12 +22,6 @@ namespace lucerna {
 namespace {
 
 constexpr std::string_view kTableBlanks = " \t\r";
-
-std::string lower_case(std::string_view text) {
-    std::string lower(text);
-    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return lower;
-}
 
 // Returns the text without the characters at both ends.
 std::string_view without_ends(std::string_view text, std::string_view characters) {

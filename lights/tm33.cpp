@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -19,8 +18,8 @@ constexpr double kMostMetres = 12;  // No luminaire is longer: larger numbers ar
 // Returns a name without spaces and underscores, which files write in several ways: "Symm _ Bi _ 0".
 std::string folded(std::string_view text) {
     std::string name;
-    for (const char c : text) {
-        if (c != ' ' && c != '_') name += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    for (const char c : lower_case(text)) {
+        if (c != ' ' && c != '_') name += c;
     }
     return name;
 }
@@ -49,7 +48,11 @@ class Tm33 {
     void complete(PhotometricGrid& grid, const XmlElement& data);
     void compare_flux(const XmlElement& emitter, const XmlElement& data, double flux);
     double metres_per_unit();
+    // Returns the element with the luminaire's sizes, or null.
+    const XmlElement* dimensions() const;
     LuminousOpening opening_of(const XmlElement& emitter);
+    // Returns the extent of all areas along the axis of "Width" or "Length", in the file's unit.
+    double extent_of(const std::vector<const XmlElement*>& areas, const std::string& name) const;
     V3d position_of(const XmlElement& emitter);
 
     const XmlElement& root_;
@@ -247,12 +250,16 @@ void Tm33::compare_flux(const XmlElement& emitter, const XmlElement& data, doubl
              flux, rated);
 }
 
+const XmlElement* Tm33::dimensions() const {
+    const XmlElement* luminaire = root_.child("Luminaire");
+    return luminaire ? luminaire->child("Dimensions") : nullptr;
+}
+
 // Lengths are metres; files exist that state them in millimetres, which their size shows.
 double Tm33::metres_per_unit() {
     if (unit_ > 0) return unit_;
     unit_ = 1;
-    const XmlElement* luminaire = root_.child("Luminaire");
-    const XmlElement* sizes = luminaire ? luminaire->child("Dimensions") : nullptr;
+    const XmlElement* sizes = dimensions();
     if (!sizes) return unit_;
     double largest = 0;
     for (const char* name : {"Length", "Width", "Height"})
@@ -262,52 +269,65 @@ double Tm33::metres_per_unit() {
     return unit_ = 1e-3;
 }
 
+// Returns the number of the side, C0, C90, C180 or C270, that this face of an emitter looks to; none for one
+// that looks up or down.
+std::optional<std::size_t> side_of(const XmlElement& face) {
+    constexpr std::string_view kSides[] = {"C0Face", "C90Face", "C180Face", "C270Face"};
+    const auto* const side = std::find(std::begin(kSides), std::end(kSides), face.name);
+    if (side == std::end(kSides)) return std::nullopt;
+    return static_cast<std::size_t>(side - std::begin(kSides));
+}
+
+bool is_disc(const XmlElement& area) {
+    const std::string circular = folded(area.text_of("Circular"));
+    return circular == "true" || circular == "1";
+}
+
 // Length lies along C90-C270 and Width along C0-C180, as the faces of an emitter show: those towards C0 have
 // a Length, those towards C90 a Width.
 LuminousOpening Tm33::opening_of(const XmlElement& emitter) {
     using Shape = LuminousOpening::Shape;
     const double unit = metres_per_unit();
-    double low[2] = {1e30, 1e30}, high[2] = {-1e30, -1e30};
     std::array<double, 4> heights{};
-    int areas = 0, round = 0;
+    std::vector<const XmlElement*> areas;  // that look up or down
     if (const XmlElement* faces = emitter.child("EmissionAreas")) {
         for (const XmlElement& face : faces->children) {
-            constexpr std::string_view kSides[] = {"C0Face", "C90Face", "C180Face", "C270Face"};
-            const auto side = std::find(std::begin(kSides), std::end(kSides), face.name);
+            const auto side = side_of(face);
             for (const XmlElement& area : face.children) {
                 if (!area.name.ends_with("Area")) continue;
-                if (side != std::end(kSides)) {
-                    double& height = heights[static_cast<std::size_t>(side - std::begin(kSides))];
-                    height = std::max(height, unit * xml_child(area, "Height", file_, 0, 1e6, 0));
-                    continue;
-                }
-                ++areas;
-                const std::string circular = folded(area.text_of("Circular"));
-                round += circular == "true" || circular == "1";
-                constexpr const char* kSizes[] = {"Width", "Length"};
-                for (int i = 0; i < 2; ++i) {
-                    const double size = xml_child(area, kSizes[i], file_, 0, 1e6, 0);
-                    const double middle =
-                        xml_child(area, std::string(kSizes[i]) + "Offset", file_, -1e6, 1e6, 0);
-                    low[i] = std::min(low[i], middle - 0.5 * size);
-                    high[i] = std::max(high[i], middle + 0.5 * size);
+                if (side) {
+                    const double height = unit * xml_child(area, "Height", file_, 0, 1e6, 0);
+                    heights[*side] = std::max(heights[*side], height);
+                } else {
+                    areas.push_back(&area);
                 }
             }
         }
-        if (areas > 1) warn(*faces, "the luminous opening is the rectangle around {} areas", areas);
+        if (areas.size() > 1)
+            warn(*faces, "the luminous opening is the rectangle around {} areas", areas.size());
     }
-    const XmlElement* luminaire = root_.child("Luminaire");
-    if (areas > 0) {
-        const bool disc = areas == 1 && round == 1;
-        return LuminousOpening(disc ? Shape::cylinder_upright : Shape::box, unit * (high[0] - low[0]),
-                               unit * (high[1] - low[1]), heights);
+    if (!areas.empty()) {
+        const Shape shape =
+            areas.size() == 1 && is_disc(*areas.front()) ? Shape::cylinder_upright : Shape::box;
+        return {shape, unit * extent_of(areas, "Width"), unit * extent_of(areas, "Length"), heights};
     }
-    const XmlElement* sizes = luminaire ? luminaire->child("Dimensions") : nullptr;
+    const XmlElement* sizes = dimensions();
     if (!sizes) return {};
-    const bool upright = folded(luminaire->text_of("Shape")) == "alignz";
-    return LuminousOpening(upright ? Shape::cylinder_upright : Shape::box,
-                           unit * xml_child(*sizes, "Width", file_, 0, 1e6, 0),
-                           unit * xml_child(*sizes, "Length", file_, 0, 1e6, 0), heights);
+    const bool upright = folded(root_.child("Luminaire")->text_of("Shape")) == "alignz";
+    return {upright ? Shape::cylinder_upright : Shape::box,
+            unit * xml_child(*sizes, "Width", file_, 0, 1e6, 0),
+            unit * xml_child(*sizes, "Length", file_, 0, 1e6, 0), heights};
+}
+
+double Tm33::extent_of(const std::vector<const XmlElement*>& areas, const std::string& name) const {
+    double low = 1e30, high = -1e30;
+    for (const XmlElement* area : areas) {
+        const double half = 0.5 * xml_child(*area, name, file_, 0, 1e6, 0);
+        const double middle = xml_child(*area, name + "Offset", file_, -1e6, 1e6, 0);
+        low = std::min(low, middle - half);
+        high = std::max(high, middle + half);
+    }
+    return high - low;
 }
 
 V3d Tm33::position_of(const XmlElement& emitter) {

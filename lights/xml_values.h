@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "engine/base/error.h"
+#include "engine/text/plain_text.h"
 #include "engine/text/xml.h"
 #include "lights/photometric_files.h"
 

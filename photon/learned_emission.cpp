@@ -57,8 +57,6 @@ std::array<float*, 4> numbers(LeSampleU& u) {
     return {&u.position.x, &u.position.y, &u.direction.x, &u.direction.y};
 }
 
-constexpr float kBelowOne = 0x1.fffffep-1F;
-
 }  // namespace
 
 LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmissionBlocks> blocks) {

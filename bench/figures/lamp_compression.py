@@ -17,8 +17,11 @@ equally much light. All but the last are drawn from, as a renderer does, and neg
 of rays of the representation, A, and of the truth, T, the mean of (A1 - T1)(A2 - T2) is the squared error without the noise of
 either; where noise leaves a negative number, the error is "small".
 
+A second table compares the speed of Lucerna's light field with that of the list of all rays, by figure_lamp_rates, which is beside
+LUCERNA.
+
 usage: bench/figures/lamp_compression.py [--rays N] LUCERNA SCENES DATA FIGURE.png
-SCENES holds lamps/, made by scenes/make.sh; DATA holds the measured rays. It takes a quarter of an hour.
+SCENES holds lamps/, made by scenes/make.sh; DATA holds the measured rays. It takes half an hour.
 """
 import argparse
 import math
@@ -372,6 +375,18 @@ def lucerna_field(lucerna, folder, rays, planes, count, resolution=()):
     return errors, (folder / "fit.exr").stat().st_size, seconds, clamped, views
 
 
+def rates(lucerna, folder):
+    """Table cells: the speeds of the field and of the rays from which it was made."""
+    def measured(*files):
+        command = [lucerna.parent / "bench" / "figure_lamp_rates", *files]
+        return [float(x) for x in subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()]
+    field, rays = measured(folder / "fit.exr"), measured(folder / "fit.exr", folder / "fit.tm25ray")
+    cells = [f"{field[0] / 1e6:.1f}", f"{rays[0] / 1e6:.1f}"]
+    for particles, of_rays, direct in zip(field[1:3], rays[1:3], field[3:5]):
+        cells += [f"{particles:.2g}", f"{of_rays:.2g}", f"{direct:.2g}"]
+    return cells
+
+
 def rays_of_field(lucerna, folder, name, arguments, rays):
     """A function that draws rays of a light field that `lucerna light` makes."""
     field = folder / f"{name}.exr"
@@ -424,7 +439,7 @@ def main():
     for name in ("lucerna", "scenes", "data", "figure"):
         parser.add_argument(name, type=pathlib.Path)
     o = parser.parse_args()
-    rows = []
+    rows, speeds = [], []
     print("| lamp | representation | kB | " + " | ".join(name for name, _ in PLANES) + " | clamped | import |")
     print("| --- | --- | --- |" + " --- |" * (len(PLANES) + 2))
 
@@ -440,6 +455,7 @@ def main():
             drawn = max(o.rays, 4 * len(one))
             errors, size, seconds, clamped, views = lucerna_field(o.lucerna, folder, fit, planes, drawn)
             row(lamp, "Lucerna", size, errors, f"{clamped:.2g} %", f"{seconds:.1f} s")
+            speeds.append([lamp, *rates(o.lucerna, folder)])
             for factor, kind in ((0.5, "views / 2"), (2, "views x 2")):
                 n = max(3, int(views * factor))
                 errors, used, seconds, clamped, _ = lucerna_field(o.lucerna, folder, fit, planes, drawn, ["--views", f"{n}x{n}"])
@@ -455,6 +471,10 @@ def main():
             row(lamp, "rays", 8 * len(some), planes.errors(counts, counts))
             shares, used = goniometric(fit, planes, size)
             row(lamp, "goniometric", used, planes.errors(shares, shares))
+    print("\n| lamp | field, M/s | rays, M/s | contact: particles | rays | direct | 1 m: particles | rays | direct |")
+    print("| --- |" + " --- |" * 8)
+    for cells in speeds:
+        print("| " + " | ".join(cells) + " |")
     draw_figure(rows, o.figure)
 
 

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/vec.h"
+
 namespace lucerna {
 
 Cdf::Cdf(std::span<const double> weights) {
@@ -44,7 +46,7 @@ Cdf::Draw Cdf::draw(float u) const {
     const auto item = static_cast<std::size_t>(beyond - upto_.begin()) - 1;
     const double weight = upto_[item + 1] - upto_[item];
     const double rest = (x - upto_[item]) / weight;  // weight > 0, because the boundary is strictly beyond x
-    return {item, weight / upto_.back(), std::min(static_cast<float>(rest), 0x1.fffffep-1F)};
+    return {item, weight / upto_.back(), std::min(static_cast<float>(rest), kBelowOne)};
 }
 
 }  // namespace lucerna

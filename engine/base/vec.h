@@ -29,6 +29,9 @@ using Rgb = Imath::Color3<float>;
 
 inline constexpr float kPi = 3.14159265358979323846F;
 inline constexpr double kPiD = 3.14159265358979323846;
+// The largest numbers below 1, the end of the range of uniform numbers.
+inline constexpr float kBelowOne = 0x1.fffffep-1F;
+inline constexpr double kBelowOneD = 0x1.fffffffffffffp-1;
 inline constexpr float kInvPi = 0.31830988618379067154F;
 inline constexpr double kRadiansPerDegree = kPiD / 180;
 

@@ -34,8 +34,6 @@ constexpr float kLeastFacing = 0.7F;
 constexpr double kLeastPaying = 0.2;
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-constexpr float kBelowOne = 0x1.fffffep-1F;
-
 // Returns the cell of a coordinate in [0,1].
 std::size_t cell_of(float x) {
     return std::min(static_cast<std::size_t>(x * SquareHistogram::kSide), SquareHistogram::kSide - 1);

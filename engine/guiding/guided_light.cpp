@@ -20,7 +20,7 @@ V2f step(const V2f& u, int i) {
     V2f result;
     for (int a = 0; a < 2; ++a) {
         const double x = double{u[a]} + i * kAlpha[a];
-        result[a] = std::min(static_cast<float>(x - std::floor(x)), 0x1.fffffep-1F);
+        result[a] = std::min(static_cast<float>(x - std::floor(x)), kBelowOne);
     }
     return result;
 }
@@ -56,7 +56,7 @@ class Draws {
     };
     std::optional<One> operator[](int i) const {
         // There is one candidate in each of `count` equal strata of the choice.
-        const float u = std::min((static_cast<float>(i) + u_light_) / count_, 0x1.fffffep-1F);
+        const float u = std::min((static_cast<float>(i) + u_light_) / count_, kBelowOne);
         const auto drawn = choice_.draw(scene_, vertex_.hit.at.p, u, step(u_place_, i));
         if (!drawn) return std::nullopt;
         return One{unshadowed(vertex_, *drawn), *drawn};

@@ -138,7 +138,7 @@ void SmallLamps::add(const InReach& lamps, const V2i& pixel, Sampler& sampler,
         float expected = 1;  // expected number of samples of this lamp per camera sample
         if (lamps.by_power) {
             const float u = (static_cast<float>(i) + sampler.next()) / static_cast<float>(asked);
-            const Cdf::Draw draw = lamps.by_power->draw(std::min(u, 0x1.fffffep-1F));
+            const Cdf::Draw draw = lamps.by_power->draw(std::min(u, kBelowOne));
             chosen = draw.item;
             expected = static_cast<float>(asked * draw.probability);  // > 0
         }

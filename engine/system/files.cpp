@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -309,10 +308,7 @@ void replace_file(const std::filesystem::path& file, std::span<const std::span<c
 }
 
 std::string suffix_of(const std::filesystem::path& file) {
-    std::string suffix = file.extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return suffix;
+    return lower_case(file.extension().string());
 }
 
 }  // namespace lucerna

@@ -3,7 +3,6 @@
 #include <zip.h>
 
 #include <algorithm>
-#include <cctype>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -12,15 +11,7 @@
 #include "engine/text/plain_text.h"
 
 namespace lucerna {
-namespace {
-
-bool alike(std::string_view a, std::string_view b) {
-    return std::ranges::equal(a, b, [](char x, char y) {
-        return std::tolower(static_cast<unsigned char>(x)) == std::tolower(static_cast<unsigned char>(y));
-    });
-}
-
-}  // namespace
+namespace {}  // namespace
 
 struct ZipArchive::State {
     struct Discard {
@@ -91,7 +82,7 @@ std::optional<std::uint64_t> ZipArchive::find(std::string_view wanted) const {
     for (std::uint64_t i = 0; i < entries(); ++i) {
         const std::string given = path(i);
         if (given == wanted) return i;
-        if (alike(given, wanted)) found = i, ++similar;
+        if (lower_case(given) == lower_case(wanted)) found = i, ++similar;
     }
     return similar == 1 ? found : std::nullopt;
 }

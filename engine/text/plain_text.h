@@ -17,6 +17,15 @@ std::string csv_field(const std::string& text);
 // Returns a library's message with spaces in place of line breaks.
 std::string one_line(std::string_view text);
 
+// Returns the text without white space at both ends.
+std::string_view trimmed(std::string_view text);
+
+// Returns the text without the byte order mark of UTF-8 with which some editors begin a file.
+std::string_view without_byte_order_mark(std::string_view text);
+
+// Returns the text with its ASCII letters in lower case.
+std::string lower_case(std::string_view text);
+
 // Returns the number of bytes, 0 to 3, at the end of `text` that begin an incomplete character of UTF-8.
 std::size_t unfinished_bytes(std::string_view text);
 

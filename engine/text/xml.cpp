@@ -33,13 +33,6 @@ std::string without_prefix(std::string_view name) {
     return std::string(name.substr(name.find(':') + 1));  // npos + 1 is 0
 }
 
-std::string_view without_space(std::string_view text) {
-    constexpr std::string_view kSpace = " \t\r\n";
-    const std::size_t first = text.find_first_not_of(kSpace);
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
-}
-
 XmlElement element_of(const pugi::xml_node& node, const Lines& lines, const std::string& file, int depth) {
     XmlElement element;
     const Location place = lines.at(file, node.offset_debug());
@@ -55,7 +48,7 @@ XmlElement element_of(const pugi::xml_node& node, const Lines& lines, const std:
         else
             text += inner.value();  // text and CDATA; the parser leaves comments out
     }
-    element.text = without_space(text);
+    element.text = trimmed(text);
     return element;
 }
 

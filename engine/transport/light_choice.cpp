@@ -7,8 +7,6 @@
 namespace lucerna {
 namespace {
 
-constexpr float kBelowOne = 0x1.fffffep-1F;
-
 // Returns the densities of a light without parts, for which they are equal.
 PartPdf whole(float pdf_w) {
     return {kNoCell, pdf_w, pdf_w};

@@ -284,10 +284,10 @@ TEST(PhotometricWeb, Resampled_OnItsOwnGrid_IsTheSame) {
     for (std::size_t i = 0; i < 9 * 7; ++i) grid.candela.push_back(s.next());
     for (std::size_t j = 0; j < 9; ++j) grid.candela[7 * j] = 1, grid.candela[7 * j + 6] = 2;  // poles
     std::copy_n(grid.candela.begin(), 7, grid.candela.end() - 7);
-    const PhotometricWeb web(grid), again = resampled(web, 30, 45);
+    const PhotometricWeb web(grid), again = resampled({web}, 30, 45);
     for (std::size_t i = 0; i < grid.candela.size(); ++i)
         EXPECT_NEAR(again.grid().candela[i], grid.candela[i], 1e-6F) << i;
-    EXPECT_THAT(error_of([&] { resampled(web, 7, 45); }), HasSubstr("step of 7 degrees"));
+    EXPECT_THAT(error_of([&] { resampled({web}, 7, 45); }), HasSubstr("step of 7 degrees"));
 }
 
 TEST(PhotometricWeb, NoGrid_IsRefusedWithTheCause) {

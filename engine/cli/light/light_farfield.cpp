@@ -154,7 +154,7 @@ void append_curve(std::string& svg, const Plot& plot, double right, std::string_
 std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, std::string_view unit,
                            std::string_view flux_unit) {
     // The diagram shows C planes.
-    const PhotometricWeb web = given.grid().planes == PhotometricPlanes::c ? given : resampled(given, 1, 5);
+    const PhotometricWeb web = given.grid().planes == PhotometricPlanes::c ? given : resampled({given}, 1, 5);
     const Plot plot = plan(web);
     std::string svg = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" width=\"{0:g}\" "
