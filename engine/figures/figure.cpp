@@ -287,6 +287,9 @@ class Plan {
         };
         for (const PlanOutline& outline : figure.outlines)
             std::for_each(outline.points.begin(), outline.points.end(), include);
+        for (const PlanDrawing& drawing : figure.drawings) {
+            for (const auto& line : drawing.lines) std::for_each(line.begin(), line.end(), include);
+        }
         for (const PlanLamp& lamp : figure.lamps) include(lamp.place);
         const V2d size = high_ - low_;
         const double margin = 0.02 * std::max(size.x, size.y);  // keeps walls off the frame
@@ -299,6 +302,7 @@ class Plan {
 
     std::string svg() {
         fill();
+        for (const PlanDrawing& drawing : figure_.drawings) draw(drawing);
         for (const PlanOutline& outline : figure_.outlines) draw(outline);
         draw_plan_isolines();
         if (figure_.numbers) write_numbers();
@@ -323,7 +327,6 @@ class Plan {
 
     void fill() {
         const ValueGrid& values = figure_.values;
-        if (figure_.fill == PlanFill::smooth && values.columns > 1 && values.rows > 1) return fill_smoothly();
         for (int row = 0; row < values.rows; ++row) {
             for (int column = 0; column < values.columns; ++column)
                 drawing_.rect(on_paper(place_of(column - 0.5, row - 0.5)), figure_.spacing * scale_,
@@ -331,30 +334,14 @@ class Plan {
         }
     }
 
-    void fill_smoothly() {
-        const ValueGrid& values = figure_.values;
-        const V2d from = on_paper(place_of(0, 0)),
-                  size = on_paper(place_of(values.columns - 1, values.rows - 1)) - from;
-        Image picture =
-            Image::rgb(std::max(1, static_cast<int>(size.x)), std::max(1, static_cast<int>(size.y)));
-        for (int y = 0; y < picture.height; ++y) {
-            for (int x = 0; x < picture.width; ++x) {
-                const double column = (x + 0.5) / picture.width * (values.columns - 1);
-                const double row = (y + 0.5) / picture.height * (values.rows - 1);
-                picture.set_rgb(x, y, shown_.colour(values.between(column, row)));
-            }
-        }
-        drawing_.image(from, size, picture);
-    }
-
     // Draws isolines on a grid refined to a few pixels, as bilinear isolines curve inside a cell.
     void draw_plan_isolines() {
         constexpr double kPiece = 6;  // pixels
         const double cell = std::max(figure_.spacing.x, figure_.spacing.y) * scale_;
-        const int parts = std::max(1, static_cast<int>(std::ceil(cell / kPiece)));
+        const int parts = 2 * std::max(1, static_cast<int>(std::ceil(cell / (2 * kPiece))));
         draw_isolines(
             drawing_, isolines(refined(figure_.values, parts), shown_.levels),
-            [&](const V2d& p) { return on_paper(place_of(p.x / parts, p.y / parts)); },
+            [&](const V2d& p) { return on_paper(place_of(p.x / parts - 0.5, p.y / parts - 0.5)); },
             figure_.numbers ? number_boxes() : std::vector<LabelBox>());
     }
 
@@ -396,6 +383,16 @@ class Plan {
         }
     }
 
+    void draw(const PlanDrawing& drawing) {
+        std::string path;
+        for (const auto& [from, to] : drawing.lines) {
+            const V2d a = on_paper(from), b = on_paper(to);
+            fmt::format_to(std::back_inserter(path), "M{:.1f} {:.1f}L{:.1f} {:.1f}", a.x, a.y, b.x, b.y);
+        }
+        drawing_.add(R"(<path class="section" d="{}" fill="none" stroke="#000000" stroke-width="{:g}"/>)",
+                     path, drawing.width);
+    }
+
     void draw(const PlanOutline& outline) {
         std::string points;
         for (const V2d& p : outline.points) {
@@ -407,15 +404,21 @@ class Plan {
                      outline.closed ? "polygon" : "polyline", points);
     }
 
-    // Draws the usual symbol of a luminaire, a crossed circle.
+    // Draws the outline of a luminaire and its usual symbol, a crossed circle, neither of them filled.
     void draw(const PlanLamp& lamp) {
         constexpr double kRadius = 6;
         const V2d at = on_paper(lamp.place), d(kRadius * std::sqrt(0.5), kRadius * std::sqrt(0.5));
+        const V2d size = lamp.size * scale_;
+        if (std::max(size.x, size.y) > 2 * kRadius) {
+            drawing_.add(
+                R"(<rect class="luminaire" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="none" stroke="#000000" stroke-width="1.2" stroke-dasharray="6 3"/>)",
+                at.x - size.x / 2, at.y - size.y / 2, size.x, size.y);
+        }
         drawing_.add(
-            R"(<circle class="lamp" cx="{:.1f}" cy="{:.1f}" r="{:g}" fill="#ffffff" stroke="#000000" stroke-width="1.4"/>)",
+            R"(<circle class="lamp" cx="{:.1f}" cy="{:.1f}" r="{:g}" fill="none" stroke="#000000" stroke-width="1.4"/>)",
             at.x, at.y, kRadius);
-        drawing_.line(at - d, at + d, "#000000", 1.2);
-        drawing_.line(at + V2d(-d.x, d.y), at + V2d(d.x, -d.y), "#000000", 1.2);
+        drawing_.line(at - d, at + d, "#000000", 1);
+        drawing_.line(at + V2d(-d.x, d.y), at + V2d(d.x, -d.y), "#000000", 1);
         if (!lamp.name.empty()) drawing_.label(at + V2d(0, -kRadius - 4), lamp.name, "middle", kSmallFont);
     }
 

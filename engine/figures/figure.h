@@ -2,10 +2,11 @@
 // the caption of a picture, as self-contained SVG or as pixels.
 //
 // An SVG is one element for a separate file or an HTML page, possibly several on one page: it has no ids, its
-// own background and no script. Text is in DejaVu Sans, or in the viewer's replacement. The smooth plan and
-// the image contain a PNG, for which the library of picture formats is loaded (pictures.h).
+// own background and no script. Text is in DejaVu Sans, or in the viewer's replacement. The image
+// contains a PNG, for which the library of picture formats is loaded (pictures.h).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -30,26 +31,28 @@ struct FigureValues {
     IsolineSettings isolines;
 };
 
-// Fills a cell around each point, or interpolates bilinearly between points and leaves out the region beyond
-// the outermost.
-enum class PlanFill : std::uint8_t { cells, smooth };
-
 // Positions in metres: x to the right, y upwards.
 struct PlanOutline {
     std::vector<Imath::V2d> points;
     bool closed = true;
 };
+// Lines of the model, such as a section through its walls.
+struct PlanDrawing {
+    std::vector<std::array<Imath::V2d, 2>> lines;
+    double width = 1;  // pixels
+};
 struct PlanLamp {
-    Imath::V2d place;
-    std::string name;  // empty: the mark alone
+    Imath::V2d place;       // of its middle
+    std::string name;       // empty: the mark alone
+    Imath::V2d size{0, 0};  // m, of its outline; 0: the mark alone
 };
 
 struct PlanFigure : FigureValues {
     Imath::V2d first{0, 0};    // m, position of the first value, at the top left
     Imath::V2d spacing{1, 1};  // m, > 0: between columns to the right, between rows downwards
-    PlanFill fill = PlanFill::cells;
-    bool numbers = true;  // writes values at their points if all of them fit into their cells
+    bool numbers = true;       // writes values at their points if all of them fit into their cells
     std::vector<PlanOutline> outlines;
+    std::vector<PlanDrawing> drawings;
     std::vector<PlanLamp> lamps;
     double width = 900;  // of the whole figure, >= 300 pixels; the height follows
 };

@@ -131,8 +131,8 @@ void blur_lines(std::vector<double>& data, int lines, std::size_t line_step, int
 
 double ValueGrid::between(double x, double y) const {
     const auto split = [](double v, int count) {
-        const double held = std::clamp(v, 0.0, static_cast<double>(count - 1));
-        const int below = std::min(static_cast<int>(held), std::max(count - 2, 0));
+        const double held = std::clamp(v, -0.5, count - 0.5);
+        const int below = std::clamp(static_cast<int>(held), 0, std::max(count - 2, 0));
         return std::pair(below, held - below);
     };
     const auto [column, s] = split(x, columns);
@@ -146,13 +146,12 @@ double ValueGrid::between(double x, double y) const {
 }
 
 ValueGrid refined(const ValueGrid& grid, int parts) {
-    const auto count = [parts](int points) { return (points - 1) * parts + 1; };
-    ValueGrid fine{count(grid.columns), count(grid.rows), {}};
+    ValueGrid fine{grid.columns * parts + 1, grid.rows * parts + 1, {}};
     fine.values.reserve(static_cast<std::size_t>(fine.columns) * static_cast<std::size_t>(fine.rows));
     for (int row = 0; row < fine.rows; ++row) {
         for (int column = 0; column < fine.columns; ++column)
-            fine.values.push_back(
-                grid.between(static_cast<double>(column) / parts, static_cast<double>(row) / parts));
+            fine.values.push_back(grid.between(static_cast<double>(column) / parts - 0.5,
+                                               static_cast<double>(row) / parts - 0.5));
     }
     return fine;
 }

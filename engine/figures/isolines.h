@@ -19,12 +19,15 @@ struct ValueGrid {
         return values[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
                       static_cast<std::size_t>(column)];
     }
-    // Interpolates bilinearly; x in columns and y in rows are clamped to the grid. Returns NaN if one of the
-    // four surrounding points is missing.
+    // Interpolates bilinearly, and extrapolates by half a cell to the edges of the outermost points' cells,
+    // to which x in columns and y in rows are clamped. Returns NaN if one of the four closest points is
+    // missing.
     double between(double x, double y) const;
 };
 
-// Refines the grid by bilinear interpolation, with `parts` - 1 points between two neighbours.
+// Refines the grid to steps of 1 / `parts` from edge to edge, half a cell beyond the outermost points: point
+// (i, j) is at (i, j) / parts - 1/2 of the given grid, by ValueGrid::between(). `parts` is even, so that the
+// given points remain.
 ValueGrid refined(const ValueGrid& grid, int parts);
 
 // A polyline along which the values are `level`; x in columns to the right, y in rows downwards. Greater

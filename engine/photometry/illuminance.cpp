@@ -58,33 +58,6 @@ class LightOf {
     std::size_t first_;
 };
 
-// Computes the mean, extremes and uniformity of a surface whose points are done, at least one of which is not
-// cut off.
-void sum_up(SurfaceIlluminance& done) {
-    double mean = 0, variance = 0;
-    done.direct = 0;
-    const auto n = static_cast<double>(done.points.size() - done.cut_off());
-    done.groups.assign(done.points.front().groups.size(), 0.0);
-    const PointIlluminance *least = nullptr, *greatest = nullptr;
-    for (const PointIlluminance& point : done.points) {
-        if (point.is_cut_off()) continue;
-        mean += point.all.value / n;
-        variance += sqr(point.all.half_width / n);
-        done.direct += point.direct / n;
-        for (std::size_t g = 0; g < done.groups.size(); ++g) done.groups[g] += point.groups[g] / n;
-        if (least == nullptr || point.all.value < least->all.value) least = &point;
-        if (greatest == nullptr || !(point.all.value < greatest->all.value)) greatest = &point;
-    }
-    done.mean = {mean, std::sqrt(variance)};
-    done.least = least->all;
-    done.greatest = greatest->all;
-    if (!(mean > 0)) return;
-    // The uncertainty of the ratio is taken to first order, as if its two estimates were independent: among
-    // many points the darkest contributes little to the mean.
-    const double u0 = done.least.value / mean;
-    done.uniformity = {u0, hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
-}
-
 // Tells which points of the surfaces are cut off from the light.
 std::vector<bool> cut_off_from(const std::vector<SurfaceIlluminance>& surfaces, const Job& job,
                                std::uint64_t seed, const Workers& workers) {
@@ -96,7 +69,9 @@ std::vector<bool> cut_off_from(const std::vector<SurfaceIlluminance>& surfaces, 
             direct.push_back(point.direct);
         }
         const auto receivers = std::span(job.receivers.points).subspan(cut_off.size(), all.size());
-        const std::vector<bool> of_surface = cut_off_points(job.scene, receivers, all, direct, seed, workers);
+        std::vector<bool> of_surface = cut_off_points(job.scene, receivers, all, direct, seed, workers);
+        for (std::size_t i = 0; i < surface.surface.excluded.size(); ++i)
+            of_surface[i] = of_surface[i] || surface.surface.excluded[i];
         cut_off.insert(cut_off.end(), of_surface.begin(), of_surface.end());
     }
     return cut_off;
@@ -535,6 +510,33 @@ void warn_of_blurred_light(const std::vector<SurfaceIlluminance>& surfaces, doub
 
 }  // namespace
 
+void sum_up(SurfaceIlluminance& done) {
+    double mean = 0, variance = 0;
+    done.direct = 0;
+    const auto n = static_cast<double>(done.points.size() - done.cut_off());
+    done.groups.assign(done.points.front().groups.size(), 0.0);
+    const PointIlluminance *least = nullptr, *greatest = nullptr;
+    for (const PointIlluminance& point : done.points) {
+        if (point.is_cut_off()) continue;
+        mean += point.all.value / n;
+        variance += sqr(point.all.half_width / n);
+        done.direct += point.direct / n;
+        for (std::size_t g = 0; g < done.groups.size(); ++g) done.groups[g] += point.groups[g] / n;
+        if (least == nullptr || point.all.value < least->all.value) least = &point;
+        if (greatest == nullptr || !(point.all.value < greatest->all.value)) greatest = &point;
+    }
+    done.mean = {mean, std::sqrt(variance)};
+    done.least = done.greatest = done.uniformity = {};
+    if (least == nullptr) return;
+    done.least = least->all;
+    done.greatest = greatest->all;
+    if (!(mean > 0)) return;
+    // The uncertainty of the ratio is taken to first order, as if its two estimates were independent: among
+    // many points the darkest contributes little to the mean.
+    const double u0 = done.least.value / mean;
+    done.uniformity = {u0, hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
+}
+
 std::vector<LuminairePlace> luminaires_of(const Scene& scene) {
     std::vector<LuminairePlace> all;
     for (const auto& light : scene.lights()) {
@@ -545,7 +547,8 @@ std::vector<LuminairePlace> luminaires_of(const Scene& scene) {
                        .file = light->file().filename().string(),
                        .place = V3d(bounds->box.center()) + scene.origin(),
                        .axis = one_sided ? V3d(bounds->axis) : V3d(0),
-                       .flux = light->power()});
+                       .flux = light->power(),
+                       .size = V3d(bounds->box.size())});
     }
     return all;
 }

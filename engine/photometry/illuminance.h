@@ -36,8 +36,8 @@ struct Reading95 {
 };
 
 // The components of the light of one point; direct and indirect add up to `all`. All are NaN where the point
-// is cut off from the light (cut_off_points.h): it does not count in its surface's mean, extremes and
-// uniformity.
+// is cut off from the light (cut_off_points.h) or excluded (CalculationSurface): it does not count in its
+// surface's mean, extremes and uniformity.
 struct PointIlluminance {
     Reading95 all;
     double direct = 0;   // straight from lamps and sky
@@ -60,9 +60,13 @@ struct SurfaceIlluminance {
     // hardly meet its lamps (engine/render/chance_light.h), and the share of it that those paths never met.
     double by_light_paths = 0, never_met = 0;
     double blur = 0;  // bound of the error of by_light_paths by blur
+    // Returns the number of points that do not count, and how many of these the surface excludes.
     std::size_t cut_off() const {
         return static_cast<std::size_t>(
             std::ranges::count_if(points, [](const PointIlluminance& point) { return point.is_cut_off(); }));
+    }
+    std::size_t excluded() const {
+        return static_cast<std::size_t>(std::ranges::count(surface.excluded, true));
     }
     std::size_t index(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
@@ -81,13 +85,17 @@ struct IlluminanceOptions {
     int most_samples = 0;   // of each replica; > 0 sets the number whatever the precision
 };
 
+// Computes the mean, extremes and uniformity of a surface from its points; 0 if all are cut off.
+void sum_up(SurfaceIlluminance& surface);
+
 // A light that has a place in the scene.
 struct LuminairePlace {
     std::string kind;
-    std::string file;  // of the light field, ray file or photometric file; empty if none
-    V3d place;         // centre of its bounds; world, scene units
-    V3d axis;          // unit vector along which it shines; 0 where it shines all around or to two sides
-    double flux = 0;   // in the scene's unit
+    std::string file;   // of the light field, ray file or photometric file; empty if none
+    V3d place;          // centre of its bounds; world, scene units
+    V3d axis;           // unit vector along which it shines; 0 where it shines all around or to two sides
+    double flux = 0;    // in the scene's unit
+    V3d size{0, 0, 0};  // of its bounds
 };
 std::vector<LuminairePlace> luminaires_of(const Scene& scene);
 

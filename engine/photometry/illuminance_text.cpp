@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -95,13 +96,13 @@ std::string table_text(const std::vector<std::vector<std::string>>& rows) {
 }
 
 std::string cut_off_text(const SurfaceIlluminance& surface) {
-    const std::size_t cut_off = surface.cut_off();
+    const std::size_t excluded = surface.excluded(), cut_off = surface.cut_off() - excluded;
     if (cut_off == 0) return {};
     return fmt::format(
         "\"{}\": {} of {} points lie inside furniture, walls or closed rooms, where no light comes, and do "
         "not "
         "count\n",
-        plain_text(surface.surface.name), cut_off, surface.points.size());
+        plain_text(surface.surface.name), cut_off, surface.points.size() - excluded);
 }
 
 std::string illuminance_text(const IlluminanceReport& report) {
@@ -121,6 +122,46 @@ std::string illuminance_text(const IlluminanceReport& report) {
         table_text(rows);
     for (const SurfaceIlluminance& surface : report.surfaces) text += cut_off_text(surface);
     return text;
+}
+
+namespace {
+
+std::string limits_text(const Judgement& judgement) {
+    const auto& [low, high] = judgement.limits;
+    const std::string unit = judgement.unit.empty() ? "" : " " + judgement.unit;
+    if (!(high > 0)) return fmt::format("≥ {:g}{}", low, unit);
+    return low > 0 ? fmt::format("{:g} to {:g}{}", low, high, unit) : fmt::format("≤ {:g}{}", high, unit);
+}
+
+}  // namespace
+
+std::vector<std::vector<std::string>> judgement_rows(std::span<const Judgement> judgements) {
+    std::vector<std::vector<std::string>> rows{{"requirement", "of", "required", "value", "result"}};
+    for (const Judgement& judgement : judgements) {
+        rows.push_back({judgement.requirement, plain_text(judgement.of), limits_text(judgement),
+                        std::isnan(judgement.value.value) ? "undefined" : reading_text(judgement.value),
+                        std::string(kVerdicts[static_cast<std::size_t>(judgement.verdict)])});
+    }
+    return rows;
+}
+
+std::string judgements_summary(std::span<const Judgement> judgements) {
+    std::array<std::size_t, std::size(kVerdicts)> counts{};
+    for (const Judgement& judgement : judgements) ++counts[static_cast<std::size_t>(judgement.verdict)];
+    const auto count = [&](Verdict verdict) { return counts[static_cast<std::size_t>(verdict)]; };
+    if (count(Verdict::met) == judgements.size())
+        return fmt::format("all {} requirements are met", judgements.size());
+    std::string text = fmt::format("{} of {} requirements are met", count(Verdict::met), judgements.size());
+    if (count(Verdict::missed) > 0) text += fmt::format(", {} missed", count(Verdict::missed));
+    if (count(Verdict::undecided) > 0)
+        text += fmt::format(", {} not decided at this precision", count(Verdict::undecided));
+    return text;
+}
+
+std::string judgements_text(std::span<const Judgement> judgements) {
+    if (judgements.empty()) return {};
+    return "\nEN 12464-1: " + judgements_summary(judgements) + '\n' + table_text(judgement_rows(judgements)) +
+           '\n';
 }
 
 std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
@@ -160,7 +201,7 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
 }
 
 std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps,
-                             const FarFieldErrors& far_field) {
+                             const FarFieldErrors& far_field, std::span<const Judgement> judgements) {
     nlohmann::json json{{"unit", report.unit},
                         {"confidence", 0.95},
                         {"precision", report.precision},
@@ -205,6 +246,15 @@ std::string illuminance_json(const IlluminanceReport& report, const MeasurementU
         if (!far_field.from_opening.empty())
             of["far_field_error"]["opening"] = json_of(far_field.from_opening[s]);
         json["surfaces"].push_back(std::move(of));
+    }
+    for (const Judgement& judgement : judgements) {
+        nlohmann::json of{{"requirement", judgement.requirement},
+                          {"of", plain_text(judgement.of)},
+                          {"value", json_of(judgement.value)},
+                          {"result", kVerdicts[static_cast<std::size_t>(judgement.verdict)]}};
+        if (judgement.limits.low > 0) of["at_least"] = judgement.limits.low;
+        if (judgement.limits.high > 0) of["at_most"] = judgement.limits.high;
+        json["requirements"].push_back(std::move(of));
     }
     return json.dump(1) + '\n';
 }

@@ -1,10 +1,12 @@
 // Formats illuminance as text, CSV, JSON and images.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include "engine/image/image.h"
+#include "engine/photometry/en12464.h"
 #include "engine/photometry/far_field_error.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/measurement_uncertainty.h"
@@ -20,11 +22,18 @@ std::string reading_text(const Reading95& reading);
 std::string table_text(const std::vector<std::vector<std::string>>& rows);
 // Returns a table with one line for each surface.
 std::string illuminance_text(const IlluminanceReport& report);
+// Returns a table of the requirements and what became of each, its first row the heading.
+std::vector<std::vector<std::string>> judgement_rows(std::span<const Judgement> judgements);
+// Returns this table and a line with the result of all; empty if nothing was required.
+std::string judgements_text(std::span<const Judgement> judgements);
+// Says whether all are met, some missed, or some undecided.
+std::string judgements_summary(std::span<const Judgement> judgements);
 // Returns one line for each point under a line of column names (RFC 4180), with the uncertainty due to the
 // lamps if it was computed.
 std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps = {});
 std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps = {},
-                             const FarFieldErrors& far_field = {});
+                             const FarFieldErrors& far_field = {},
+                             std::span<const Judgement> judgements = {});
 // Returns an image with one pixel for each point and v upwards. Its channels are Y (the illuminance),
 // half_width, direct, indirect and lightgroup.NAME.
 Image illuminance_image(const SurfaceIlluminance& surface, const IlluminanceReport& report);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/scene/receiver.h"
@@ -17,9 +18,16 @@ struct CalculationSurface {
     V3f up;      // unit: a semicylinder's axis
     V2i points;  // along u and v, each >= 1
     ReceiverKind kind = ReceiverKind::planar;
+    // Points that do not count in the surface's mean and extremes, (x, y) at y * points.x + x; empty: all do.
+    std::vector<bool> excluded = {};
 
     std::size_t size() const {
         return static_cast<std::size_t>(points.x) * static_cast<std::size_t>(points.y);
+    }
+    bool counts(int x, int y) const {
+        return excluded.empty() ||
+               !excluded[static_cast<std::size_t>(y) * static_cast<std::size_t>(points.x) +
+                         static_cast<std::size_t>(x)];
     }
     // Returns the centre of a grid cell. v grows with y.
     V3d position(int x, int y) const { return corner + (x + 0.5) / points.x * u + (y + 0.5) / points.y * v; }

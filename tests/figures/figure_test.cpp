@@ -56,11 +56,15 @@ TEST(Plans, Isolines_AreWhereTheMetresSay) {
     const std::string svg = plan_svg(figure);
     std::smatch line, outline;
     ASSERT_TRUE(
-        std::regex_search(svg, line, std::regex(R"re(data-level="200" d="M([\d.]+) [\d.]+ ([\d.]+) )re")));
-    ASSERT_TRUE(std::regex_search(svg, outline, std::regex(R"re(points="([\d.]+),[\d.]+ ([\d.]+),)re")));
-    const double x0 = std::stod(outline[1]), x8 = std::stod(outline[2]);
+        std::regex_search(svg, line, std::regex(R"re(data-level="200" d="M([\d.]+) ([\d.]+) ([\d.]+) )re")));
+    ASSERT_TRUE(std::regex_search(svg, outline, std::regex(R"re(points="([\d.]+),([\d.]+) ([\d.]+),)re")));
+    const double x0 = std::stod(outline[1]), x8 = std::stod(outline[3]);
     EXPECT_NEAR(std::stod(line[1]), x0 + (x8 - x0) * 2.5 / 8, 0.11);
-    EXPECT_NEAR(std::stod(line[2]), x0 + (x8 - x0) * 2.5 / 8, 0.11);
+    EXPECT_NEAR(std::stod(line[3]), x0 + (x8 - x0) * 2.5 / 8, 0.11);
+    // It begins at an edge of the outline, half a cell beyond the outermost points.
+    const double edge = std::stod(outline[2]), height = (x8 - x0) / 2;
+    const double begin = std::stod(line[2]);
+    EXPECT_LT(std::min(std::fabs(begin - edge), std::fabs(begin - (edge - height))), 0.11) << begin;
     EXPECT_EQ(count(svg, "class=\"isoline\""), 1);
     figure.isolines.shown = false;
     EXPECT_EQ(count(plan_svg(figure), "class=\"isoline\""), 0);
@@ -146,15 +150,11 @@ TEST(Plans, Legend_NamesWhatIsOutside) {
 TEST(Plans, OfAnyShape_AreDrawn) {
     for (const auto& [columns, rows] :
          {std::pair(1, 1), std::pair(1, 5), std::pair(30, 1), std::pair(2, 2)}) {
-        for (const PlanFill fill : {PlanFill::cells, PlanFill::smooth}) {
-            PlanFigure figure;
-            figure.values = {columns, rows,
-                             std::vector<double>(static_cast<std::size_t>(columns * rows), NAN)};
-            figure.fill = fill;
-            const std::string svg = plan_svg(figure);
-            EXPECT_THAT(svg, Not(HasSubstr("nan")));
-            EXPECT_THAT(svg, Not(HasSubstr("inf")));
-        }
+        PlanFigure figure;
+        figure.values = {columns, rows, std::vector<double>(static_cast<std::size_t>(columns * rows), NAN)};
+        const std::string svg = plan_svg(figure);
+        EXPECT_THAT(svg, Not(HasSubstr("nan")));
+        EXPECT_THAT(svg, Not(HasSubstr("inf")));
     }
 }
 

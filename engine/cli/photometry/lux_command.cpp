@@ -13,6 +13,7 @@
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
 #include "engine/cli/light/light_commands.h"
+#include "engine/cli/photometry/luminaire_types.h"
 #include "engine/cli/photometry/lux_page.h"
 #include "engine/cli/photometry/lux_replicates.h"
 #include "engine/cli/photometry/photometry_options.h"
@@ -22,9 +23,12 @@
 #include "engine/colour/tone.h"
 #include "engine/image/displayed.h"
 #include "engine/image/image.h"
+#include "engine/photometry/en12464.h"
 #include "engine/photometry/far_field_error.h"
+#include "engine/photometry/glare.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/illuminance_text.h"
+#include "engine/photometry/maintenance.h"
 #include "engine/photometry/measurement_uncertainty.h"
 #include "engine/text/plain_text.h"
 #include "lights/measurement/plane_irradiance.h"
@@ -60,6 +64,14 @@ Kinds: planar (as read by a photometer on the surface), cylindrical, semicylindr
 scalar illuminance is four times the spherical). --facing turns sensors to another direction: for example,
 --facing 1,0,0 gives the vertical illuminance at eye height. Cylindrical and spherical sensors face no direction.
 
+--require Em=500,U0=0.6,UGR=19 judges the lighting by EN 12464-1: each requirement is met, missed, or not decided where the
+interval of its value holds the limit. The surfaces are the task areas; further ones are calculated where requirements need
+them, in the room that is found around each task area: its surround (0.5 m) and background (3 m), walls, ceiling, and
+cylindrical illuminance at --eye-height. UGR is rated from the middle of each side of the room. --maintenance-factor 0.8 turns
+all illuminances into maintained ones; --maintenance-factor spots=0.7 is that of a light group. The requirements:
+
+{}
+
 --far-field-error shows how accurate a photometric file would be in this scene: it computes everything again with the
 far-field intensities of each measured lamp, once from a point and once from the luminous opening that lucerna light farfield
 writes, and reports the relative errors of the illuminance; with --plan and --html also as maps. It prints the floor of the method, too: by how much the table of intensities, in steps of
@@ -81,6 +93,7 @@ Examples:
   lucerna lux room.pbrt -o lux.csv --plan lux.svg
   lucerna lux room.pbrt --height 0.75 --html report.html --picture room.exr
   lucerna lux room.pbrt --height 0.75 --margin 0.5 --spacing 0.25
+  lucerna lux room.pbrt --require Em=500,U0=0.6,UGR=19,Ez=150,walls=150,ceiling=100 --maintenance-factor 0.8 --html report.html
   lucerna lux room.pbrt --height 0.75 --replicates --precision 0.5%
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
@@ -90,6 +103,10 @@ struct LuxCommand {
     std::string image, html, plan, picture;
     SurfaceOptions surfaces;
     IlluminanceOptions options;
+    Requirements requirements;
+    MaintenanceFactors maintenance;
+    std::vector<std::pair<std::string, std::string>> about;
+    double eye_height = 1.2;  // m
     bool far_field_error = false, replicates = false;
 };
 
@@ -108,6 +125,36 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
                          "NAME=X,Y,Z:X,Y,Z:X,Y,Z");
     }
     return surfaces;
+}
+
+// The surfaces of the requirements and the glare ratings of their observers.
+struct Required {
+    RoomSurfaces room;
+    std::vector<GlareReport> glare;
+};
+
+Required required_of(const LuxCommand& command, std::span<const CalculationSurface> tasks, const Job& job,
+                     Monitor& monitor) {
+    const int up = command.surfaces.up_axis.value_or(up_axis_of(job.camera));
+    const bool right_handed = job.camera.settings().world_from_camera.determinant() < 0;
+    Required required{
+        room_surfaces(job.scene, tasks, command.requirements, command.eye_height, up, right_handed), {}};
+    if (required.room.observers.empty()) return required;
+    GlareOptions options;
+    options.seed = command.options.seed;
+    options.workers = command.options.workers;
+    options.seconds = 0.2 * command.options.seconds;
+    CommandFiles same;  // the files of the first reading
+    required.glare = glare_at(required.room.observers, command.common.read(options.workers, same, monitor),
+                              options, monitor);
+    return required;
+}
+
+RoomText room_text(const Room& room, const Scene& scene) {
+    const V3d size = room.bounds().size();
+    const int up = room.up_axis();
+    return {V3d(size[(up + 1) % 3], size[(up + 2) % 3], size[up]), room.walls().size(),
+            room.reflectances(scene)};
 }
 
 constexpr std::string_view kErrorMap = "error", kOpeningErrorMap = "opening-error",
@@ -139,16 +186,7 @@ ByFarField by_far_field(const LuxCommand& command, std::span<const CalculationSu
     std::size_t lamps = 0;
     common.overrides.far_field = [&](const std::filesystem::path& file) {
         ++lamps;
-        const auto web = [&](const auto& lamp) {
-            if constexpr (std::is_same_v<std::decay_t<decltype(lamp)>, Lumigraph>) {
-                FarFieldGrid grid;
-                grid.as_rendered = true;
-                return far_field(lamp, grid, workers, monitor);
-            } else {
-                return far_field(lamp, FarFieldGrid());
-            }
-        };
-        PhotometricWeb made = std::visit(web, read_lamp_file(file, monitor));
+        PhotometricWeb made = far_field_of(file, workers, monitor);
         result.floor = std::max(result.floor, made.info().grid_error);
         result.has_opening = result.has_opening || made.info().opening.faces().second > 0;
         if (from_point) made.set_opening({});
@@ -166,6 +204,7 @@ ByFarField by_far_field(const LuxCommand& command, std::span<const CalculationSu
     options.seed ^= from_point ? 0x9e3779b97f4a7c15U : 0xd1b54a32d192ed03U;
     options.seconds = seconds;
     result.report = illuminance_on(surfaces, std::move(job), options, monitor);
+    maintain(result.report, command.maintenance);
     return result;
 }
 
@@ -205,7 +244,8 @@ void draw_errors(const LuxCommand& command, const IlluminanceReport& report, con
     const auto draw = [&](const std::vector<FarFieldError>& surfaces, std::string_view from,
                           std::string_view map) {
         for (std::size_t i = 0; i < surfaces.size(); ++i) {
-            const PlanFigure plan = error_plan(plan_of(report.surfaces[i], report), surfaces[i], from);
+            const PlanFigure plan =
+                error_plan(plan_of(report.surfaces[i], report, page.model[i]), surfaces[i], from);
             page.more_plans.push_back(plan);
             if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), map), plan);
         }
@@ -271,7 +311,9 @@ void act(const LuxCommand& command, const CommandContext& context) {
         return file;
     };
     Job job = common.read(command.options.workers, files, monitor);
-    const std::vector<CalculationSurface> surfaces = surfaces_of(command, job);
+    const StopOnSignals listening(context.process);
+    const Required required = required_of(command, surfaces_of(command, job), job, monitor);
+    const std::vector<CalculationSurface>& surfaces = required.room.surfaces;
     const int replicates =
         command.replicates ? replicates_of(lamps, command.common.scene, files, monitor) : 0;
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
@@ -287,25 +329,41 @@ void act(const LuxCommand& command, const CommandContext& context) {
     for (const CalculationSurface& surface : surfaces) {
         std::vector<V3d> points;
         for (int y = 0; y < surface.points.y; ++y) {
-            for (int x = 0; x < surface.points.x; ++x) points.push_back(surface.position(x, y));
+            for (int x = 0; x < surface.points.x; ++x) {
+                if (surface.counts(x, y)) points.push_back(surface.position(x, y));
+            }
         }
         warn_outside(job.scene, "surface \"" + plain_text(surface.name) + "\"", points, monitor);
     }
     LuxPage page{command.common.scene, {}, std::move(picture), command.options.seed};
-    if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);
+    page.maintenance = command.maintenance;
+    const int up = command.surfaces.up_axis.value_or(up_axis_of(job.camera));
+    for (const CalculationSurface& surface : surfaces) {
+        const bool is_drawn = !command.html.empty() || !command.plan.empty();
+        page.model.push_back(is_drawn ? model_lines(job.scene, surface, up) : std::vector<PlanDrawing>());
+    }
+    if (!command.html.empty()) {
+        page.facts = picture_facts(job, command.options.seed);
+        page.about = command.about;
+        page.luminaires = luminaire_types(job.scene, command.options.workers, monitor);
+        for (const Room& room : required.room.rooms) page.rooms.push_back(room_text(room, job.scene));
+        page.glare = required.glare;
+    }
 
     IlluminanceOptions options = command.options;
     RunTimes times(clock, command.options.seconds, command.far_field_error, replicates);
     options.seconds = times.by_lamps();
-    const StopOnSignals listening(context.process);
-    const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
+    IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
+    maintain(report, command.maintenance);
+    const std::vector<Judgement> judgements =
+        judge(required.room, report.surfaces, required.glare, command.requirements);
     FarFieldErrors errors;
     if (command.far_field_error) errors = far_field_errors_of(command, surfaces, report, times, monitor);
     if (replicates > 0 && report.ended_by != "user") {
-        page.uncertainty = uncertainty_of(
-            report,
-            by_replicates(command.common, surfaces, report, command.options, replicates, times, monitor),
-            replicates, monitor);
+        std::vector<IlluminanceReport> by_replicate =
+            by_replicates(command.common, surfaces, report, command.options, replicates, times, monitor);
+        for (IlluminanceReport& of_replicate : by_replicate) maintain(of_replicate, command.maintenance);
+        page.uncertainty = uncertainty_of(report, by_replicate, replicates, monitor);
         if (page.uncertainty.replicates > 0) {
             for (const std::filesystem::path& lamp : lamps)
                 page.uncertainty.fields.push_back(
@@ -318,7 +376,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.image.empty())
             write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
         if (!command.plan.empty())
-            write_plan(of_surface(command.plan, i), plan_of(report.surfaces[i], report));
+            write_plan(of_surface(command.plan, i), plan_of(report.surfaces[i], report, page.model[i]));
     }
     draw_errors(command, report, errors, page);
     for (std::size_t i = 0; i < uncertainty.surfaces.size(); ++i) {
@@ -326,13 +384,14 @@ void act(const LuxCommand& command, const CommandContext& context) {
         page.more_plans.push_back(plan);
         if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), plan);
     }
+    page.judgements = judgements;
     if (!command.html.empty()) write_text(command.html, lux_page(report, page));
     if (command.common.prints_json()) {
-        context.out << illuminance_json(report, uncertainty, errors);
+        context.out << illuminance_json(report, uncertainty, errors, judgements);
     } else {
         if (!command.common.json.empty())
-            write_text(command.common.json, illuminance_json(report, uncertainty, errors));
-        context.out << illuminance_text(report) << end_text(report) << '\n';
+            write_text(command.common.json, illuminance_json(report, uncertainty, errors, judgements));
+        context.out << illuminance_text(report) << judgements_text(judgements) << end_text(report) << '\n';
         context.out << far_field_text(errors);
         if (uncertainty.replicates > 0) context.out << uncertainty_text(report, uncertainty);
     }
@@ -349,7 +408,10 @@ void act(const LuxCommand& command, const CommandContext& context) {
 void add_lux_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<LuxCommand>();
     CLI::App& app = *program.add_subcommand("lux", "Compute illuminance on calculation surfaces");
-    app.footer(kLuxFooter);
+    std::string requirements;
+    for (const RequirementName& one : kRequirements)
+        requirements += fmt::format("  {:<11} {}\n", one.name, one.what);
+    app.footer(fmt::format(fmt::runtime(kLuxFooter), requirements));
     add_photometry_files(app, command->common, "point", "all results");
     app.add_option(
            "--image", command->image,
@@ -363,9 +425,40 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
                    "write a report as one self-contained page: results, plans, luminaires, settings and "
                    "hashes of the scene's files")
         ->type_name("FILE.html");
+    app.add_option_function<std::vector<std::string>>(
+           "--about",
+           [command](const std::vector<std::string>& words) {
+               for (const std::string& word : words)
+                   command->about.push_back(parse_named({"--about"}, word, "expected NAME=TEXT"));
+           },
+           "a line at the head of the report, for example \"Project=Town hall\"; may be repeated")
+        ->type_name("NAME=TEXT")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_option("--picture", command->picture, "rendered image of the scene to show in the report")
         ->type_name("FILE.exr");
     add_surface_options(app, command->surfaces);
+    add_word(app, "--require", "NAME=VALUE,...",
+             "judge by EN 12464-1 whether the lighting meets these requirements, for example "
+             "Em=500,U0=0.6,UGR=19,Ez=150,walls=150,ceiling=100",
+             [command](const std::string& word) {
+                 command->requirements = parse_requirements({"--require"}, word);
+             });
+    add_word(app, "--eye-height", "LENGTH",
+             "height of eyes above the floor for Ez, modelling and UGR (default 1.2, for people who sit)",
+             [command](const std::string& word) {
+                 command->eye_height = parse_metres({"--eye-height"}, word, 0.1, 3);
+             });
+    app.add_option_function<std::vector<std::string>>(
+           "--maintenance-factor",
+           [command](const std::vector<std::string>& words) {
+               for (const std::string& word : words)
+                   parse_maintenance({"--maintenance-factor"}, word, command->maintenance);
+           },
+           "multiply all illuminance, or that of a light group, by this factor (default 1); may be repeated")
+        ->type_name("[GROUP=]NUMBER")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_flag("--far-field-error", command->far_field_error,
                  "also compute everything with the far-field intensities of each measured lamp, from a point "
                  "and from its luminous opening, and report the errors");

@@ -43,7 +43,8 @@ std::string summary(const IlluminanceReport& report) {
     }
     std::string html = table(rows, 2);
     for (const SurfaceIlluminance& of : report.surfaces) {
-        if (of.cut_off() > 0) html += fmt::format("<p>{}</p>\n", html_text(cut_off_text(of)));
+        if (const std::string text = cut_off_text(of); !text.empty())
+            html += fmt::format("<p>{}</p>\n", html_text(text));
     }
     return html;
 }
@@ -65,7 +66,8 @@ std::string direction_text(const V3d& axis) {
     return fmt::format("({:g}, {:g}, {:g})", rounded(axis.x), rounded(axis.y), rounded(axis.z));
 }
 
-std::string lamps(const IlluminanceReport& report) {
+// Lists where the luminaires are and to where they shine.
+std::string places(const IlluminanceReport& report) {
     if (report.lamps.empty()) return "<p>None with a position in the scene.</p>";
     std::vector<std::vector<std::string>> rows{
         {"kind", "file", "x [m]", "y [m]", "z [m]", "direction", fmt::format("flux [{}]", report.flux_unit)}};
@@ -79,6 +81,113 @@ std::string lamps(const IlluminanceReport& report) {
     std::string html = table(rows, 2);
     if (report.lamps.size() > kMost) html += fmt::format("<p>And {} more.</p>", report.lamps.size() - kMost);
     return html;
+}
+
+std::string beam_text(const LuminaireType& type) {
+    if (!(type.beam.peak > 0)) return {};
+    const auto angle = [](double degrees) {
+        return degrees > 0 ? fmt::format("{:.0f}°", degrees) : std::string("–");
+    };
+    return fmt::format("{} × {}", angle(type.beam.beam_angle[0]), angle(type.beam.beam_angle[1]));
+}
+
+std::string luminaires(const IlluminanceReport& report, const std::vector<LuminaireType>& types) {
+    if (types.empty()) return "<p>None with a position in the scene.</p>";
+    const std::string& unit = report.flux_unit;
+    std::vector<std::vector<std::string>> rows{{"luminaire", "kind", "number", "flux of each [" + unit + "]",
+                                                "flux of all [" + unit + "]", "power of each [W]",
+                                                "peak intensity [cd]", "beam angle C0 × C90", "size [m]"}};
+    double all = 0, watts = 0;
+    std::string figures;
+    for (std::size_t i = 0; i < types.size(); ++i) {
+        const LuminaireType& type = types[i];
+        const double flux = static_cast<double>(type.count) * type.flux;
+        all += flux;
+        watts += static_cast<double>(type.count) * type.watts;
+        rows.push_back({fmt::format("L{} {}", i + 1, plain_line(type.file)), type.kind,
+                        std::to_string(type.count), fmt::format("{:.4g}", type.flux),
+                        fmt::format("{:.4g}", flux), type.watts > 0 ? fmt::format("{:.4g}", type.watts) : "–",
+                        type.beam.peak > 0 ? fmt::format("{:.4g}", type.beam.peak) : "–", beam_text(type),
+                        fmt::format("{:.2f} × {:.2f} × {:.2f}", type.size.x, type.size.y, type.size.z)});
+        if (type.polar.empty()) continue;
+        const std::string& source = type.provenance.empty() ? type.file : type.provenance;
+        figures += fmt::format("<figure>{}<figcaption>L{}: {}</figcaption></figure>\n", type.polar, i + 1,
+                               html_text(plain_line(source)));
+    }
+    rows.push_back({"all", "", "", "", fmt::format("{:.4g}", all),
+                    watts > 0 ? fmt::format("{:.4g}", watts) : "–", "", "", ""});
+    return "<div class=\"wide\">" + table(rows, 2) + "</div>\n<div class=\"row\">" + figures + "</div>";
+}
+
+std::string rooms(const std::vector<RoomText>& rooms) {
+    if (rooms.empty()) return {};
+    std::vector<std::vector<std::string>> rows{{"room", "length × width [m]", "clear height [m]", "walls",
+                                                "reflectance of floor", "of walls", "of ceiling"}};
+    for (std::size_t i = 0; i < rooms.size(); ++i) {
+        const RoomText& room = rooms[i];
+        const auto& [floor, walls, ceiling] = room.reflectances;
+        rows.push_back({std::to_string(i + 1), fmt::format("{:.2f} × {:.2f}", room.size.x, room.size.y),
+                        fmt::format("{:.2f}", room.size.z), std::to_string(room.walls),
+                        fmt::format("{:.2f}", floor), fmt::format("{:.2f}", walls),
+                        fmt::format("{:.2f}", ceiling)});
+    }
+    return "<h2>Room</h2>\n<div class=\"wide\">" + table(rows, 1) +
+           "</div>\n<p>Reflectances are means over what is met at right angles, furniture before the walls "
+           "included.</p>\n";
+}
+
+std::string requirements(const std::vector<Judgement>& judgements) {
+    if (judgements.empty()) return {};
+    std::string html = fmt::format("<h2>Requirements (EN 12464-1:2021)</h2>\n<p class=\"verdict\">{}.</p>\n",
+                                   html_text(judgements_summary(judgements)));
+    std::string rows = table(judgement_rows(judgements), 3);
+    // Marks the results, which are the last cells of their rows.
+    for (std::size_t i = 0; i < std::size(kVerdicts); ++i) {
+        constexpr const char* kMarks[] = {"✔ ", "✘ ", "? "};
+        const std::string cell = fmt::format("<td class=\"number\">{}</td>", kVerdicts[i]);
+        const std::string marked = fmt::format("<td class=\"{}\">{}{}</td>",
+                                               i == 0   ? "met"
+                                               : i == 1 ? "missed"
+                                                        : "undecided",
+                                               kMarks[i], kVerdicts[i]);
+        for (std::size_t at = rows.find(cell); at != rows.npos; at = rows.find(cell, at + marked.size()))
+            rows.replace(at, cell.size(), marked);
+    }
+    return html + "<div class=\"wide\">" + rows + "</div>\n";
+}
+
+std::string glare(const std::vector<GlareReport>& reports) {
+    if (reports.empty()) return {};
+    std::vector<std::vector<std::string>> rows{
+        {"observer", "x [m]", "y [m]", "z [m]", "looks along", "UGR", "background [cd/m²]", "E_v [lx]"}};
+    for (const GlareReport& report : reports) {
+        const Observer& by = report.observer;
+        const auto metres = [](double x) { return fmt::format("{:.2f}", x); };
+        rows.push_back({plain_text(by.name), metres(by.eye.x), metres(by.eye.y), metres(by.eye.z),
+                        direction_text(V3d(by.view)),
+                        std::isfinite(report.ugr.value) ? reading_text(report.ugr)
+                        : std::isnan(report.ugr.value)  ? "undefined"
+                                                        : "none in sight",
+                        reading_text(report.background), reading_text(report.vertical)});
+    }
+    return "<h2>Glare</h2>\n<div class=\"wide\">" + table(rows, 1) + "</div>\n";
+}
+
+std::string about(const LuxPage& page) {
+    if (page.about.empty()) return {};
+    std::string html = "<table class=\"about\">\n";
+    for (const auto& [name, text] : page.about)
+        html += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(plain_line(name)),
+                            html_text(plain_line(text)));
+    return html + "</table>\n";
+}
+
+std::string maintenance_text(const MaintenanceFactors& factors) {
+    if (!factors.applies()) return "Initial values: no maintenance factor is applied.";
+    std::string text = fmt::format("Maintained values, with the maintenance factor {:g}", factors.all);
+    for (const auto& [group, factor] : factors.groups)
+        text += fmt::format(", {:g} for \"{}\"", factor, plain_text(group));
+    return text + '.';
 }
 
 std::string settings(const IlluminanceReport& report, const LuxPage& page) {
@@ -117,17 +226,25 @@ std::string facts(const Facts& facts) {
 
 }  // namespace
 
-PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report) {
+PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report,
+                   const std::vector<PlanDrawing>& model) {
     std::vector<double> values;
     for (const PointIlluminance& point : surface.points) values.push_back(point.all.value);
-    return plan_of(surface.surface, values, report.unit, report.lamps);
+    // Luminaires have a place in a plan alone, not in the view of a wall.
+    const bool is_plan = !model.empty();
+    PlanFigure plan = plan_of(surface.surface, values, report.unit,
+                              is_plan ? std::span(report.lamps) : std::span<const LuminairePlace>());
+    plan.drawings = model;
+    return plan;
 }
 
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
     std::string plans;
-    for (const SurfaceIlluminance& surface : report.surfaces) {
+    for (std::size_t i = 0; i < report.surfaces.size(); ++i) {
+        const SurfaceIlluminance& surface = report.surfaces[i];
         plans += fmt::format("<h2>{}</h2>\n<figure>{}<figcaption>{}</figcaption></figure>\n",
-                             html_text(plain_text(surface.surface.name)), plan_svg(plan_of(surface, report)),
+                             html_text(plain_text(surface.surface.name)),
+                             plan_svg(plan_of(surface, report, page.model[i])),
                              html_text(place_text(surface.surface)));
     }
     for (const PlanFigure& plan : page.more_plans)
@@ -136,16 +253,22 @@ std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
         kLuxPage,
         {{"title", html_text("Illuminance: " + plain_text(page.scene))},
          {"style", std::string(kPageStyle)},
-         {"verdict", html_text(fmt::format("Illuminance in {}; ± is the half-width of the 95 % confidence "
-                                           "interval. Initial values: no maintenance factor is applied.",
-                                           unit_as_written(report.unit)))},
+         {"about", about(page)},
+         {"verdict",
+          html_text(fmt::format("Illuminance in {}; ± is the half-width of the 95 % confidence "
+                                "interval. {}",
+                                unit_as_written(report.unit), maintenance_text(page.maintenance)))},
          {"summary", summary(report)},
          {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",
                                                 data_url(*page.picture))
                                   : std::string()},
+         {"requirements", requirements(page.judgements)},
+         {"rooms", rooms(page.rooms)},
          {"uncertainty", uncertainty(report, page.uncertainty)},
          {"plans", plans},
-         {"lamps", lamps(report)},
+         {"glare", glare(page.glare)},
+         {"luminaires", luminaires(report, page.luminaires)},
+         {"places", places(report)},
          {"settings", settings(report, page)},
          {"files", facts(page.facts)}});
 }

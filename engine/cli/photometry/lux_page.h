@@ -5,8 +5,11 @@
 #include <optional>
 #include <string>
 
+#include "engine/cli/photometry/luminaire_types.h"
 #include "engine/figures/figure.h"
+#include "engine/photometry/en12464.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/photometry/maintenance.h"
 #include "engine/photometry/measurement_uncertainty.h"
 #include "engine/text/facts.h"
 
@@ -14,7 +17,15 @@ namespace lucerna {
 
 // Returns a plan of a surface: u to the right, v upwards, in metres from its corner, with the luminaires
 // above it.
-PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report);
+PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report,
+                   const std::vector<PlanDrawing>& model);
+
+// A room as a report describes it.
+struct RoomText {
+    V3d size;  // length, width and clear height [m]
+    std::size_t walls = 0;
+    Room::Reflectances reflectances;
+};
 
 struct LuxPage {
     std::string scene;             // as the command line names it
@@ -23,6 +34,13 @@ struct LuxPage {
     std::uint64_t seed = 0;
     std::vector<PlanFigure> more_plans = {};
     MeasurementUncertainty uncertainty = {};
+    MaintenanceFactors maintenance = {};
+    std::vector<std::pair<std::string, std::string>> about = {};  // lines of the heading: project, author
+    std::vector<Judgement> judgements = {};
+    std::vector<GlareReport> glare = {};
+    std::vector<RoomText> rooms = {};
+    std::vector<LuminaireType> luminaires = {};
+    std::vector<std::vector<PlanDrawing>> model = {};  // of each surface
 };
 // Returns one self-contained HTML file without scripts.
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page);

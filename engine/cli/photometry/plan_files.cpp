@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "engine/base/error.h"
 #include "engine/image/image.h"
 #include "engine/image/pictures.h"
+#include "engine/photometry/section.h"
 #include "engine/system/files.h"
 #include "engine/text/plain_text.h"
 
@@ -36,9 +39,39 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
     for (const LuminairePlace& lamp : lamps) {
         const V3d from = lamp.place - surface.corner;
         const Imath::V2d at(from.dot(surface.u) / width, from.dot(surface.v) / height);
-        if (at.x >= 0 && at.x <= width && at.y >= 0 && at.y <= height) plan.lamps.push_back({at, {}});
+        if (!(at.x >= 0 && at.x <= width && at.y >= 0 && at.y <= height)) continue;
+        const auto across = [&lamp](const V3d& side) {
+            const V3d along = side.normalized();
+            return std::fabs(along.x) * lamp.size.x + std::fabs(along.y) * lamp.size.y +
+                   std::fabs(along.z) * lamp.size.z;
+        };
+        plan.lamps.push_back({at, {}, {across(surface.u), across(surface.v)}});
     }
     return plan;
+}
+
+std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis) {
+    constexpr double kBelow = 0.03, kAbove = 0.75, kAround = 0.6, kSpacing = 0.02;  // m
+    const V3d up = surface.u.cross(surface.v).normalized();
+    if (std::fabs(up[up_axis]) < 0.999) return {};
+    Imath::Box<V3d> box;
+    for (const double u : {0.0, 1.0}) {
+        for (const double v : {0.0, 1.0}) box.extendBy(surface.corner + u * surface.u + v * surface.v);
+    }
+    const double height = box.center()[up_axis];
+    box.min -= V3d(kAround);
+    box.max += V3d(kAround);
+    const V3d u = surface.u.normalized(), v = surface.v.normalized();
+    std::vector<PlanDrawing> drawings;
+    for (const auto& [at, width] : {std::pair(height - kBelow, 0.8), std::pair(height + kAbove, 2.2)}) {
+        PlanDrawing drawing{{}, width};
+        for (const SectionLine& line : section(scene, box, up_axis, at, kSpacing)) {
+            const V3d from = line.from - surface.corner, to = line.to - surface.corner;
+            drawing.lines.push_back({Imath::V2d(from.dot(u), from.dot(v)), Imath::V2d(to.dot(u), to.dot(v))});
+        }
+        if (!drawing.lines.empty()) drawings.push_back(std::move(drawing));
+    }
+    return drawings;
 }
 
 std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t surface) {

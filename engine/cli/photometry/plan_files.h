@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/cli/command_files.h"
 #include "engine/figures/figure.h"
@@ -15,6 +16,10 @@ namespace lucerna {
 // corner, with the luminaires above it.
 PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> values, const std::string& unit,
                    std::span<const LuminairePlace> lamps);
+
+// Returns the lines of the model in the plan of a level surface: furniture, cut 3 cm below the surface, and
+// walls, cut 75 cm above it, with 60 cm around. Other surfaces have none.
+std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis);
 
 // Returns "lux.exr" for the first surface and "lux-2.exr" for the second.
 std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t surface);

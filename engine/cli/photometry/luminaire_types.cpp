@@ -1,0 +1,74 @@
+#include "engine/cli/photometry/luminaire_types.h"
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "engine/cli/light/light_commands.h"
+#include "engine/figures/polar.h"
+#include "lights/measurement/plane_irradiance.h"
+#include "lights/photometric_files.h"
+
+namespace lucerna {
+namespace {
+
+void describe(LuminaireType& type, const PhotometricWeb& web) {
+    const double flux = web.flux();
+    if (!(flux > 0)) return;
+    PolarFigure figure;
+    figure.intensity = [&](int half_plane, double angle) {
+        // Towards a pole all half planes are one.
+        return 1000 / flux * web.intensity(web.direction(angle, 90.0 * half_plane));
+    };
+    if (web.grid().planes == PhotometricPlanes::c) type.polar = polar_svg(figure);
+    type.beam = beam_of(web);
+    type.beam.peak *= type.flux / flux;
+    type.watts = web.info().watts;
+    type.provenance = web.info().provenance;
+}
+
+}  // namespace
+
+PhotometricWeb far_field_of(const std::filesystem::path& file, const Workers& workers, Monitor& monitor) {
+    const auto web = [&](const auto& lamp) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(lamp)>, Lumigraph>) {
+            FarFieldGrid grid;
+            grid.as_rendered = true;
+            return far_field(lamp, grid, workers, monitor);
+        } else {
+            return far_field(lamp, FarFieldGrid());
+        }
+    };
+    return std::visit(web, read_lamp_file(file, monitor));
+}
+
+std::vector<LuminaireType> luminaire_types(const Scene& scene, const Workers& workers, Monitor& monitor) {
+    Monitor silent;  // what the files warn of was said when the scene was read
+    std::vector<LuminaireType> types;
+    for (const auto& light : scene.lights()) {
+        const auto bounds = light->bounds();
+        if (!bounds || !(light->power() > 0)) continue;
+        const std::string file = light->file().filename().string();
+        const auto known = std::ranges::find_if(types, [&](const LuminaireType& type) {
+            return type.kind == light->kind() && type.file == file &&
+                   std::fabs(type.flux - light->power()) < 1e-4 * type.flux;
+        });
+        if (known != types.end()) {
+            ++known->count;
+            continue;
+        }
+        LuminaireType& type = types.emplace_back();
+        type.kind = light->kind();
+        type.file = file;
+        type.count = 1;
+        type.flux = light->power();
+        type.size = V3d(bounds->box.size());
+        if (light->kind() == "photometric")
+            describe(type, read_photometric(light->file(), silent));
+        else if (light->kind() == "lightfield" || light->kind() == "rayfile")
+            describe(type, far_field_of(light->file(), workers, monitor));
+    }
+    return types;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,245 @@
+#include "engine/photometry/room.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/base/elementary.h"
+
+namespace lucerna {
+namespace {
+
+constexpr double kLeastHeight = 2;       // m, of a room
+constexpr double kBelowCeiling = 0.1;    // m, of the horizontal rays
+constexpr double kLeastWidth = 0.5;      // m, of a wall
+constexpr double kRecess = 0.6;          // m
+constexpr double kSamePlane = 0.05;      // m
+constexpr double kSameFacing = 0.9986;   // cos 3°
+constexpr int kDirections = 128;         // of the rays around a point
+constexpr std::size_t kMostPlaces = 40;  // from which rays start
+
+// Casts rays in the scene between points of the world.
+class Caster {
+  public:
+    explicit Caster(const Scene& scene) : scene_(scene) {}
+    struct Found {
+        V3d at, n;
+        double distance;
+    };
+    std::optional<Found> cast(const V3d& from, const V3d& d) const {
+        const auto hit = scene_.intersect(Ray{V3f(from - scene_.origin()), V3f(d)});
+        if (!hit) return std::nullopt;
+        const V3d n(face_forward(hit->at.n, -V3f(d)));
+        return Found{V3d(hit->at.p) + scene_.origin(), n, double{hit->t}};
+    }
+    bool sees(const V3d& from, const V3d& to) const {
+        const V3d way = to - from;
+        const double distance = way.length();
+        if (!(distance > 0)) return true;
+        return !scene_.blocked(
+            Ray{V3f(from - scene_.origin()), V3f(way / distance), static_cast<float>(distance * (1 - 1e-5))},
+            false);
+    }
+
+  private:
+    const Scene& scene_;
+};
+
+// Points of one plane that rays met.
+struct Plane {
+    V3d n, along;   // unit, horizontal; n points into the room
+    double offset;  // n · p
+    double low = std::numeric_limits<double>::infinity(), high = -low;  // along · p
+    int hits = 0, continued = 0;  // points, and those below which the plane continues
+
+    Wall wall(double floor, const V3d& up) const {
+        const V3d middle = offset * n + floor * up;
+        return {middle + low * along, middle + high * along, n};
+    }
+};
+
+class Walls {
+  public:
+    Walls(const Scene& scene, const V3d& up, double floor, double sight)
+        : caster_(scene), up_(up), floor_(floor), sight_(sight) {}
+
+    // Looks around from a place at the height of sight. Returns places before what was seen.
+    std::vector<V3d> look_around(const V3d& from) {
+        std::vector<V3d> next;
+        const V3d first = up_.cross(std::fabs(up_.x) > 0.5 ? V3d(0, 1, 0) : V3d(1, 0, 0));
+        const V3d second = up_.cross(first);
+        for (int i = 0; i < kDirections; ++i) {
+            const double angle = 2 * kPiD * (i + 0.37) / kDirections;
+            const V3d d = cos(angle) * first + sin(angle) * second;
+            const auto found = caster_.cast(from, d);
+            if (!found || std::fabs(found->n.dot(up_)) > 0.2) continue;
+            add(*found);
+            if (found->distance > 2 * kRecess) next.push_back(found->at - kRecess * d);
+        }
+        return next;
+    }
+
+    std::vector<Wall> all() {
+        for (Plane& plane : planes_) extend(plane);
+        std::erase_if(planes_, [&](const Plane& plane) {
+            return plane.high - plane.low < kLeastWidth || 3 * plane.continued < plane.hits ||
+                   std::any_of(planes_.begin(), planes_.end(),
+                               [&](const Plane& other) { return is_recess(plane, other); });
+        });
+        std::vector<Wall> walls;
+        for (const Plane& plane : planes_) walls.push_back(plane.wall(floor_, up_));
+        return walls;
+    }
+
+  private:
+    void add(const Caster::Found& found) {
+        const V3d n = (found.n - found.n.dot(up_) * up_).normalized();
+        const double offset = n.dot(found.at);
+        auto plane = std::find_if(planes_.begin(), planes_.end(), [&](const Plane& known) {
+            return known.n.dot(n) > kSameFacing &&
+                   std::fabs(known.n.dot(found.at) - known.offset) < kSamePlane;
+        });
+        if (plane == planes_.end())
+            plane = planes_.insert(plane, Plane{.n = n, .along = up_.cross(n), .offset = offset});
+        const double at = plane->along.dot(found.at);
+        plane->low = std::min(plane->low, at);
+        plane->high = std::max(plane->high, at);
+        ++plane->hits;
+        // At half the height, windows and furniture may be before the wall or behind it.
+        const double half = (found.at.dot(up_) - floor_) / 2;
+        const auto below = caster_.cast(found.at + kRecess * n - half * up_, -n);
+        if (below && below->distance < 2 * kRecess) ++plane->continued;
+    }
+
+    // Extends a wall to where it ends or the next one begins.
+    void extend(Plane& plane) const {
+        plane.low -= beyond(plane, plane.low, -1);
+        plane.high += beyond(plane, plane.high, 1);
+    }
+    // Returns how far the plane continues from a point that was met, in the direction of `sign`.
+    double beyond(const Plane& plane, double at, double sign) const {
+        constexpr double kMost = 2, kStep = 0.1, kExact = 1e-4;  // m
+        const V3d base = (plane.offset + kSamePlane) * plane.n + sight_ * up_;
+        const auto corner = caster_.cast(base + at * plane.along, sign * plane.along);
+        const double most = corner ? corner->distance : kMost;
+        const auto continues = [&](double distance) {
+            const auto met = caster_.cast(base + (at + sign * distance) * plane.along, -plane.n);
+            return met && met->distance < 2 * kSamePlane;
+        };
+        double inside = 0;
+        while (inside < most && continues(std::min(inside + kStep, most)))
+            inside = std::min(inside + kStep, most);
+        double outside = std::min(inside + kStep, most);
+        while (outside - inside > kExact) {
+            const double middle = (inside + outside) / 2;
+            (continues(middle) ? inside : outside) = middle;
+        }
+        return outside;
+    }
+
+    static bool is_recess(const Plane& plane, const Plane& other) {
+        const double behind = other.offset - plane.offset;
+        return &plane != &other && plane.n.dot(other.n) > kSameFacing && behind > 0 && behind < kRecess &&
+               plane.low > other.low - kRecess && plane.high < other.high + kRecess;
+    }
+
+    Caster caster_;
+    V3d up_;
+    double floor_, sight_;
+    std::vector<Plane> planes_;
+};
+
+}  // namespace
+
+std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points, int up_axis) {
+    const Caster caster(scene);
+    V3d up(0);
+    up[up_axis] = 1;
+    Room room;
+    room.up_axis_ = up_axis;
+    room.floor_ = std::numeric_limits<double>::infinity();
+    room.ceiling_ = -room.floor_;
+    V3d start(0);
+    for (const V3d& point : points) {
+        const auto below = caster.cast(point, -up), above = caster.cast(point, up);
+        if (!below || !above) continue;
+        room.floor_ = std::min(room.floor_, below->at[up_axis]);
+        if (above->at[up_axis] > room.ceiling_) {
+            room.ceiling_ = above->at[up_axis];
+            start = point;
+        }
+    }
+    if (!(room.ceiling_ - room.floor_ >= kLeastHeight)) return std::nullopt;
+    room.sight_ = room.ceiling_ - kBelowCeiling;
+    start[up_axis] = room.sight_;
+
+    Walls walls(scene, up, room.floor_, room.sight_);
+    std::vector<V3d> waiting{start};
+    while (!waiting.empty() && room.seen_from_.size() < kMostPlaces) {
+        const V3d from = waiting.front();
+        waiting.erase(waiting.begin());
+        // A place in sight of several others shows nothing new.
+        const auto sees = std::count_if(room.seen_from_.begin(), room.seen_from_.end(),
+                                        [&](const V3d& seen) { return caster.sees(from, seen); });
+        if (sees >= 3) continue;
+        room.seen_from_.push_back(from);
+        const std::vector<V3d> next = walls.look_around(from);
+        waiting.insert(waiting.end(), next.begin(), next.end());
+    }
+    room.walls_ = walls.all();
+    for (const Wall& wall : room.walls_) {
+        room.bounds_.extendBy(wall.from);
+        room.bounds_.extendBy(wall.to);
+    }
+    if (room.walls_.empty()) return std::nullopt;
+    room.bounds_.max[up_axis] = room.ceiling_;
+    return room;
+}
+
+Room::Reflectances Room::reflectances(const Scene& scene) const {
+    constexpr int kPoints = 16;  // along each side of a surface
+    V3d up(0);
+    up[up_axis_] = 1;
+    // Adds the reflectance of what is met from a point; nothing where nothing is near.
+    struct Mean {
+        double sum = 0, weight = 0;
+        void add(const Scene& scene, const V3d& from, const V3d& d, double weight_of) {
+            const auto hit = scene.intersect(Ray{V3f(from - scene.origin()), V3f(d)});
+            if (!hit || hit->t > 2 * kRecess) return;
+            sum += weight_of * double{luminance(scene.bsdf(*hit).albedo(hit->wo))};
+            weight += weight_of;
+        }
+        double value() const { return weight > 0 ? sum / weight : 0.0; }
+    } floor, ceiling, walls;
+    const V3d size = bounds_.size();
+    const int a = (up_axis_ + 1) % 3, b = (up_axis_ + 2) % 3;
+    for (int i = 0; i < kPoints; ++i) {
+        for (int j = 0; j < kPoints; ++j) {
+            const double s = (i + 0.5) / kPoints, t = (j + 0.5) / kPoints;
+            V3d p = bounds_.min;
+            p[a] += s * size[a];
+            p[b] += t * size[b];
+            if (holds(scene, p)) {
+                floor.add(scene, p + kBelowCeiling * up, -up, 1);
+                p[up_axis_] = sight_;
+                ceiling.add(scene, p, up, 1);
+            }
+            for (const Wall& wall : walls_) {
+                const V3d from = wall.from + s * (wall.to - wall.from) + t * (ceiling_ - floor_) * up +
+                                 kRecess * wall.inward;
+                walls.add(scene, from, -wall.inward, wall.width());
+            }
+        }
+    }
+    return {floor.value(), walls.value(), ceiling.value()};
+}
+
+bool Room::holds(const Scene& scene, const V3d& point) const {
+    const Caster caster(scene);
+    V3d at = point;
+    at[up_axis_] = sight_;
+    return std::any_of(seen_from_.begin(), seen_from_.end(),
+                       [&](const V3d& from) { return caster.sees(from, at); });
+}
+
+}  // namespace lucerna

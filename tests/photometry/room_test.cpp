@@ -1,0 +1,115 @@
+#include "engine/photometry/room.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/pbrt/read_scene.h"
+
+namespace lucerna {
+namespace room_test {
+
+Job scene_of(const std::string& world) {
+    Monitor silent;
+    return read_scene_text("Camera \"perspective\" Film \"rgb\" WorldBegin\n" + world, "scene.pbrt", {},
+                           Workers{2}, silent);
+}
+
+// Returns an upright rectangle between two points of the plan, z upwards.
+std::string upright(const V2d& a, const V2d& b, double low = 0, double high = 3) {
+    return fmt::format(
+        "Shape \"bilinearmesh\" \"point3 P\" [{0} {1} {4} {2} {3} {4} {0} {1} {5} {2} {3} {5}]\n", a.x, a.y,
+        b.x, b.y, low, high);
+}
+std::string level(const V2d& a, const V2d& b, double z) {
+    return fmt::format(
+        "Shape \"bilinearmesh\" \"point3 P\" [{0} {1} {4} {2} {1} {4} {0} {3} {4} {2} {3} {4}]\n", a.x, a.y,
+        b.x, b.y, z);
+}
+std::string box(const V2d& a, const V2d& b, double low, double high) {
+    return upright(a, {b.x, a.y}, low, high) + upright({b.x, a.y}, b, low, high) +
+           upright(b, {a.x, b.y}, low, high) + upright({a.x, b.y}, a, low, high) + level(a, b, low) +
+           level(a, b, high);
+}
+std::string shell(const std::vector<V2d>& corners) {
+    std::string world = level({-20, -20}, {20, 20}, 0) + level({-20, -20}, {20, 20}, 3);
+    for (std::size_t i = 0; i < corners.size(); ++i)
+        world += upright(corners[i], corners[(i + 1) % corners.size()]);
+    return world;
+}
+
+std::vector<double> widths(const Room& room) {
+    std::vector<double> found;
+    for (const Wall& wall : room.walls()) found.push_back(wall.width());
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+using ::testing::DoubleNear;
+using ::testing::ElementsAre;
+
+TEST(Room, OfFourWalls_HasThem) {
+    const Job job = scene_of(shell({{0, 0}, {8, 0}, {8, 5}, {0, 5}}));
+    const auto room = Room::around(job.scene, std::vector<V3d>{{4, 2, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_NEAR(room->floor(), 0, 1e-5);
+    EXPECT_NEAR(room->ceiling(), 3, 1e-5);
+    EXPECT_THAT(widths(*room), ElementsAre(DoubleNear(5, 1e-3), DoubleNear(5, 1e-3), DoubleNear(8, 1e-3),
+                                           DoubleNear(8, 1e-3)));
+    for (const Wall& wall : room->walls()) {
+        EXPECT_GT(wall.inward.dot(V3d(4, 2.5, 0) - wall.from), 0);
+        // Up x inward points along the wall.
+        EXPECT_NEAR(V3d(0, 0, 1).cross(wall.inward).dot(wall.to - wall.from), wall.width(), 1e-9);
+        EXPECT_NEAR(wall.from.z, 0, 1e-5);
+    }
+    EXPECT_TRUE(room->holds(job.scene, {7.9, 4.9, 0}));
+    EXPECT_FALSE(room->holds(job.scene, {8.1, 4.9, 0}));
+}
+
+TEST(Room, OfAnL_HasSixWalls_AndHoldsNeitherItsNotchNorTheNextRoom) {
+    const Job job = scene_of(shell({{0, 0}, {8, 0}, {8, 3}, {3, 3}, {3, 9}, {0, 9}}));
+    const auto room = Room::around(job.scene, std::vector<V3d>{{7, 1, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_THAT(widths(*room), ElementsAre(DoubleNear(3, 1e-3), DoubleNear(3, 1e-3), DoubleNear(5, 1e-3),
+                                           DoubleNear(6, 1e-3), DoubleNear(8, 1e-3), DoubleNear(9, 1e-3)));
+    EXPECT_TRUE(room->holds(job.scene, {1, 8.5, 0}));
+    EXPECT_FALSE(room->holds(job.scene, {6, 6, 0}));
+}
+
+TEST(Room, WithSlantedWalls_HasTheirWidths) {
+    const Job job = scene_of(shell({{0, 0}, {6, 0}, {7, 4}, {1, 5}}));
+    const auto room = Room::around(job.scene, std::vector<V3d>{{3, 2, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_THAT(widths(*room),
+                ElementsAre(DoubleNear(std::sqrt(17.0), 0.02), DoubleNear(std::sqrt(26.0), 0.02),
+                            DoubleNear(6, 0.02), DoubleNear(std::sqrt(37.0), 0.02)));
+}
+
+TEST(Room, FurnitureLuminairesDoorsAndWindowsChangeNoWall) {
+    std::string world = level({-9, -9}, {20, 20}, 0) + level({-9, -9}, {20, 20}, 3);
+    // A wall with a door, one with a window whose pane lies 0.2 m outside, and two plain ones.
+    world += upright({0, 0}, {2, 0}) + upright({3, 0}, {8, 0}) + upright({2, 0}, {3, 0}, 2.1, 3);
+    world +=
+        upright({8, 0}, {8, 5}, 0, 1) + upright({8, 0}, {8, 5}, 2.2, 3) + upright({8.2, 0}, {8.2, 5}, 1, 2.2);
+    world += upright({8, 5}, {0, 5}) + upright({0, 5}, {0, 0});
+    world += box({0, 4.4}, {4, 5}, 0, 2.2) + box({2, 2}, {4, 3}, 0.7, 0.74);  // a cupboard and a table
+    world += box({2, 1}, {3.5, 1.3}, 2.8, 3);                                 // a luminaire
+    const Job job = scene_of(world);
+    const auto room =
+        Room::around(job.scene, std::vector<V3d>{{2.7, 1.1, 0.75}, {3, 2.5, 0.75}, {6, 3, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_NEAR(room->floor(), 0, 1e-5);
+    EXPECT_NEAR(room->ceiling(), 3, 1e-5);
+    EXPECT_THAT(widths(*room), ElementsAre(DoubleNear(5, 1e-3), DoubleNear(5, 1e-3), DoubleNear(8, 1e-3),
+                                           DoubleNear(8, 1e-3)));
+}
+
+TEST(Room, UnderTheSky_IsNone) {
+    const Job job = scene_of(level({-9, -9}, {9, 9}, 0) + upright({0, 0}, {8, 0}));
+    EXPECT_FALSE(Room::around(job.scene, std::vector<V3d>{{4, 2, 0.75}}, 2));
+}
+
+}  // namespace room_test
+}  // namespace lucerna
