@@ -429,7 +429,7 @@ def draw_figure(rows, file):
     axes.invert_yaxis()
     axes.set_xlabel("error of irradiance at equal bytes, root mean square over five planes, %")
     axes.grid(axis="x", alpha=0.3)
-    axes.legend(fontsize=8)
+    figure.legend(fontsize=8, loc="outside right center")
     figure.savefig(file, dpi=110)
 
 
@@ -478,4 +478,5 @@ def main():
     draw_figure(rows, o.figure)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -115,7 +115,34 @@ class Builder {
                 surface.excluded.push_back(out);
             }
         }
-        if (std::ranges::none_of(surface.excluded, [](bool out) { return out; })) surface.excluded.clear();
+        if (std::ranges::none_of(surface.excluded, [](bool out) { return out; }))
+            surface.excluded.clear();
+        else
+            crop(surface);
+    }
+
+    // Crops the surface to the rows and columns with points that count.
+    static void crop(CalculationSurface& surface) {
+        V2i low = surface.points, high(0);
+        for (int y = 0; y < surface.points.y; ++y) {
+            for (int x = 0; x < surface.points.x; ++x) {
+                if (!surface.counts(x, y)) continue;
+                low = {std::min(low.x, x), std::min(low.y, y)};
+                high = {std::max(high.x, x + 1), std::max(high.y, y + 1)};
+            }
+        }
+        if (low.x >= high.x) return;
+        CalculationSurface cropped = surface;
+        cropped.points = high - low;
+        const V3d u = surface.u / double(surface.points.x), v = surface.v / double(surface.points.y);
+        cropped.corner = surface.corner + double(low.x) * u + double(low.y) * v;
+        cropped.u = double(cropped.points.x) * u;
+        cropped.v = double(cropped.points.y) * v;
+        cropped.excluded.clear();
+        for (int y = low.y; y < high.y; ++y) {
+            for (int x = low.x; x < high.x; ++x) cropped.excluded.push_back(!surface.counts(x, y));
+        }
+        surface = std::move(cropped);
     }
 
     // Returns the area that is wider by `width` on all sides, with points about as far apart.

@@ -30,6 +30,7 @@
 #include "engine/photometry/illuminance_text.h"
 #include "engine/photometry/maintenance.h"
 #include "engine/photometry/measurement_uncertainty.h"
+#include "engine/system/printed_page.h"
 #include "engine/text/plain_text.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/measurement/ray_bootstrap.h"
@@ -98,9 +99,12 @@ Examples:
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
+constexpr double kPrecisionOfReports = 0.005;
+
 struct LuxCommand {
     PhotometryOptions common;
-    std::string image, html, plan, picture;
+    std::string image, html, pdf, plan, picture;
+    bool has_page() const { return !html.empty() || !pdf.empty(); }
     SurfaceOptions surfaces;
     IlluminanceOptions options;
     Requirements requirements;
@@ -108,6 +112,7 @@ struct LuxCommand {
     std::vector<std::pair<std::string, std::string>> about;
     double eye_height = 1.2;  // m
     bool far_field_error = false, replicates = false;
+    bool has_precision = false;
 };
 
 std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
@@ -294,9 +299,12 @@ void act(const LuxCommand& command, const CommandContext& context) {
     CommandFiles files;
     command.common.declare(files);
     if (!command.html.empty()) files.writes(command.html, ".html", "--html");
+    if (!command.pdf.empty()) files.writes(command.pdf, ".pdf", "--pdf");
+    const std::string browser = command.pdf.empty() ? std::string() : printing_browser("--pdf");
     std::optional<Image> picture;
     if (!command.picture.empty()) {
-        if (command.html.empty()) throw InputError({"--picture"}, "applies only together with --html");
+        if (!command.has_page())
+            throw InputError({"--picture"}, "applies only together with --html or --pdf");
         files.reads(command.picture);
         Image image = read_exr(command.picture);
         show_denoised(image);
@@ -339,18 +347,20 @@ void act(const LuxCommand& command, const CommandContext& context) {
     page.maintenance = command.maintenance;
     const int up = command.surfaces.up_axis.value_or(up_axis_of(job.camera));
     for (const CalculationSurface& surface : surfaces) {
-        const bool is_drawn = !command.html.empty() || !command.plan.empty();
+        const bool is_drawn = command.has_page() || !command.plan.empty();
         page.model.push_back(is_drawn ? model_lines(job.scene, surface, up) : std::vector<PlanDrawing>());
     }
-    if (!command.html.empty()) {
+    if (command.has_page()) {
         page.facts = picture_facts(job, command.options.seed);
         page.about = command.about;
+        page.tasks = static_cast<std::size_t>(std::ranges::count(required.room.areas, Area::task));
         page.luminaires = luminaire_types(job.scene, command.options.workers, monitor);
         for (const Room& room : required.room.rooms) page.rooms.push_back(room_text(room, job.scene));
         page.glare = required.glare;
     }
 
     IlluminanceOptions options = command.options;
+    if (command.has_page() && !command.has_precision) options.precision = kPrecisionOfReports;
     RunTimes times(clock, command.options.seconds, command.far_field_error, replicates);
     options.seconds = times.by_lamps();
     IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
@@ -385,7 +395,11 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), plan);
     }
     page.judgements = judgements;
-    if (!command.html.empty()) write_text(command.html, lux_page(report, page));
+    if (command.has_page()) {
+        const std::string html = lux_page(report, page);
+        if (!command.html.empty()) write_text(command.html, html);
+        if (!command.pdf.empty()) print_page(html, command.pdf, browser);
+    }
     if (command.common.prints_json()) {
         context.out << illuminance_json(report, uncertainty, errors, judgements);
     } else {
@@ -425,6 +439,9 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
                    "write a report as one self-contained page: results, plans, luminaires, settings and "
                    "hashes of the scene's files")
         ->type_name("FILE.html");
+    app.add_option("--pdf", command->pdf,
+                   "write the report as PDF; Chromium, Chrome or Edge prints it and must be installed")
+        ->type_name("FILE.pdf");
     app.add_option_function<std::vector<std::string>>(
            "--about",
            [command](const std::vector<std::string>& words) {
@@ -468,9 +485,10 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
         "uncertainty of their measurement");
     add_word(app, "--precision", "SHARE",
              "stop when each point's confidence interval is no wider than ± this share of its illuminance, "
-             "or of the surface's mean if that is more (default 2%)",
+             "or of the surface's mean if that is more (default 2%; 0.5% with --html or --pdf)",
              [command](const std::string& word) {
                  command->options.precision = parse_share({"--precision"}, word);
+                 command->has_precision = true;
              });
     add_word(
         app, "--time", "TIME", "stop after this time at the latest, for example 30s, 5min, 2h",

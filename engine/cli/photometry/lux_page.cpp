@@ -15,6 +15,8 @@
 namespace lucerna {
 namespace {
 
+constexpr double kFurtherPlan = 620;  // pixels, width of the plans that are not of task areas
+
 // Returns a table of text cells; the first row is the heading, and numbers are right-aligned.
 std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t text_columns) {
     std::string html = "<table>\n";
@@ -66,6 +68,10 @@ std::string direction_text(const V3d& axis) {
     return fmt::format("({:g}, {:g}, {:g})", rounded(axis.x), rounded(axis.y), rounded(axis.z));
 }
 
+std::string flux_text(double flux) {
+    return flux >= 1000 ? fmt::format("{:.0f}", flux) : fmt::format("{:.4g}", flux);
+}
+
 // Lists where the luminaires are and to where they shine.
 std::string places(const IlluminanceReport& report) {
     if (report.lamps.empty()) return "<p>None with a position in the scene.</p>";
@@ -76,7 +82,7 @@ std::string places(const IlluminanceReport& report) {
         if (rows.size() > kMost) break;
         rows.push_back({lamp.kind, plain_line(lamp.file), fmt::format("{:.3f}", lamp.place.x),
                         fmt::format("{:.3f}", lamp.place.y), fmt::format("{:.3f}", lamp.place.z),
-                        direction_text(lamp.axis), fmt::format("{:.4g}", lamp.flux)});
+                        direction_text(lamp.axis), flux_text(lamp.flux)});
     }
     std::string html = table(rows, 2);
     if (report.lamps.size() > kMost) html += fmt::format("<p>And {} more.</p>", report.lamps.size() - kMost);
@@ -105,8 +111,8 @@ std::string luminaires(const IlluminanceReport& report, const std::vector<Lumina
         all += flux;
         watts += static_cast<double>(type.count) * type.watts;
         rows.push_back({fmt::format("L{} {}", i + 1, plain_line(type.file)), type.kind,
-                        std::to_string(type.count), fmt::format("{:.4g}", type.flux),
-                        fmt::format("{:.4g}", flux), type.watts > 0 ? fmt::format("{:.4g}", type.watts) : "–",
+                        std::to_string(type.count), flux_text(type.flux), flux_text(flux),
+                        type.watts > 0 ? fmt::format("{:.4g}", type.watts) : "–",
                         type.beam.peak > 0 ? fmt::format("{:.4g}", type.beam.peak) : "–", beam_text(type),
                         fmt::format("{:.2f} × {:.2f} × {:.2f}", type.size.x, type.size.y, type.size.z)});
         if (type.polar.empty()) continue;
@@ -114,8 +120,8 @@ std::string luminaires(const IlluminanceReport& report, const std::vector<Lumina
         figures += fmt::format("<figure>{}<figcaption>L{}: {}</figcaption></figure>\n", type.polar, i + 1,
                                html_text(plain_line(source)));
     }
-    rows.push_back({"all", "", "", "", fmt::format("{:.4g}", all),
-                    watts > 0 ? fmt::format("{:.4g}", watts) : "–", "", "", ""});
+    rows.push_back(
+        {"all", "", "", "", flux_text(all), watts > 0 ? fmt::format("{:.4g}", watts) : "–", "", "", ""});
     return "<div class=\"wide\">" + table(rows, 2) + "</div>\n<div class=\"row\">" + figures + "</div>";
 }
 
@@ -209,7 +215,10 @@ std::string settings(const IlluminanceReport& report, const LuxPage& page) {
 
 // Describes the position of a plan's axes in the scene.
 std::string place_text(const CalculationSurface& surface) {
-    const auto point = [](const V3d& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z); };
+    const auto rounded = [](double x) { return std::round(1e4 * x) / 1e4 + 0.0; };  // turns -0 into 0
+    const auto point = [&](const V3d& p) {
+        return fmt::format("({:g}, {:g}, {:g})", rounded(p.x), rounded(p.y), rounded(p.z));
+    };
     const V3d& corner = surface.corner;
     return fmt::format(
         "Positions in the scene, in metres: x from {0} to {1}, y from {0} to {2}; points {3:.3g} by "
@@ -242,9 +251,10 @@ std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
     std::string plans;
     for (std::size_t i = 0; i < report.surfaces.size(); ++i) {
         const SurfaceIlluminance& surface = report.surfaces[i];
+        PlanFigure plan = plan_of(surface, report, page.model[i]);
+        if (i >= page.tasks) plan.width = kFurtherPlan;
         plans += fmt::format("<h2>{}</h2>\n<figure>{}<figcaption>{}</figcaption></figure>\n",
-                             html_text(plain_text(surface.surface.name)),
-                             plan_svg(plan_of(surface, report, page.model[i])),
+                             html_text(plain_text(surface.surface.name)), plan_svg(plan),
                              html_text(place_text(surface.surface)));
     }
     for (const PlanFigure& plan : page.more_plans)

@@ -41,6 +41,7 @@ struct LuxPage {
     std::vector<RoomText> rooms = {};
     std::vector<LuminaireType> luminaires = {};
     std::vector<std::vector<PlanDrawing>> model = {};  // of each surface
+    std::size_t tasks = 0;                             // how many of the surfaces, the first, are task areas
 };
 // Returns one self-contained HTML file without scripts.
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page);
