@@ -420,7 +420,7 @@ def draw_figure(rows, file):
     from matplotlib import pyplot
     names = list(dict.fromkeys(row[0] for row in rows))
     kinds = [kind for kind in dict.fromkeys(row[1] for row in rows) if not kind.startswith("views")]
-    figure, axes = pyplot.subplots(figsize=(8, 4.5), constrained_layout=True)
+    figure, axes = pyplot.subplots(figsize=(9, 4.5), constrained_layout=True)
     for k, kind in enumerate(kinds):
         points = [(100 * total(row[3]), names.index(row[0]) + 0.1 * (k - len(kinds) / 2)) for row in rows if row[1] == kind]
         axes.plot(*zip(*points), "o", ms=9 if kind == "Lucerna" else 5, label=kind, color="black" if kind == "Lucerna" else None)
@@ -429,7 +429,7 @@ def draw_figure(rows, file):
     axes.invert_yaxis()
     axes.set_xlabel("error of irradiance at equal bytes, root mean square over five planes, %")
     axes.grid(axis="x", alpha=0.3)
-    figure.legend(fontsize=8, loc="outside right center")
+    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1))
     figure.savefig(file, dpi=110)
 
 
