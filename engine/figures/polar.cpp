@@ -17,7 +17,7 @@ constexpr double kStep = 2.5;  // degrees
 
 // Returns the least of 1, 2, 2.5, 5 and 10 times a power of ten that is not below x, > 0.
 double round_step(double x) {
-    const double power = std::pow(10, std::floor(log10(x)));
+    const double power = pow(10.0, std::floor(log10(x)));
     for (const double digit : {1.0, 2.0, 2.5, 5.0}) {
         if (digit * power >= x * (1 - 1e-9)) return digit * power;
     }
@@ -33,16 +33,17 @@ Imath::V2d at(const Imath::V2d& centre, double radius, double angle, double side
 }  // namespace
 
 std::string polar_svg(const PolarFigure& figure) {
-    constexpr int kRings = 3;
+    constexpr int kMostRings = 4;
     constexpr double kMargin = 24;
     double most = 1e-9;
     for (int plane = 0; plane < 4; ++plane) {
         for (double angle = 0; angle <= 180; angle += kStep)
             most = std::max(most, figure.intensity(plane, angle));
     }
-    const double step = round_step(most / kRings);
+    const double step = round_step(most / kMostRings);
+    const int rings = static_cast<int>(std::ceil(most / step * (1 - 1e-9)));
     const Imath::V2d centre(figure.width / 2);
-    const double scale = (figure.width / 2 - kMargin) / (kRings * step);
+    const double scale = (figure.width / 2 - kMargin) / (rings * step);
 
     std::string svg = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:g}\" height=\"{0:g}\" viewBox=\"0 0 {0:g} "
@@ -50,14 +51,14 @@ std::string polar_svg(const PolarFigure& figure) {
         "font-family=\"DejaVu Sans, Verdana, sans-serif\" font-size=\"10\" fill=\"#000000\">\n"
         "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
         figure.width);
-    for (int ring = 1; ring <= kRings; ++ring) {
+    for (int ring = 1; ring <= rings; ++ring) {
         fmt::format_to(std::back_inserter(svg),
                        "<circle cx=\"{0:g}\" cy=\"{0:g}\" r=\"{1:.1f}\" fill=\"none\" stroke=\"#b0b0b0\"/>\n",
                        centre.x, ring * step * scale);
     }
     for (const double angle : {0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0}) {
         for (const double side : {1.0, -1.0}) {
-            const double reach = kRings * step * scale;
+            const double reach = rings * step * scale;
             const Imath::V2d end = at(centre, reach, angle, side);
             fmt::format_to(std::back_inserter(svg),
                            "<path d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}\" stroke=\"#d0d0d0\"/>\n", centre.x,
@@ -85,7 +86,7 @@ std::string polar_svg(const PolarFigure& figure) {
             "<path class=\"polar\" d=\"{}Z\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"{}/>\n", path,
             pair == 0 ? "#c00000" : "#0040a0", pair == 0 ? "" : " stroke-dasharray=\"5 3\"");
     }
-    for (int ring = 1; ring <= kRings; ++ring) {
+    for (int ring = 1; ring <= rings; ++ring) {
         fmt::format_to(std::back_inserter(svg), "<text x=\"{:.1f}\" y=\"{:.1f}\">{:g}</text>\n", centre.x + 3,
                        centre.y + ring * step * scale - 3, ring * step);
     }

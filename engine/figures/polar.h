@@ -15,7 +15,7 @@ struct PolarFigure {
 };
 
 // Returns one SVG element: C0-C180 as a solid line, C90-C270 as a dashed one, straight down at the bottom,
-// with three circles of round values.
+// with up to four circles of round values.
 std::string polar_svg(const PolarFigure& figure);
 
 }  // namespace lucerna

@@ -55,7 +55,7 @@ class Builder {
             const auto room = room_of(task);
             if (!room) continue;
             if (needs(Requirement::surround)) add(Area::surround, surround(task, *room));
-            if (needs(Requirement::background)) add(Area::background, background(task, *room));
+            if (needs(Requirement::background) && is_level(task)) add(Area::background, background(task, *room));
         }
         for (std::size_t i = 0; i < made_.rooms.size(); ++i)
             add_room(made_.rooms[i], made_.rooms.size() > 1 ? fmt::format("room {}: ", i + 1) : "");
@@ -64,6 +64,9 @@ class Builder {
 
   private:
     bool needs(Requirement one) const { return required(requirements_, one).has_value(); }
+    bool is_level(const CalculationSurface& surface) const {
+        return std::fabs(surface.u.cross(surface.v).normalized()[axis_]) > 0.999;
+    }
     bool needs_room() const {
         return std::any_of(requirements_.begin() + static_cast<std::ptrdiff_t>(Requirement::surround),
                            requirements_.end(), [](const auto& limits) { return limits.has_value(); });
@@ -263,11 +266,18 @@ constexpr AreaRule kRules[] = {{Area::task, Requirement::em, 0},
                                {Area::ceiling, Requirement::ceiling, kUniformElsewhere},
                                {Area::cylindrical, Requirement::ez, kUniformElsewhere}};
 
+// Returns the uniformity, whose interval is all below its value if no light was found at the darkest point: it
+// is not known then how little there is.
+Verdict verdict_of_uniformity(const SurfaceIlluminance& surface, const RequiredRange& range) {
+    const bool is_found = surface.least.value > 0;
+    return is_found ? verdict_of(surface.uniformity, range) : Verdict::undecided;
+}
+
 Reading95 ratio(const Reading95& a, const Reading95& b) {
     if (!(b.value > 0)) return {0, 0};
     const double value = a.value / b.value;
     // To first order, as if both were independent.
-    return {value, std::hypot(a.half_width, value * b.half_width) / b.value};
+    return {value, hypot(a.half_width, value * b.half_width) / b.value};
 }
 
 }  // namespace
@@ -319,17 +329,20 @@ std::vector<Judgement> judge(const RoomSurfaces& room, std::span<const SurfaceIl
                             const Reading95& value, const RequiredRange& limits) {
         all.push_back({what, of, unit, value, limits, verdict_of(value, limits)});
     };
+    const auto add_uniformity = [&all](const SurfaceIlluminance& surface, const RequiredRange& range) {
+        all.push_back({"U0", surface.surface.name, "", surface.uniformity, range,
+                       verdict_of_uniformity(surface, range)});
+    };
     for (const AreaRule& rule : kRules) {
         const auto& limits = required(requirements, rule.requirement);
         const char* name = kRequirements[static_cast<std::size_t>(rule.requirement)].name;
         for (std::size_t i = 0; i < surfaces.size(); ++i) {
             if (room.areas[i] != rule.area) continue;
             const SurfaceIlluminance& surface = surfaces[i];
-            const std::string& of = surface.surface.name;
-            if (limits) add(name, of, "lx", surface.mean, *limits);
-            if (limits && rule.uniformity > 0) add("U0", of, "", surface.uniformity, {rule.uniformity, 0});
+            if (limits) add(name, surface.surface.name, "lx", surface.mean, *limits);
+            if (limits && rule.uniformity > 0) add_uniformity(surface, {rule.uniformity, 0});
             if (const auto& u0 = required(requirements, Requirement::u0); u0 && rule.area == Area::task)
-                add("U0", of, "", surface.uniformity, *u0);
+                add_uniformity(surface, *u0);
         }
     }
     if (const auto& limits = required(requirements, Requirement::modelling)) {

@@ -149,6 +149,32 @@ class Walls {
     std::vector<Plane> planes_;
 };
 
+// Returns the height of the lowest level surface that makes up a tenth of what is seen below the height of
+// sight, from places all around a point of that height; none if nothing is seen.
+std::optional<double> floor_below(const Caster& caster, const V3d& from, const V3d& up) {
+    constexpr int kAround = 16;
+    constexpr double kFar = 10, kStep = 0.25;  // m
+    const V3d first = up.cross(std::fabs(up.x) > 0.5 ? V3d(0, 1, 0) : V3d(1, 0, 0));
+    const V3d second = up.cross(first);
+    std::vector<double> heights;
+    for (int i = 0; i < kAround; ++i) {
+        const double angle = 2 * kPiD * (i + 0.37) / kAround;
+        const V3d d = cos(angle) * first + sin(angle) * second;
+        const auto wall = caster.cast(from, d);
+        const double reach = wall ? std::min(wall->distance, kFar) : kFar;
+        for (double at = 0.5 * kStep; at < reach; at += kStep) {
+            if (const auto below = caster.cast(from + at * d, -up)) heights.push_back(below->at.dot(up));
+        }
+    }
+    if (heights.empty()) return std::nullopt;
+    std::sort(heights.begin(), heights.end());
+    const std::size_t enough = std::max<std::size_t>(1, heights.size() / 10);
+    for (std::size_t i = 0; i + enough <= heights.size(); ++i) {
+        if (heights[i + enough - 1] - heights[i] < kSamePlane) return heights[i];
+    }
+    return heights.front();
+}
+
 }  // namespace
 
 std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points, int up_axis) {
@@ -157,21 +183,20 @@ std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points
     up[up_axis] = 1;
     Room room;
     room.up_axis_ = up_axis;
-    room.floor_ = std::numeric_limits<double>::infinity();
-    room.ceiling_ = -room.floor_;
+    room.ceiling_ = -std::numeric_limits<double>::infinity();
     V3d start(0);
     for (const V3d& point : points) {
-        const auto below = caster.cast(point, -up), above = caster.cast(point, up);
-        if (!below || !above) continue;
-        room.floor_ = std::min(room.floor_, below->at[up_axis]);
-        if (above->at[up_axis] > room.ceiling_) {
-            room.ceiling_ = above->at[up_axis];
-            start = point;
-        }
+        const auto above = caster.cast(point, up);
+        if (!above || !(above->at[up_axis] > room.ceiling_)) continue;
+        room.ceiling_ = above->at[up_axis];
+        start = point;
     }
-    if (!(room.ceiling_ - room.floor_ >= kLeastHeight)) return std::nullopt;
+    if (!std::isfinite(room.ceiling_)) return std::nullopt;
     room.sight_ = room.ceiling_ - kBelowCeiling;
     start[up_axis] = room.sight_;
+    const auto floor = floor_below(caster, start, up);
+    if (!floor || !(room.ceiling_ - *floor >= kLeastHeight)) return std::nullopt;
+    room.floor_ = *floor;
 
     Walls walls(scene, up, room.floor_, room.sight_);
     std::vector<V3d> waiting{start};

@@ -20,8 +20,9 @@ struct Wall {
 class Room {
   public:
     // Looks around from points within the room, for a scene in metres with upward axis `up_axis` (0 to 2).
-    // The floor is the lowest of what lies below the points, and the ceiling the highest of what lies above
-    // them. Returns none if there is no floor, no ceiling at least 2 m above it, or no wall.
+    // The ceiling is the highest of what lies above the points, and the floor the lowest level surface that
+    // makes up a tenth of what is seen from above around them. Returns none if there is no ceiling, no floor
+    // at least 2 m below it, or no wall.
     //
     // Horizontal rays a little below the ceiling, above furniture, doors and windows, find the sides of the
     // room, also around corners: the rays start again from wherever they arrived. Upright surfaces are walls

@@ -26,6 +26,24 @@ CalculationSurface "<b>desk</b> & chair" "point3 P" [ -2 -1 0  2 -1 0  -2 1 0 ] 
 
 LUCERNA = None
 
+# Computes the least of WCAG's contrast ratios against the background of the nearest ancestor that is not transparent.
+CONTRAST = """(() => {
+            const linear = v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+            const numbers = c => (c.match(/[\\d.]+/g) || []).map(Number);
+            const luminance = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+            const behind = e => { for (; e; e = e.parentElement) { const c = numbers(getComputedStyle(e).backgroundColor);
+                if (c.length === 3 || c[3] > 0) return c; } return [255, 255, 255]; };
+            return Math.min(...[...document.querySelectorAll('h1, h2, td, th, p')].filter(e => e.textContent.trim()).map(e => {
+                const a = luminance(numbers(getComputedStyle(e).color)), b = luminance(behind(e));
+                return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); })); })()"""
+
+
+def expect_contrast(test):
+    for scheme in ("light", "dark"):
+        test.page.prefer(scheme)
+        test.assertGreater(test.page.evaluate(CONTRAST), 4.5, scheme)
+    test.page.prefer("light")
+
 
 class LuxPage(unittest.TestCase):
     @classmethod
@@ -86,20 +104,97 @@ class LuxPage(unittest.TestCase):
         self.assertEqual(self.page.evaluate("[...document.images].map(i => [i.complete, i.naturalWidth])"), [[True, 120]])
 
     def test_all_text_has_contrast_in_light_and_in_dark(self):
-        # Computes WCAG's contrast ratio against the background of the nearest ancestor that is not transparent.
-        script = """(() => {
-            const linear = v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
-            const numbers = c => (c.match(/[\\d.]+/g) || []).map(Number);
-            const luminance = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
-            const behind = e => { for (; e; e = e.parentElement) { const c = numbers(getComputedStyle(e).backgroundColor);
-                if (c.length === 3 || c[3] > 0) return c; } return [255, 255, 255]; };
-            return Math.min(...[...document.querySelectorAll('h1, h2, td, th, p')].filter(e => e.textContent.trim()).map(e => {
-                const a = luminance(numbers(getComputedStyle(e).color)), b = luminance(behind(e));
-                return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); })); })()"""
-        for scheme in ("light", "dark"):
-            self.page.prefer(scheme)
-            self.assertGreater(self.page.evaluate(script), 4.5, scheme)
-        self.page.prefer("light")
+        expect_contrast(self)
+
+
+# A closed room of 4 m x 3 m x 2.5 m with a table, lit by a photometric file.
+ROOM = """
+Option "string unit" "photometric"
+LookAt 0.5 0.5 1.5  3 2 1  0 0 1
+Camera "perspective" "float fov" 60
+Film "rgb" "integer xresolution" 120 "integer yresolution" 80
+WorldBegin
+Material "diffuse" "rgb reflectance" [ 0.5 0.5 0.5 ]
+Shape "bilinearmesh" "point3 P" [ 0 0 0  4 0 0  0 3 0  4 3 0 ]
+Shape "bilinearmesh" "point3 P" [ 0 0 2.5  4 0 2.5  0 3 2.5  4 3 2.5 ]
+Shape "bilinearmesh" "point3 P" [ 0 0 0  4 0 0  0 0 2.5  4 0 2.5 ]
+Shape "bilinearmesh" "point3 P" [ 0 3 0  4 3 0  0 3 2.5  4 3 2.5 ]
+Shape "bilinearmesh" "point3 P" [ 0 0 0  0 3 0  0 0 2.5  0 3 2.5 ]
+Shape "bilinearmesh" "point3 P" [ 4 0 0  4 3 0  4 0 2.5  4 3 2.5 ]
+Shape "trianglemesh" "point3 P" [ 1 1 0.6  2 1 0.6  2 2 0.6  1 2 0.6  1 1 0.74  2 1 0.74  2 2 0.74  1 2 0.74 ]
+    "integer indices" [ 0 2 1 0 3 2 4 5 6 4 6 7 0 1 5 0 5 4 2 3 7 2 7 6 1 2 6 1 6 5 0 4 7 0 7 3 ]
+LightSource "photometric" "string filename" "lamp.ies" "point3 from" [ 2 1.5 2.45 ] "point3 to" [ 2 1.5 0 ]
+CalculationSurface "desk" "point3 P" [ 0.5 0.5 0.75  3.5 0.5 0.75  0.5 2.5 0.75 ]
+"""
+LAMP = """IESNA:LM-63-2002
+[LUMCAT] <Panel>
+TILT=NONE
+1 -1 1 3 1 1 2 0.6 0.6 0
+1 1 25
+0 45 90
+0
+900 640 0
+"""
+
+
+class LuxReport(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.folder.name)
+        (folder / "room.pbrt").write_text(ROOM)
+        (folder / "lamp.ies").write_text(LAMP)
+        subprocess.run([LUCERNA, "lux", "room.pbrt", "--samples", "4", "--require", "Em=20,U0=0.1,UGR=1,walls=1,ceiling=1,Ez=1,modelling=0.1-5",
+                        "--maintenance-factor", "0.8", "--about", "Project=<i>Hall</i>", "--html", "report.html", "--pdf", "report.pdf"],
+                       cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        cls.pdf = (folder / "report.pdf").read_bytes()
+        cls.page = chromium.Page(folder / "report.html").__enter__()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.page.__exit__()
+        cls.folder.cleanup()
+
+    def tearDown(self):
+        self.assertEqual(self.page.troubles, [])
+        self.assertEqual(self.page.requests, [])
+
+    def count(self, selector):
+        return self.page.evaluate(f"document.querySelectorAll('{selector}').length")
+
+    def test_the_head_and_the_maintenance_factor_are_there(self):
+        self.assertEqual(self.page.evaluate("document.querySelector('.about td').textContent"), "<i>Hall</i>")
+        self.assertIn("maintenance factor 0.8", self.page.evaluate("document.body.textContent"))
+
+    def test_each_requirement_has_a_marked_result(self):
+        # Em and U0 of the desk, mean and uniformity of 4 walls, the ceiling and the cylinders, modelling, 4 observers.
+        self.assertEqual(self.count("td.met") + self.count("td.missed") + self.count("td.undecided"), 2 + 2 * 6 + 1 + 4)
+        self.assertEqual(self.count("td.missed"), 4)  # UGR above 1
+
+    def test_the_luminaire_has_a_polar_diagram_its_power_and_its_number(self):
+        self.assertEqual(self.count("path.polar"), 2)
+        row = self.page.evaluate("[...document.querySelectorAll('tr')].map(r => [...r.cells].map(c => c.textContent))"
+                                 ".find(r => r[0] === 'L1 lamp.ies')")
+        self.assertEqual(row[1:3], ["photometric", "1"])
+        self.assertEqual(row[5], "25")
+
+    def test_the_plan_has_the_table_the_walls_and_the_luminaire(self):
+        boxes = self.page.evaluate("[...document.querySelector('figure svg').closest('body').querySelectorAll('path.section')].slice(0, 2)"
+                                   ".map(p => { const b = p.getBBox(); return [b.width, b.height]; })")
+        self.assertEqual(len(boxes), 2)
+        self.assertAlmostEqual(boxes[0][0] / boxes[1][0], 1, delta=0.01)  # both have the walls
+        self.assertAlmostEqual(boxes[1][0] / boxes[1][1], 4 / 3, delta=0.02)
+        self.assertGreater(self.count("rect.luminaire"), 0)
+
+    def test_drawings_stay_inside_the_page(self):
+        self.assertTrue(self.page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"))
+
+    def test_all_text_has_contrast_in_light_and_in_dark(self):
+        expect_contrast(self)
+
+    def test_the_pdf_is_one(self):
+        self.assertTrue(self.pdf.startswith(b"%PDF"))
+        self.assertGreater(len(self.pdf), 20000)
 
 
 if __name__ == "__main__":

@@ -156,6 +156,17 @@ TEST(En12464, UniformityUnderAPointLight_IsThatOfTheInverseSquareLaw) {
     EXPECT_NEAR(all[0].value.value, mean, 1e-3 * mean);
 }
 
+// A point where no light was found may still have some.
+TEST(En12464, UniformityWithADarkPoint_IsUndecided) {
+    const std::string world = "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n" + box() +
+                              "LightSource \"spot\" \"rgb I\" [500 500 500] \"point3 from\" [1.75 1.25 2.25] "
+                              "\"point3 to\" [1.75 1.25 0] \"float coneangle\" 20\n";
+    const std::vector<Judgement> all = Computed(world, required("Em=1"), 4).judged(required("U0=0.1"));
+    ASSERT_EQ(all.size(), 1U);
+    EXPECT_EQ(all[0].value.value, 0);
+    EXPECT_EQ(all[0].verdict, Verdict::undecided);
+}
+
 TEST(En12464, LowPrecisionNearALimit_DecidesNothing) {
     // Between the noise of a few samples in a half-lit room and the limit at its own mean.
     const std::string world = "Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n" + box() +

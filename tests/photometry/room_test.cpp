@@ -106,6 +106,14 @@ TEST(Room, FurnitureLuminairesDoorsAndWindowsChangeNoWall) {
                                            DoubleNear(8, 1e-3)));
 }
 
+TEST(Room, AroundACounter_HasTheFloorBesideIt) {
+    const Job job = scene_of(shell({{0, 0}, {8, 0}, {8, 5}, {0, 5}}) + box({3, 2}, {4, 4}, 0, 1));
+    const auto room = Room::around(job.scene, std::vector<V3d>{{3.2, 2.2, 1.02}, {3.8, 3.8, 1.02}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_NEAR(room->floor(), 0, 1e-5);
+    EXPECT_EQ(room->walls().size(), 4U);
+}
+
 TEST(Room, UnderTheSky_IsNone) {
     const Job job = scene_of(level({-9, -9}, {9, 9}, 0) + upright({0, 0}, {8, 0}));
     EXPECT_FALSE(Room::around(job.scene, std::vector<V3d>{{4, 2, 0.75}}, 2));

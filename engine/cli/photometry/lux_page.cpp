@@ -248,20 +248,23 @@ PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& r
 }
 
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
-    std::string plans;
+    std::string plans, further;
     for (std::size_t i = 0; i < report.surfaces.size(); ++i) {
         const SurfaceIlluminance& surface = report.surfaces[i];
         PlanFigure plan = plan_of(surface, report, page.model[i]);
+        plan.title.clear();  // the heading says it
         if (i >= page.tasks) plan.width = kFurtherPlan;
-        plans += fmt::format("<h2>{}</h2>\n<figure>{}<figcaption>{}</figcaption></figure>\n",
-                             html_text(plain_text(surface.surface.name)), plan_svg(plan),
-                             html_text(place_text(surface.surface)));
+        (i < page.tasks ? plans : further) +=
+            fmt::format("<figure><h2>{}</h2>{}<figcaption>{}</figcaption></figure>\n",
+                        html_text(plain_text(surface.surface.name)), plan_svg(plan),
+                        html_text(place_text(surface.surface)));
     }
+    if (!further.empty()) plans += "<div class=\"row plans\">" + further + "</div>\n";
     for (const PlanFigure& plan : page.more_plans)
         plans += fmt::format("<h2>{}</h2>\n<figure>{}</figure>\n", html_text(plan.title), plan_svg(plan));
     return filled(
         kLuxPage,
-        {{"title", html_text("Illuminance: " + plain_text(page.scene))},
+        {{"title", html_text("Lighting calculation: " + plain_text(page.scene))},
          {"style", std::string(kPageStyle)},
          {"about", about(page)},
          {"verdict",
