@@ -29,20 +29,22 @@ void describe(LuminaireType& type, const PhotometricWeb& web) {
 
 }  // namespace
 
-PhotometricWeb far_field_of(const std::filesystem::path& file, const Workers& workers, Monitor& monitor) {
+PhotometricWeb far_field_of(const std::filesystem::path& file, const FarFieldGrid& grid,
+                            const Workers& workers, Monitor& monitor) {
     const auto web = [&](const auto& lamp) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(lamp)>, Lumigraph>) {
-            FarFieldGrid grid;
-            grid.as_rendered = true;
+        if constexpr (std::is_same_v<std::decay_t<decltype(lamp)>, Lumigraph>)
             return far_field(lamp, grid, workers, monitor);
-        } else {
-            return far_field(lamp, FarFieldGrid());
-        }
+        else
+            return far_field(lamp, grid);
     };
     return std::visit(web, read_lamp_file(file, monitor));
 }
 
 std::vector<LuminaireType> luminaire_types(const Scene& scene, const Workers& workers, Monitor& monitor) {
+    // Fine enough for a diagram; the time grows with the number of directions.
+    FarFieldGrid of_diagrams;
+    of_diagrams.polar_step = 2.5;
+    of_diagrams.azimuth_step = 15;
     Monitor silent;  // what the files warn of was said when the scene was read
     std::vector<LuminaireType> types;
     for (const auto& light : scene.lights()) {
@@ -66,7 +68,7 @@ std::vector<LuminaireType> luminaire_types(const Scene& scene, const Workers& wo
         if (light->kind() == "photometric")
             describe(type, read_photometric(light->file(), silent));
         else if (light->kind() == "lightfield" || light->kind() == "rayfile")
-            describe(type, far_field_of(light->file(), workers, monitor));
+            describe(type, far_field_of(light->file(), of_diagrams, workers, monitor));
     }
     return types;
 }

@@ -8,6 +8,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/scene/scene.h"
+#include "lights/measurement/plane_irradiance.h"
 #include "lights/photometric.h"
 
 namespace lucerna {
@@ -27,7 +28,8 @@ struct LuminaireType {
 // Returns the types in the order of the scene's lights. Reads the lamps' files, and throws as that does.
 std::vector<LuminaireType> luminaire_types(const Scene& scene, const Workers& workers, Monitor& monitor);
 
-// Returns the far field of a light field, as it is rendered, or of a ray file.
-PhotometricWeb far_field_of(const std::filesystem::path& file, const Workers& workers, Monitor& monitor);
+// Returns the far field of a light field or of a ray file.
+PhotometricWeb far_field_of(const std::filesystem::path& file, const FarFieldGrid& grid,
+                            const Workers& workers, Monitor& monitor);
 
 }  // namespace lucerna

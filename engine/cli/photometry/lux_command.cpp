@@ -189,9 +189,11 @@ ByFarField by_far_field(const LuxCommand& command, std::span<const CalculationSu
     PhotometryOptions common = command.common;
     const Workers& workers = command.options.workers;
     std::size_t lamps = 0;
+    FarFieldGrid as_rendered;
+    as_rendered.as_rendered = true;
     common.overrides.far_field = [&](const std::filesystem::path& file) {
         ++lamps;
-        PhotometricWeb made = far_field_of(file, workers, monitor);
+        PhotometricWeb made = far_field_of(file, as_rendered, workers, monitor);
         result.floor = std::max(result.floor, made.info().grid_error);
         result.has_opening = result.has_opening || made.info().opening.faces().second > 0;
         if (from_point) made.set_opening({});

@@ -114,7 +114,7 @@ std::string luminaires(const IlluminanceReport& report, const std::vector<Lumina
                         std::to_string(type.count), flux_text(type.flux), flux_text(flux),
                         type.watts > 0 ? fmt::format("{:.4g}", type.watts) : "–",
                         type.beam.peak > 0 ? fmt::format("{:.4g}", type.beam.peak) : "–", beam_text(type),
-                        fmt::format("{:.2f} × {:.2f} × {:.2f}", type.size.x, type.size.y, type.size.z)});
+                        fmt::format("{:.2g} × {:.2g} × {:.2g}", type.size.x, type.size.y, type.size.z)});
         if (type.polar.empty()) continue;
         const std::string& source = type.provenance.empty() ? type.file : type.provenance;
         figures += fmt::format("<figure>{}<figcaption>L{}: {}</figcaption></figure>\n", type.polar, i + 1,
