@@ -219,6 +219,7 @@ class InfiniteLight final : public Light {
     bool is_at_infinity() const override { return true; }
     bool has_impostor() const override { return true; }
     Rgb flux() const override { return radiance_ * (4 * kPi * kPi * sqr(scene_.radius)); }
+    std::optional<double> sky_irradiance() const override { return kPiD * double{luminance(radiance_)}; }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (is_black(radiance_)) return std::nullopt;

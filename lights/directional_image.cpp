@@ -13,6 +13,17 @@ int index_below(double place, int n) {
     return std::clamp(static_cast<int>(place), 0, n - 1);
 }
 
+// Within a row, directions are uniform in solid angle, hence linear in the cosine.
+V3d direction_by_latitude(double x, double y, int width, int height) {
+    const double row = std::min(std::floor(y), height - 1.0);
+    const double low = cos(kPiD * row / height);
+    const double high = cos(kPiD * (row + 1) / height);
+    const double z = low + (y - row) * (high - low);
+    const double r = std::sqrt(std::max(0.0, 1 - z * z));
+    const double phi = 2 * kPiD * x / width;
+    return {r * cos(phi), r * sin(phi), z};
+}
+
 }  // namespace
 
 // In the first quadrant of a hemisphere, the corner (0,0) of the square is the pole, and u + v = r is a
@@ -44,6 +55,16 @@ Imath::V2d equal_area_square(const V3d& w) {
     return {(std::copysign(u, w.x) + 1) / 2, (std::copysign(v, w.y) + 1) / 2};
 }
 
+std::shared_ptr<Image> image_by_latitude(int width, int height,
+                                         const std::function<Rgb(const V3d& w)>& value) {
+    auto image = std::make_shared<Image>(Image::rgb(width, height));
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x)
+            image->set_rgb(x, y, value(direction_by_latitude(x + 0.5, y + 0.5, width, height)));
+    }
+    return image;
+}
+
 DirectionalImage::DirectionalImage(std::shared_ptr<const Image> image, SphereMap map)
     : image_(std::move(image)), map_(map) {
     assert(image_ && image_->width > 0 && image_->height > 0);
@@ -67,14 +88,7 @@ V3d DirectionalImage::direction(double x, double y) const {
     if (map_ == SphereMap::equal_area) {
         return equal_area_direction(x / image_->width, y / image_->height);
     }
-    // Within a row, directions are uniform in solid angle, hence linear in the cosine.
-    const double row = std::min(std::floor(y), image_->height - 1.0);
-    const double low = cos(kPiD * row / image_->height);
-    const double high = cos(kPiD * (row + 1) / image_->height);
-    const double z = low + (y - row) * (high - low);
-    const double r = std::sqrt(std::max(0.0, 1 - z * z));
-    const double phi = 2 * kPiD * x / image_->width;
-    return {r * cos(phi), r * sin(phi), z};
+    return direction_by_latitude(x, y, image_->width, image_->height);
 }
 
 DirectionalImage::Texel DirectionalImage::texel_of(const V3f& w) const {
@@ -109,17 +123,15 @@ float DirectionalImage::pdf_w(const V3f& w) const {
     return static_cast<float>(cdf_.probability(texel.x, texel.y) / solid_angle(texel.y));
 }
 
-double DirectionalImage::illuminance(const V3f& weights) const {
-    double sum = 0;
+Rgb DirectionalImage::irradiance() const {
+    V3d sum(0);
     for (int y = 0; y < image_->height; ++y) {
         for (int x = 0; x < image_->width; ++x) {
             const double cosine = std::max(0.0, direction(x + 0.5, y + 0.5).z);
-            const Rgb value = image_->rgb_at(x, y);
-            const float y_value = weights.x * value.x + weights.y * value.y + weights.z * value.z;
-            sum += static_cast<double>(y_value) * cosine * solid_angle(y);
+            sum += V3d(image_->rgb_at(x, y)) * (cosine * solid_angle(y));
         }
     }
-    return sum;
+    return Rgb(V3f(sum));
 }
 
 }  // namespace lucerna

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -29,6 +30,10 @@ enum class SphereMap : std::uint8_t {
 V3d equal_area_direction(double x, double y);
 Imath::V2d equal_area_square(const V3d& w);
 
+// Returns a latitude-longitude image of `value` at the middles of the texels.
+std::shared_ptr<Image> image_by_latitude(int width, int height,
+                                         const std::function<Rgb(const V3d& w)>& value);
+
 class DirectionalImage {
   public:
     // The image has channels R, G and B, finite and not negative, and at least one pixel.
@@ -49,9 +54,8 @@ class DirectionalImage {
 
     // Returns ∫ value dω over the sphere.
     Rgb integral() const { return integral_; }
-    // Returns the luminance of the irradiance on a plane that faces +z, by texel centres. `weights` are the
-    // luminances of the channels.
-    double illuminance(const V3f& weights) const;
+    // Returns the irradiance of a plane that faces +z, by texel centres.
+    Rgb irradiance() const;
 
   private:
     struct Texel {

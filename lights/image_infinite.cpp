@@ -20,6 +20,9 @@ class ImageInfiniteLight final : public Light {
     bool is_at_infinity() const override { return true; }
     bool has_impostor() const override { return true; }
     Rgb flux() const override { return scale_ * image_->integral() * disc_area(); }
+    std::optional<double> sky_irradiance() const override {
+        return double{luminance(scale_ * image_->irradiance())};
+    }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         const auto drawn = image_->draw(u.direction);

@@ -138,6 +138,9 @@ class Light {
     // is known. An estimate of 0 does not prove that nothing arrives.
     virtual std::optional<float> arriving(const V3f& /*x*/) const { return std::nullopt; }
 
+    // Returns what a sky alone gives to an unobstructed horizontal plane [W/m²]; none for other lights.
+    virtual std::optional<double> sky_irradiance() const { return std::nullopt; }
+
     // Returns true if only sample_Li() can find this light (point, spot, distant).
     virtual bool is_delta() const { return false; }
     // Returns true if sample_Li(), Le() and Le_on_surface() find nothing: only particles carry this light.

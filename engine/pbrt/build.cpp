@@ -7,6 +7,7 @@
 #include "engine/pbrt/transforms.h"
 #include "engine/scene/shape_set.h"
 #include "lights/analytic.h"
+#include "lights/sun_position.h"
 
 namespace lucerna {
 namespace {
@@ -105,7 +106,12 @@ struct LightMaker {
         return make_infinite_light(s.radiance * factor, sphere, unit());
     }
     std::unique_ptr<Light> operator()(const ImageInfiniteSpec& s) const {
-        return make_image_infinite_light(s.image, s.axes, s.scale * factor, sphere, unit());
+        return make_image_infinite_light(s.image, s.axes, s.scale * factor, sphere,
+                                         stated.value_or(s.own_unit));
+    }
+    std::unique_ptr<Light> operator()(const SunSpec& s) const {
+        return make_sun_light(V3f(s.towards), kSunRadius, s.irradiance * factor, sphere,
+                              stated.value_or(FluxUnit::lumen));
     }
     std::unique_ptr<Light> operator()(const GoniometricSpec& s) const {
         return make_goniometric_light(s.image, to_scene(s.position, parts.origin), s.axes, s.scale * factor,

@@ -15,7 +15,7 @@ constexpr std::size_t kMostTextAgain = std::size_t{512} << 20;
 
 // Tells whether a light is Lucerna's own, unknown to pbrt.
 bool is_own_light(std::string_view kind) {
-    constexpr std::string_view kOurs[] = {"photometric", "ies", "ldt", "lightfield", "rayfile"};
+    constexpr std::string_view kOurs[] = {"photometric", "ies", "ldt", "lightfield", "rayfile", "sky"};
     return std::ranges::find(kOurs, kind) != std::ranges::end(kOurs);
 }
 
@@ -94,6 +94,7 @@ DirectiveReader::DirectiveReader(std::string text, const std::filesystem::path& 
     draft_.unit = overrides.unit;
     draft_.far_field = overrides.far_field;
     draft_.lamp_file = overrides.lamp_file;
+    draft_.without_sun = overrides.without_sun;
     draft_.sources.push_back(std::make_shared<const Source>(file.string(), std::move(text)));
     files_.push_back({draft_.sources.front().get(), Tokens(*draft_.sources.front())});
     begin_frame();

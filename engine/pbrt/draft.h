@@ -104,7 +104,13 @@ struct InfiniteSpec {
 struct ImageInfiniteSpec {
     std::shared_ptr<const DirectionalImage> image;
     LightAxes axes;
-    Rgb scale;  // W/(m² sr)
+    Rgb scale;                         // W/(m² sr)
+    FluxUnit own_unit = FluxUnit::watt;  // where the scene states none
+};
+// The sun of a sky, which counts in lumens where the scene states no unit.
+struct SunSpec {
+    V3d towards;     // unit
+    Rgb irradiance;  // of a plane that faces it [W/m²]
 };
 struct GoniometricSpec {
     V3d position;
@@ -152,7 +158,7 @@ struct AreaSpec {
 
 struct DraftLight {
     Place place;
-    std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, ImageInfiniteSpec, GoniometricSpec,
+    std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, ImageInfiniteSpec, SunSpec, GoniometricSpec,
                  ProjectionSpec, PhotometricSpec, MeasuredSpec, RayFileSpec, AreaSpec>
         spec;
     double power = 0;                 // > 0 scales the light to this luminous power, in its unit
@@ -203,6 +209,7 @@ struct Draft : DraftShapes {
     std::vector<CalculationSurface> surfaces;  // in world space
     FarFieldOf far_field;                      // SceneOverrides::far_field
     LampFileOf lamp_file;                      // SceneOverrides::lamp_file
+    bool without_sun = false;                  // SceneOverrides::without_sun
     // Renders ambient occlusion: every surface is white, and a uniform sky of radiance 1 is the only light.
     bool occlusion = false;
     std::optional<FluxUnit> unit;  // unit of all light that the scene or the command line states

@@ -103,7 +103,7 @@ void read_image_infinite(Reading& reading, Params& params) {
     // The image is in the scene's unit, and "L" is a factor.
     const Rgb factor = light_color(reading, params, "L", ColorUse::tint);
     const double illuminance =
-        image->illuminance(reading.colours().weights()) * static_cast<double>(luminance(factor));
+        double{image->irradiance().dot(reading.colours().weights())} * double{luminance(factor)};
     const Rgb color = with_illuminance(params, factor, illuminance);
     reading.draft.lights.push_back(
         {params.place(), ImageInfiniteSpec{image, light_axes(reading.state.ctm, params),

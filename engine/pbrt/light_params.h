@@ -29,12 +29,20 @@ Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now);
 // and "-", which every program accepts in layer names. Empty if not given.
 std::string read_light_group(Params& params);
 
+// Normalises also vectors whose square overflows a double; returns 0 for 0.
+V3d unit(const V3d& v);
+// Reads a direction in the current coordinates as a unit vector; none if it is not given.
+std::optional<V3d> read_direction(Params& params, std::string_view name);
+
 // Readers of lights with an image.
 bool names_an_image(Params& params);
 Rgb mean_of_image(Reading& reading, Params& params);
 void read_image_infinite(Reading& reading, Params& params);
 void read_goniometric(Reading& reading, Params& params);
 void read_projection(Reading& reading, Params& params);
+
+// Reads a sky and its sun.
+void read_sky(Reading& reading, Params& params);
 
 // Reads lights from photometric files: "photometric", "ies" and "ldt".
 void read_photometric_light(Reading& reading, const std::string& kind, Params& params);

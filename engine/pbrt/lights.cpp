@@ -1,5 +1,5 @@
 // Lights: point, spot, distant, infinite, diffuse areas, and Lucerna's measured lamps ("lightfield",
-// "rayfile").
+// "rayfile"). Its skies are in sky.cpp.
 //
 // Radiance and intensity are pbrt's numbers unchanged, in W, or in lm in a photometric scene. "power" and
 // "illuminance" set the luminance of the light's flux or irradiance. pbrt calls them photometric; here one
@@ -68,6 +68,23 @@ Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now) {
     return color * static_cast<float>(wanted / illuminance_now);
 }
 
+V3d unit(const V3d& v) {
+    const double largest = std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+    return largest > 0 ? (v / largest).normalized() : V3d(0);
+}
+
+std::optional<V3d> read_direction(Params& params, std::string_view name) {
+    const Param* param = params.find(name, {Param::Type::vector3, Param::Type::normal3, Param::Type::point3});
+    if (!param) return std::nullopt;
+    require_count(*param, param->numbers.size(), 3);
+    const V3d direction(param->numbers[0], param->numbers[1], param->numbers[2]);
+    if (!(unit(direction).length2() > 0)) {
+        fail(param->values, "\"{}\" of {} is ({:g} {:g} {:g}), which is not a direction", name, params.owner(),
+             direction.x, direction.y, direction.z);
+    }
+    return unit(direction);
+}
+
 namespace {
 
 // Accepts parameters that steer pbrt's sampling in some version and change no light.
@@ -85,12 +102,6 @@ void read_point(Reading& reading, Params& params) {
 void require_direction(const Params& params, const V3d& direction) {
     if (!(direction.length2() > 0))
         fail(params.place(), "{}: its transformation leaves no direction", params.owner());
-}
-
-// Normalises also vectors whose square overflows a double; returns 0 for 0.
-V3d unit(const V3d& v) {
-    const double largest = std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
-    return largest > 0 ? (v / largest).normalized() : V3d(0);
 }
 
 // Reads a parameter of Lucerna for spots of glTF models.
@@ -165,9 +176,10 @@ void read_light_of(Reading& reading, const std::string& kind, Params& params) {
         return read_photometric_light(reading, kind, params);
     if (kind == "lightfield") return read_light_field(reading, params);
     if (kind == "rayfile") return read_ray_file(reading, params);
+    if (kind == "sky") return read_sky(reading, params);
     refuse_kind(params.place(), "LightSource", kind,
                 {"point", "spot", "distant", "infinite", "goniometric", "projection", "photometric", "ies",
-                 "ldt", "lightfield", "rayfile"},
+                 "ldt", "lightfield", "rayfile", "sky"},
                 {});
 }
 
@@ -280,19 +292,6 @@ LampUnit read_lamp_unit(const Reading& reading, Params& params) {
     return unit;
 }
 
-// Reads "up", a direction in the current coordinates, as a unit vector.
-V3d read_up(Params& params) {
-    const Param* param = params.find("up", {Param::Type::vector3, Param::Type::normal3, Param::Type::point3});
-    if (!param) return {0, 1, 0};
-    require_count(*param, param->numbers.size(), 3);
-    const V3d up(param->numbers[0], param->numbers[1], param->numbers[2]);
-    if (!(unit(up).length2() > 0)) {
-        fail(param->values, "\"up\" of {} is ({:g} {:g} {:g}), which is not a direction", params.owner(),
-             up.x, up.y, up.z);
-    }
-    return unit(up);
-}
-
 }  // namespace
 
 M44d read_placement(const Reading& reading, Params& params) {
@@ -306,7 +305,7 @@ M44d read_placement(const Reading& reading, Params& params) {
              "different points",
              from.x, from.y, from.z, to.x, to.y, to.z, params.owner());
     }
-    const V3d up = read_up(params);
+    const V3d up = read_direction(params, "up").value_or(V3d(0, 1, 0));
     constexpr double kAlong = 1e-6;  // radians between "up" and the line of sight that count as none
     V3d x = up.cross(z);
     if (!(x.length() > kAlong)) {

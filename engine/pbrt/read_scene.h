@@ -42,6 +42,7 @@ struct SceneOverrides {
     // Returns the file to read in place of a light field's file as the scene names it, such as a replicate of
     // the lamp. None: its own.
     LampFileOf lamp_file = {};
+    bool without_sun = false;  // leaves out the sun of skies, and its light on their ground
     // Edits the parts of every frame before its Scene is made, for example scales or replaces lights (in the
     // order of the text) or materials. Positions are relative to `origin`. A light on a surface (Mesh::light
     // and its like) must be replaced by one of the same surface. With light groups, `of_light` has one entry
