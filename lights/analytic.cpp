@@ -141,9 +141,7 @@ class SpotLight final : public Light {
     }
 
     // Returns the t at which the falloff's integral from the outer edge is the share u of the rim's.
-    double t_of_rim(double u) const {
-        return falloff_ == SpotFalloff::quadratic ? cbrt(u) : invert_rim(u);
-    }
+    double t_of_rim(double u) const { return falloff_ == SpotFalloff::quadratic ? cbrt(u) : invert_rim(u); }
 
     double falloff(double h) const {
         if (h <= start_) return 1;

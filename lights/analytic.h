@@ -43,8 +43,8 @@ std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, con
 std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irradiance,
                                           const SceneSphere& scene, FluxUnit unit = FluxUnit::watt);
 
-// Makes the sun: a disc at infinity whose radius subtends `radius` [rad, below π/2], in the direction `towards`.
-// `irradiance` is that of a plane facing it [W/m²].
+// Makes the sun: a disc at infinity whose radius subtends `radius` [rad, below π/2], in the direction
+// `towards`. `irradiance` is that of a plane facing it [W/m²].
 std::unique_ptr<Light> make_sun_light(const V3f& towards, double radius, const Rgb& irradiance,
                                       const SceneSphere& scene, FluxUnit unit = FluxUnit::watt);
 

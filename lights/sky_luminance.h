@@ -26,8 +26,8 @@ struct SkyModel {
     double relative_luminance(const V3d& w, const V3d& sun) const;
 };
 
-// Returns the sky of a type of ISO 15469:2004, Table 1: 1 to 15, and 16, the traditional overcast sky. Returns
-// none for any other number.
+// Returns the sky of a type of ISO 15469:2004, Table 1: 1 to 15, and 16, the traditional overcast sky.
+// Returns none for any other number.
 inline constexpr int kCieSkies = 16;
 std::optional<SkyModel> cie_sky(int type);
 

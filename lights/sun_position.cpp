@@ -17,13 +17,23 @@ struct Term {
 };
 // Terms of the Earth's heliocentric longitude. All that are left out together are below 6e-5 rad, and their
 // root mean square is 1e-5 rad.
-constexpr Term kLongitude0[] = {
-    {1.75347046, 0, 0},           {0.03341656, 4.6692568, 6283.07585}, {0.00034894, 4.6261, 12566.1517},
-    {3.497e-5, 2.7441, 5753.3849}, {3.418e-5, 2.8289, 3.5231},         {3.136e-5, 3.6277, 77713.7715},
-    {2.676e-5, 4.4181, 7860.4194}, {2.343e-5, 6.1352, 3930.2097},      {1.324e-5, 0.7425, 11506.7698},
-    {1.273e-5, 2.0371, 529.691},   {1.199e-5, 1.1096, 1577.3435},      {9.9e-6, 5.233, 5884.927},
-    {9.02e-6, 2.045, 26.298},      {8.57e-6, 3.508, 398.149},          {7.8e-6, 1.179, 5223.694},
-    {7.53e-6, 2.533, 5507.553},    {5.05e-6, 4.583, 18849.228}};
+constexpr Term kLongitude0[] = {{1.75347046, 0, 0},
+                                {0.03341656, 4.6692568, 6283.07585},
+                                {0.00034894, 4.6261, 12566.1517},
+                                {3.497e-5, 2.7441, 5753.3849},
+                                {3.418e-5, 2.8289, 3.5231},
+                                {3.136e-5, 3.6277, 77713.7715},
+                                {2.676e-5, 4.4181, 7860.4194},
+                                {2.343e-5, 6.1352, 3930.2097},
+                                {1.324e-5, 0.7425, 11506.7698},
+                                {1.273e-5, 2.0371, 529.691},
+                                {1.199e-5, 1.1096, 1577.3435},
+                                {9.9e-6, 5.233, 5884.927},
+                                {9.02e-6, 2.045, 26.298},
+                                {8.57e-6, 3.508, 398.149},
+                                {7.8e-6, 1.179, 5223.694},
+                                {7.53e-6, 2.533, 5507.553},
+                                {5.05e-6, 4.583, 18849.228}};
 constexpr Term kLongitude1[] = {
     {6283.31966747, 0, 0}, {0.00206059, 2.678235, 6283.07585}, {4.303e-5, 2.6351, 12566.1517}};
 constexpr Term kLongitude2[] = {{0.00052919, 0, 0}, {8.72e-5, 1.0721, 6283.0758}};
@@ -154,8 +164,9 @@ SunPosition sun_position(double days, const GeographicPlace& place) {
     const ApparentSun sun = apparent_sun(days);
     const double t = days / 36525;
     const auto [nutation, obliquity] = ecliptic(t);
-    const double sidereal = (280.46061837 + 360.98564736629 * days + 0.000387933 * t * t) * kRadiansPerDegree +
-                            nutation * cos(obliquity);
+    const double sidereal =
+        (280.46061837 + 360.98564736629 * days + 0.000387933 * t * t) * kRadiansPerDegree +
+        nutation * cos(obliquity);
     const double latitude = place.latitude * kRadiansPerDegree;
     const double hour_angle = sidereal + place.longitude * kRadiansPerDegree - sun.right_ascension;
     const double east = -cos(sun.declination) * sin(hour_angle);

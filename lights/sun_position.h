@@ -1,8 +1,8 @@
 // The place of the sun in the sky, by time and place on Earth.
 //
 // The longitude of the Earth follows from the largest terms of VSOP87 [Bretagnon and Francou 1988]; nutation,
-// aberration, sidereal time, parallax and refraction follow [Meeus 1998, 12, 13, 16, 22, 25, 40]. From 1900 to
-// 2100 the place differs by at most 0.002° from that by all terms of [Reda and Andreas 2004].
+// aberration, sidereal time, parallax and refraction follow [Meeus 1998, 12, 13, 16, 22, 25, 40]. From 1900
+// to 2100 the place differs by at most 0.002° from that by all terms of [Reda and Andreas 2004].
 #pragma once
 
 #include <optional>
@@ -12,11 +12,11 @@
 
 namespace lucerna {
 
-// Returns the time of a date of the Gregorian calendar in days since 2000-01-01 12:00, both in universal time.
-// `hour` may lie outside a day.
+// Returns the time of a date of the Gregorian calendar in days since 2000-01-01 12:00, both in universal
+// time. `hour` may lie outside a day.
 double days_since_2000(int year, int month, int day, double hour);
-// Parses "2026-06-21T12:00:00+02:00" [ISO 8601]: seconds may be missing, "Z" stands for +00:00. Returns none
-// for any other text, and for years outside 1900 to 2100.
+// Parses a time of ISO 8601, "2026-06-21T12:00:00+02:00": seconds may be missing, "Z" stands for +00:00.
+// Returns none for any other text, and for years outside 1900 to 2100.
 std::optional<double> parse_time(std::string_view text);
 
 // The apparent place of the sun's centre, as seen from the centre of the Earth.

@@ -104,7 +104,7 @@ struct InfiniteSpec {
 struct ImageInfiniteSpec {
     std::shared_ptr<const DirectionalImage> image;
     LightAxes axes;
-    Rgb scale;                         // W/(m² sr)
+    Rgb scale;                           // W/(m² sr)
     FluxUnit own_unit = FluxUnit::watt;  // where the scene states none
 };
 // The sun of a sky, which counts in lumens where the scene states no unit.

@@ -79,8 +79,8 @@ std::optional<V3d> read_direction(Params& params, std::string_view name) {
     require_count(*param, param->numbers.size(), 3);
     const V3d direction(param->numbers[0], param->numbers[1], param->numbers[2]);
     if (!(unit(direction).length2() > 0)) {
-        fail(param->values, "\"{}\" of {} is ({:g} {:g} {:g}), which is not a direction", name, params.owner(),
-             direction.x, direction.y, direction.z);
+        fail(param->values, "\"{}\" of {} is ({:g} {:g} {:g}), which is not a direction", name,
+             params.owner(), direction.x, direction.y, direction.z);
     }
     return unit(direction);
 }

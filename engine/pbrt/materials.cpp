@@ -93,6 +93,27 @@ MaterialModel read_coated_conductor(Reading& reading, Params& params) {
     return material;
 }
 
+// Reads "transmittance", a parameter of Lucerna: the visible transmittance of a window at normal incidence.
+MaterialModel read_pane(Reading& reading, Params& params) {
+    ThinDielectricMaterial pane{read_glass_eta(reading, params, "eta", 1.5)};
+    if (!params.has("transmittance")) return pane;
+    const auto transmittance = static_cast<float>(params.real("transmittance", 1));
+    const Place& at = params.place_of("transmittance");
+    const auto eta = pane.eta.constant_value();
+    if (!eta)
+        fail(at, "\"transmittance\" of {} applies to an \"eta\" that does not vary only", params.owner());
+    const float most = clear_pane_transmittance(*eta);
+    if (!(transmittance > 0 && transmittance <= most)) {
+        fail(
+            at,
+            "\"transmittance\" of {} is {:g}; expected more than 0 and at most {:.3f}, which a pane of index "
+            "{:g} has without absorption",
+            params.owner(), transmittance, most, *eta);
+    }
+    pane.transmittance = transmittance;
+    return pane;
+}
+
 MaterialModel read_diffuse_transmission(Reading& reading, Params& params) {
     DiffuseTransmissionMaterial material;
     material.reflectance = read_color(reading, params, "reflectance", Rgb(0.25F));
@@ -217,7 +238,7 @@ MaterialModel read_model(Reading& reading, const std::string& kind, Params& para
     if (kind == "mirror") return MirrorMaterial{read_color(reading, params, "Kr", Rgb(0.9F))};
     if (kind == "dielectric") return read_dielectric(reading, params);
     if (kind == "glass") return read_glass(reading, params);
-    if (kind == "thindielectric") return ThinDielectricMaterial{read_glass_eta(reading, params, "eta", 1.5)};
+    if (kind == "thindielectric") return read_pane(reading, params);
     if (kind == "conductor") return read_conductor(reading, params);
     if (kind == "metal") return read_metal(reading, params);
     if (kind == "shinymetal") return read_shiny_metal(reading, params);

@@ -1,8 +1,8 @@
 // LightSource "sky", Lucerna's own: a sky of the CIE or of the all-weather model, its sun, and the ground.
 //
-// The sky is tabulated by directions, and is then an infinite light like one with an image. The sun is a disc.
-// Both count in lumens where the scene states no unit. In a radiometric scene the irradiances of the weather
-// are those of the lights; elsewhere luminous efficacies turn them into illuminances.
+// The sky is tabulated by directions, and is then an infinite light like one with an image. The sun is a
+// disc. Both count in lumens where the scene states no unit. In a radiometric scene the irradiances of the
+// weather are those of the lights; elsewhere luminous efficacies turn them into illuminances.
 #include <algorithm>
 #include <cmath>
 
@@ -52,7 +52,8 @@ struct SkyTime {
 };
 
 std::string required_text(Params& params, std::string_view name, std::string_view with) {
-    if (!params.has(name)) fail(params.place(), "{} has \"{}\" but lacks \"string {}\"", params.owner(), with, name);
+    if (!params.has(name))
+        fail(params.place(), "{} has \"{}\" but lacks \"string {}\"", params.owner(), with, name);
     return params.string(name, "");
 }
 
@@ -130,13 +131,12 @@ struct SkyStrength {
 };
 
 SkyStrength sky_strength(const Reading& reading, Params& params, const SkyTime& time,
-                          const std::optional<AllWeatherSky>& by_weather) {
+                         const std::optional<AllWeatherSky>& by_weather) {
     const bool photometric = reading.draft.unit.value_or(FluxUnit::lumen) == FluxUnit::lumen;
     constexpr double kUsual = 10'000;  // lx
     SkyStrength strength{photometric ? kUsual : 0, 0};
     if (by_weather) {
-        strength.sky =
-            time.weather->diffuse_horizontal * (photometric ? by_weather->diffuse_efficacy : 1);
+        strength.sky = time.weather->diffuse_horizontal * (photometric ? by_weather->diffuse_efficacy : 1);
         strength.sun = time.weather->direct_normal * (photometric ? by_weather->direct_efficacy : 1);
     }
     if (const double stated = positive_or_none(params, "illuminance"); stated > 0) strength.sky = stated;
@@ -206,9 +206,9 @@ void read_sky(Reading& reading, Params& params) {
     const double on_ground = strength.sky + (sun_shines ? strength.sun * sun.z : 0);
     const double ground = params.real_within("ground", 0, 0, 1) * on_ground / kPiD;
     const auto& [east, north, up] = axes;
-    const M44d world_from_sky = then(M44d(east.x, east.y, east.z, 0, north.x, north.y, north.z, 0, up.x, up.y,
-                                          up.z, 0, 0, 0, 0, 1),
-                                     reading.state.ctm);
+    const M44d world_from_sky =
+        then(M44d(east.x, east.y, east.z, 0, north.x, north.y, north.z, 0, up.x, up.y, up.z, 0, 0, 0, 0, 1),
+             reading.state.ctm);
     const LightAxes in_world = light_axes(world_from_sky, params);
     const auto light = [&](double irradiance) {
         return scaled_color(reading, params, reading.colours().white() * static_cast<float>(irradiance));

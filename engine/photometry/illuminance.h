@@ -100,10 +100,14 @@ struct LuminairePlace {
 std::vector<LuminairePlace> luminaires_of(const Scene& scene);
 
 struct IlluminanceReport {
+    std::string quantity = "illuminance", symbol = "E";  // or "daylight factor", "D" (daylight_factor.h)
+    // The illuminance of an unobstructed horizontal plane, to which a daylight factor is relative [lx, or
+    // W/m² if lights are radiometric]; 0 for other quantities.
+    double sky_illuminance = 0;
     std::vector<SurfaceIlluminance> surfaces;
     std::vector<LuminairePlace> lamps;
     std::vector<std::string> groups;  // the scene's light groups
-    std::string unit;                 // "lx", "W/m^2"
+    std::string unit;                 // "lx", "W/m^2"; "%" of a daylight factor
     std::string flux_unit;            // "lm", "W"
     double precision = 0;             // the largest such share that was reached
     // "precision", "time", "samples", "user", "forecast", or "light paths", which limit the precision.

@@ -105,6 +105,16 @@ std::string cut_off_text(const SurfaceIlluminance& surface) {
         plain_text(surface.surface.name), cut_off, surface.points.size() - excluded);
 }
 
+std::string quantity_text(const IlluminanceReport& report) {
+    std::string text = fmt::format("{} in {}; ± is the half-width of the 95 % confidence interval",
+                                   report.quantity, report.unit);
+    if (report.sky_illuminance > 0) {
+        text += fmt::format("; 100 % is {:.5g} {}, the illuminance of an unobstructed horizontal plane",
+                            report.sky_illuminance, report.flux_unit == "lm" ? "lx" : "W/m^2");
+    }
+    return text;
+}
+
 std::string illuminance_text(const IlluminanceReport& report) {
     std::vector<std::vector<std::string>> rows{
         {"surface", "kind", "points", "mean", "least", "greatest", "U_0", "direct"}};
@@ -117,9 +127,7 @@ std::string illuminance_text(const IlluminanceReport& report) {
              surface.mean.value > 0 ? fmt::format("{:.1f} %", 100 * surface.direct / surface.mean.value)
                                     : "-"});
     }
-    std::string text =
-        fmt::format("illuminance in {}; ± is the half-width of the 95 % confidence interval\n", report.unit) +
-        table_text(rows);
+    std::string text = quantity_text(report) + '\n' + table_text(rows);
     for (const SurfaceIlluminance& surface : report.surfaces) text += cut_off_text(surface);
     return text;
 }
@@ -165,8 +173,9 @@ std::string judgements_text(std::span<const Judgement> judgements) {
 }
 
 std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
-    std::string text = fmt::format(
-        "surface,i,j,x,y,z,E [{0}],half-width of 95 % [{0}],direct [{0}],indirect [{0}]", report.unit);
+    std::string text =
+        fmt::format("surface,i,j,x,y,z,{1} [{0}],half-width of 95 % [{0}],direct [{0}],indirect [{0}]",
+                    report.unit, report.symbol);
     for (const std::string& group : report.groups)
         text += ',' + csv_field(fmt::format("{} [{}]", plain_text(group), report.unit));
     if (lamps.replicates > 0)
@@ -202,7 +211,8 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
 
 std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps,
                              const FarFieldErrors& far_field, std::span<const Judgement> judgements) {
-    nlohmann::json json{{"unit", report.unit},
+    nlohmann::json json{{"quantity", report.quantity},
+                        {"unit", report.unit},
                         {"confidence", 0.95},
                         {"precision", report.precision},
                         {"ended_by", report.ended_by},
@@ -211,6 +221,7 @@ std::string illuminance_json(const IlluminanceReport& report, const MeasurementU
                         {"rays", report.rays},
                         {"seconds", report.seconds},
                         {"surfaces", nlohmann::json::array()}};
+    if (report.sky_illuminance > 0) json["sky_illuminance"] = report.sky_illuminance;
     if (lamps.replicates > 0) json["replicates"] = lamps.replicates;
     for (const FieldError& of : lamps.fields) {
         nlohmann::json field{{"file", plain_text(of.lamp)}};

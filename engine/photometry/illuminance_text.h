@@ -16,6 +16,9 @@ namespace lucerna {
 // Returns a line that tells how many of the surface's points are cut off from the light; empty if none is.
 std::string cut_off_text(const SurfaceIlluminance& surface);
 
+// Returns a sentence that names quantity and unit, and what the numbers are relative to.
+std::string quantity_text(const IlluminanceReport& report);
+
 // Formats like "512.3 ± 1.2", with as many digits as the interval justifies.
 std::string reading_text(const Reading95& reading);
 // Aligns rows with equal numbers of cells in columns.

@@ -184,10 +184,26 @@ bool is_sound(const DielectricLobe& lobe) {
 
 namespace {
 
-// Returns the reflectance of both faces with all bounces between them, F + T² F + T² F³ + ... with T = 1 - F.
-float pane_reflectance(const ThinDielectricLobe& lobe, float cos_o) {
-    const float f = fresnel_dielectric(cos_o, lobe.eta).reflectance;
-    return 2 * f / (1 + f);
+struct PaneShares {
+    float reflected, transmitted;
+};
+
+// Returns the shares with all bounces between the faces. With the reflectance F of a face and the
+// transmittance t between them, the transmitted share is (1 - F)² t (1 + F² t² + F⁴ t⁴ + ...).
+PaneShares pane_shares(const ThinDielectricLobe& lobe, float cos_o) {
+    const auto [f, cos_t] = fresnel_dielectric(cos_o, lobe.eta);
+    if (lobe.inside == 1 || !(cos_t > 0)) {
+        const float reflected = 2 * f / (1 + f);
+        return {reflected, 1 - reflected};
+    }
+    const float t = pow(lobe.inside, 1 / cos_t);
+    const float passed = sqr(1 - f) * t / (1 - sqr(f * t));
+    return {f + f * t * passed, passed};
+}
+
+// Returns the probability of reflection; `shares` are not both 0.
+float reflect_chance_of(const PaneShares& shares) {
+    return shares.reflected / (shares.reflected + shares.transmitted);
 }
 
 }  // namespace
@@ -200,14 +216,16 @@ float density(const ThinDielectricLobe&, const Local&) {
 }
 Draw draw(const ThinDielectricLobe& lobe, const Local& at, const BsdfU& u, Transport) {
     if (!(at.wo.z > 0)) return std::nullopt;
-    if (u.lobe < pane_reflectance(lobe, at.wo.z)) {
-        return LocalSample{.wi = mirrored(at.wo), .weight = lobe.tint, .delta = true};
-    }
-    return LocalSample{
-        .wi = -at.wo, .weight = lobe.tint, .delta = true, .transmission = true, .straight = true};
+    const PaneShares shares = pane_shares(lobe, at.wo.z);
+    const Rgb weight = lobe.tint * (shares.reflected + shares.transmitted);
+    if (u.lobe < reflect_chance_of(shares))
+        return LocalSample{.wi = mirrored(at.wo), .weight = weight, .delta = true};
+    return LocalSample{.wi = -at.wo, .weight = weight, .delta = true, .transmission = true, .straight = true};
 }
 Rgb albedo_of(const ThinDielectricLobe& lobe, const Local& at) {
-    return at.wo.z > 0 ? lobe.tint : Rgb(0.0F);
+    if (!(at.wo.z > 0)) return Rgb(0.0F);
+    const PaneShares shares = pane_shares(lobe, at.wo.z);
+    return lobe.tint * (shares.reflected + shares.transmitted);
 }
 bool is_delta_lobe(const ThinDielectricLobe&) {
     return true;
@@ -217,13 +235,14 @@ float chance_of(const ThinDielectricLobe& lobe, const Local& at) {
 }
 std::optional<float> reflect_chance_of(const ThinDielectricLobe& lobe, const Local& at) {
     if (!(at.wo.z > 0)) return std::nullopt;
-    return pane_reflectance(lobe, at.wo.z);
+    return reflect_chance_of(pane_shares(lobe, at.wo.z));
 }
 Rgb straight_share_of(const ThinDielectricLobe& lobe, const Local& at) {
-    return at.wo.z > 0 ? lobe.tint * (1 - pane_reflectance(lobe, at.wo.z)) : Rgb(0.0F);
+    return at.wo.z > 0 ? lobe.tint * pane_shares(lobe, at.wo.z).transmitted : Rgb(0.0F);
 }
 bool is_sound(const ThinDielectricLobe& lobe) {
-    return lobe.eta > 0 && std::isfinite(lobe.eta) && is_share(lobe.tint);
+    return lobe.eta > 0 && std::isfinite(lobe.eta) && is_share(lobe.tint) && lobe.inside > 0 &&
+           lobe.inside <= 1;
 }
 
 }  // namespace lucerna

@@ -96,10 +96,11 @@ struct CoatedConductorLobe {
 };
 
 // Models a pane of glass too thin to displace the light that passes it. It includes all bounces between its
-// two faces, which transmit straight on or reflect as a mirror.
+// two faces, which transmit straight on or reflect as a mirror, and absorption between them.
 struct ThinDielectricLobe {
     float eta = 1.5F;  // > 0
     Rgb tint{1.0F};    // multiplies everything, in [0,1]
+    float inside = 1;  // transmittance from face to face at normal incidence, in (0,1]
 };
 
 // These model [Ashikhmin and Shirley 2000] with GGX facets, as pbrt-v3's "FresnelBlend": gloss of reflectance

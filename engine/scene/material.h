@@ -68,7 +68,14 @@ struct DielectricMaterial {
 };
 struct ThinDielectricMaterial {
     FloatTexture eta = FloatTexture::constant(1.5F);
+    // The transmittance of the whole pane at normal incidence, in (0,1], if its glass absorbs. No pane of an
+    // index exceeds clear_pane_transmittance().
+    std::optional<float> transmittance = {};
 };
+// Returns the transmittance at normal incidence of a pane that absorbs nothing.
+inline float clear_pane_transmittance(float eta) {
+    return 2 * eta / (1 + eta * eta);
+}
 // Scatters by Lambert's law to both sides. The colours are scaled down where their sum exceeds 1.
 struct DiffuseTransmissionMaterial {
     RgbTexture reflectance = RgbTexture::constant(Rgb(0.25F));

@@ -63,6 +63,15 @@ ConductorLobe metal_lobe(const ConductorMaterial& m, const TexturePoint& point) 
     return lobe;
 }
 
+// Returns the transmittance t between the faces of a pane of transmittance T at normal incidence. With the
+// reflectance F of a face, T = (1 - F)² t / (1 - F² t²).
+float inside_of(float transmittance, float eta) {
+    const double f = sqr((double{eta} - 1) / (double{eta} + 1)), whole = double{transmittance};
+    const double through = sqr(1 - f);
+    return static_cast<float>(
+        std::min(1.0, 2 * whole / (through + std::sqrt(sqr(through) + sqr(2 * f * whole)))));
+}
+
 // --- One overload per material
 
 struct AddLobes {
@@ -83,7 +92,8 @@ struct AddLobes {
                                 alpha.x, alpha.y});
     }
     void operator()(const ThinDielectricMaterial& m) const {
-        list.add(ThinDielectricLobe{eta_of(m.eta, point)});
+        const float eta = eta_of(m.eta, point);
+        list.add(ThinDielectricLobe{eta, Rgb(1.0F), m.transmittance ? inside_of(*m.transmittance, eta) : 1});
     }
     void operator()(const DiffuseTransmissionMaterial& m) const {
         const Rgb r = share_of(m.reflectance, point) * m.scale;

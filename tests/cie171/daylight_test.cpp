@@ -1,7 +1,8 @@
 // CIE 171:2006, 5.4 (flux conservation), 5.5 (glass) and 5.9 to 5.14: daylight through openings. All values
-// are percentages of the illuminance of a horizontal plane under the unobstructed sky.
+// are daylight factors: percentages of the illuminance of a horizontal plane under the unobstructed sky.
 #include <map>
 
+#include "engine/photometry/daylight_factor.h"
 #include "tests/cie171/case.h"
 #include "tests/cie171/glass.h"
 
@@ -44,11 +45,7 @@ class Sky {
         scale_ = 1 / (sum * (kPiD / 2 / n) * (2 * kPiD / n));
     }
     double luminance(const V3d& w) const { return scale_ * relative_luminance(type_, w); }
-    Changes changes() const {
-        const std::string light = "\"string filename\" \"sky-16.pfm\" \"float scale\" 10000";
-        if (type_ == 5) return {{light, "\"rgb L\" [ 3183.0989 3183.0989 3183.0989 ]"}};
-        return {{"sky-16.pfm", fmt::format("sky-{}.pfm", type_)}};
-    }
+    Changes changes() const { return {{"cie-16", fmt::format("cie-{}", type_)}}; }
 
   private:
     int type_;
@@ -107,11 +104,17 @@ std::vector<Point> points_of(const IlluminanceReport& report, const std::vector<
             points.push_back(
                 {name,
                  through(opening, found.surface.position(i, 0), V3d(found.surface.normal), outside, glazed),
-                 row.published.empty() ? kNone : row.published.at(n),
-                 scaled(found.at(i, 0).all, 100 / kHorizontal)});
+                 row.published.empty() ? kNone : row.published.at(n), found.at(i, 0).all});
         }
     }
     return points;
+}
+
+// Measures as `lucerna lux --daylight-factor` does.
+IlluminanceReport measure_factors(Job job, int samples) {
+    const double sky = sky_illuminance(job.scene);
+    EXPECT_NEAR(sky, kHorizontal, 1e-4 * kHorizontal);
+    return daylight_factors(measure(std::move(job), samples), sky);
 }
 
 // Tests a case with one sky; `precision` is the widest interval relative to the value.
@@ -119,8 +122,8 @@ void expect_case(const std::string& number, const std::string& file, int type, c
                  bool glazed, int samples, double precision, double share, const std::vector<Row>& rows) {
     const Sky sky(type);
     const std::string title = fmt::format("{}, sky {}", number, type);
-    const std::vector<Point> points =
-        points_of(measure(scene(file, sky.changes()), samples), rows, opening, sky_and_ground(sky), glazed);
+    const std::vector<Point> points = points_of(measure_factors(scene(file, sky.changes()), samples), rows,
+                                                opening, sky_and_ground(sky), glazed);
     expect_as_published(title, 0.011, share, points);
     expect_as_stated(title, "% of E_hz", precision, points);
 }
@@ -269,6 +272,7 @@ TEST(Cie171, Case513_HorizontalMask) {
         {0.5, {1.27, 1.75, 2.49, 3.59, 5.19, 7.11, 7.13, 0.21}},
         {1, {1.27, 1.75, 2.49, 3.59, 4.82, 5.42, 3.63, 0.21}},
         {2, {1.21, 1.50, 1.86, 2.24, 2.44, 1.73, 0.40, 0.21}}};
+    // The mask emits what it reflects, so that the scene has a light beside the sky.
     for (const auto& [depth, published] : table) {
         Changes changes = sky.changes();
         changes.emplace_back("-0.5 3", fmt::format("{} 3", -depth));
@@ -277,9 +281,9 @@ TEST(Cie171, Case513_HorizontalMask) {
             return y > -depth ? kMask : sky.luminance(w);
         };
         const std::string title = fmt::format("5.13, {} m, sky 5", depth);
-        const std::vector<Point> points =
-            points_of(measure(scene("5.13-horizontal-mask.pbrt", changes), 192),
-                      {{"floor", "ABCDEFGH", published}}, kFacade2, outside, false);
+        const std::vector<Point> points = points_of(
+            daylight_factors(measure(scene("5.13-horizontal-mask.pbrt", changes), 192), kHorizontal),
+            {{"floor", "ABCDEFGH", published}}, kFacade2, outside, false);
         expect_as_published(title, 0.011, 0.005, points);
         expect_as_stated(title, "% of E_hz", 0.06, points);
     }
@@ -300,7 +304,7 @@ TEST(Cie171, Case514_VerticalMask) {
         };
         const std::string title = fmt::format("5.14, {} m, sky 5", height);
         const std::vector<Point> points =
-            points_of(measure(scene("5.14-vertical-mask.pbrt", changes), 192),
+            points_of(measure_factors(scene("5.14-vertical-mask.pbrt", changes), 192),
                       {{"floor", "ABCDEFGH", published}}, kFacade2, outside, false);
         expect_as_published(title, 0.011, 0.005, points);
         expect_as_stated(title, "% of E_hz", 0.06, points);

@@ -46,6 +46,54 @@ TEST_F(RunPhotometry, Floors_AreSurfacesOfTheirOwn) {
     EXPECT_THAT(text_of("lux.csv"), HasSubstr(",3.75,"));
 }
 
+TEST_F(RunPhotometry, DaylightFactor_IsInAllOutputs) {
+    write_house();
+    const Outcome lux = lucerna_run({"lux", "house.pbrt", "--height", "0.75", "--spacing", "2", "--samples",
+                                     "4", "--daylight-factor", "-o", "lux.csv", "--json", "lux.json",
+                                     "--html", "lux.html", "--image", "lux.exr", "--quiet"});
+    EXPECT_EQ(lux.code, 0) << lux.err;
+    EXPECT_THAT(lux.out,
+                HasSubstr("daylight factor in %; ± is the half-width of the 95 % confidence interval; "
+                          "100 % is 15708 lx, the illuminance of an unobstructed horizontal plane"));
+    EXPECT_THAT(text_of("lux.csv"), HasSubstr("z,D [%],half-width of 95 % [%],direct [%],indirect [%]\n"));
+    EXPECT_THAT(text_of("lux.html"), HasSubstr("Daylight factor: house.pbrt"));
+    EXPECT_THAT(text_of("lux.html"), HasSubstr("mean [%]"));
+    EXPECT_EQ(read_exr("lux.exr").attributes.at("lucerna.unit"), "%");
+    const auto json = nlohmann::json::parse(text_of("lux.json"));
+    EXPECT_EQ(json["quantity"], "daylight factor");
+    EXPECT_EQ(json["unit"], "%");
+    EXPECT_NEAR(json["sky_illuminance"].get<double>(), kPiD * 5000, 1);
+    const Outcome plain = lucerna_run({"lux", "house.pbrt", "--height", "0.75", "--spacing", "2", "--samples",
+                                       "4", "--json", "plain.json", "--quiet"});
+    EXPECT_EQ(plain.code, 0) << plain.err;
+    const auto in_lux = nlohmann::json::parse(text_of("plain.json"));
+    EXPECT_EQ(in_lux["quantity"], "illuminance");
+    for (const char* number : {"mean", "least", "greatest"}) {
+        const double lx = in_lux["surfaces"][0][number]["value"].get<double>();
+        EXPECT_NEAR(json["surfaces"][0][number]["value"].get<double>(), 100 * lx / (kPiD * 5000), 1e-4)
+            << number;
+    }
+}
+
+TEST_F(RunPhotometry, DaylightFactor_OfOtherLights_IsRefused) {
+    const auto refused = [](const std::string& lights, const std::vector<std::string>& more,
+                            const std::string& message) {
+        std::ofstream("room.pbrt") << "Camera \"perspective\" Film \"rgb\" WorldBegin\n"
+                                   << lights << level(0) << level(3);
+        std::vector<std::string> line{"lux", "room.pbrt", "--height", "0.75", "--daylight-factor"};
+        line.insert(line.end(), more.begin(), more.end());
+        const Outcome outcome = lucerna_run(line);
+        EXPECT_NE(outcome.code, 0) << message;
+        EXPECT_THAT(outcome.err, HasSubstr(message));
+    };
+    const std::string sky = "LightSource \"sky\" \"string type\" \"cie-16\"\n";
+    refused("LightSource \"point\"\n", {}, "room.pbrt: the scene has a point light, but a daylight factor");
+    refused(sky + "LightSource \"distant\"\n", {}, "the scene has a distant light");
+    refused(sky + sky, {}, "the scene has more than one sky");
+    refused(sky, {"--far-field-error"}, "--far-field-error: is about lamps");
+    refused(sky, {"--replicates"}, "--replicates: is about lamps");
+}
+
 TEST_F(RunPhotometry, Glare_UnderASky_HasDgpAndAView) {
     write_house();
     const Outcome glare = lucerna_run({"glare", "house.pbrt", "--image", "view.exr", "-o", "glare.csv",

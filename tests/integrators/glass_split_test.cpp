@@ -20,7 +20,8 @@ V3f outwards(float cosine) {
 }
 
 TEST(ReflectChance, OfGlassAndPanes_IsWhereSamplesTurn) {
-    for (const Lobe& lobe : {Lobe(kGlass), Lobe(ThinDielectricLobe{1.5F, Rgb(0.9F)})}) {
+    for (const Lobe& lobe : {Lobe(kGlass), Lobe(ThinDielectricLobe{1.5F, Rgb(0.9F)}),
+                             Lobe(ThinDielectricLobe{1.5F, Rgb(1), 0.5F})}) {
         for (const float cosine : {1.0F, 0.5F, 0.1F, -0.9F}) {
             const Bsdf bsdf = surface(lobe);
             const auto chance = bsdf.reflect_chance(outwards(cosine));

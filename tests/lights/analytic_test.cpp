@@ -99,6 +99,7 @@ std::vector<Lamp> all_lamps() {
     lamps.push_back({"spot", make_spot_light({0.3F, 0.2F, 1.5F}, {-0.1F, 0, -2}, colour, {40, 25}), {}});
     lamps.push_back({"distant", make_distant_light({0.3F, 0.2F, -1}, colour, scene), {}});
     lamps.push_back({"infinite", make_infinite_light(colour, scene), {}});
+    lamps.push_back({"sun", make_sun_light({-0.3F, -0.2F, 1}, 0.1, colour, scene), {}});
     lamps.push_back(
         {"triangles", make_area_light(bent_sheet(), colour, false), intersect_triangles(bent_sheet())});
     lamps.push_back({"ball", make_area_light(ball, colour, false), intersect_sphere(ball)});
@@ -297,6 +298,43 @@ TEST(AreaLight, RectangleAnywhere_EqualsLambertsContourFormula) {
         const double truth = std::fabs(3 * 0.5 * sum.z);
         expect_irradiance(irradiance(*light, x, {0, 0, 1}, 400000), truth, "rectangle");
     }
+}
+
+// Of a disc that lies above the horizon, a tilted plane receives the cosine at its middle times E.
+TEST(SunLight, Irradiance_IsThatOfItsMiddle) {
+    const double radius = 0.00465;
+    const V3f towards = V3f(0, 3, 4).normalized();
+    const auto sun = make_sun_light(towards, radius, Rgb(5), {});
+    expect_irradiance(irradiance(*sun, {7, 8, 9}, {0, 0, 1}), 4.0, "sun");
+    const double seen = kPiD * sqr(std::sin(radius));
+    const auto middle = sun->Le(Ray{{7, 8, 9}, towards});
+    ASSERT_TRUE(middle);
+    EXPECT_NEAR(double{middle->radiance.x}, 5 / seen, 1e-4 * 5 / seen);
+    const auto beside = [&](double angle) {
+        const Frame frame(towards);
+        const auto a = static_cast<float>(angle);
+        return sun->Le(Ray{{0, 0, 0}, frame.to_world({std::sin(a), 0, std::cos(a)})});
+    };
+    EXPECT_TRUE(beside(0.99 * radius));
+    EXPECT_FALSE(beside(1.01 * radius));
+}
+
+TEST(SunLight, SampleLi_AndLe_AgreeInDensityAndRadiance) {
+    const auto sun = make_sun_light({0.1F, 0.2F, 0.9F}, 0.2, Rgb(5), {});
+    Sampler s(8, Purpose::test, 0, 0);
+    RunningStats density;
+    for (int i = 0; i < 20000; ++i) {
+        const auto drawn = sun->sample_Li({0, 0, 0}, s.next2());
+        ASSERT_TRUE(drawn);
+        if (const auto seen = sun->Le(Ray{{0, 0, 0}, drawn->w})) {
+            EXPECT_FLOAT_EQ(seen->pdf_w, drawn->pdf_w);
+            EXPECT_NEAR(seen->radiance.x, drawn->weight.x * drawn->pdf_w, 1e-5F * seen->radiance.x);
+        }
+        const auto seen = sun->Le(Ray{{0, 0, 0}, random_direction(s)});
+        density.add(seen ? 4 * kPiD * double{seen->pdf_w} : 0.0);
+    }
+    EXPECT_TRUE(agrees(density, 1)) << density.mean();
+    EXPECT_FALSE(agrees(density, 1.3));
 }
 
 TEST(AnalyticLight, PointSpotDistantInfinite_GiveTheirClosedIrradiance) {

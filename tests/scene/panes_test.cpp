@@ -39,6 +39,7 @@ std::vector<SurfaceCase> surfaces() {
     const GlossLobe gloss{1.5F, Rgb(0.5F), 0.2F, 0.2F};
     return {{"pane", {ThinDielectricLobe{1.5F, tint}}, true},
             {"pane of a low index", {ThinDielectricLobe{0.7F, tint}}, true},
+            {"pane that absorbs", {ThinDielectricLobe{1.5F, tint, 0.6F}}, true},
             {"no boundary", {nothing}, true},
             {"rough and no boundary", {rough_nothing}, true},
             {"boundary", {glass(1.5F, 0, 0)}, false},
@@ -117,6 +118,39 @@ TEST(StraightShare, OfAPane_IsTheSumOfAllBouncesBetweenItsFaces) {
             const double truth =
                 0.8 * pane_transmittance(static_cast<double>(direction(angle).z), static_cast<double>(eta));
             EXPECT_NEAR(bsdf.straight_share(direction(angle)).x, truth, 2e-6) << eta << " at " << angle;
+        }
+    }
+}
+
+TEST(StraightShare, OfAPaneThatAbsorbs_IsTheSumOfAllBouncesToo) {
+    for (const float eta : {1.0F, 1.2F, 1.52F, 2.4F}) {
+        for (const float inside : {0.05F, 0.6F, 0.958F}) {
+            const Bsdf bsdf = flat(ThinDielectricLobe{eta, Rgb(1), inside});
+            for (const float angle : kAngles) {
+                const V3f wo = direction(angle);
+                const PaneSums truth = pane_sums(double{wo.z}, double{eta}, double{inside});
+                constexpr double kRounding =
+                    1e-5;  // by the exponent 1 / cos near grazing, in single precision
+                EXPECT_NEAR(double{bsdf.straight_share(wo).x}, truth.transmitted, kRounding)
+                    << eta << ' ' << angle;
+                EXPECT_NEAR(double{bsdf.albedo(wo).x}, truth.transmitted + truth.reflected, kRounding)
+                    << eta << ' ' << angle;
+            }
+        }
+    }
+}
+
+TEST(ThinDielectricMaterial, Transmittance_IsThatOfTheWholePane) {
+    for (const float eta : {1.0F, 1.5F, 1.52F}) {
+        for (const float share : {0.05F, 0.4F, 0.8F, 1.0F}) {
+            ThinDielectricMaterial pane;
+            pane.eta = FloatTexture::constant(eta);
+            pane.transmittance = share * clear_pane_transmittance(eta);
+            Hit hit;
+            hit.at.n = hit.ns = kUp;
+            hit.dpdu = kAlongX;
+            const Bsdf bsdf = make_bsdf(Material{"pane", pane}, hit);
+            EXPECT_NEAR(bsdf.straight_share(kUp).x, *pane.transmittance, 1e-6F) << eta << ' ' << share;
         }
     }
 }

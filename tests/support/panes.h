@@ -21,4 +21,21 @@ inline double pane_transmittance(double cos_o, double eta = 1.5) {
     return 1 - 2 * f / (1 + f);
 }
 
+// Returns the transmittance and the reflectance of an absorbing pane, as sums over the reflections between
+// its faces. `inside` is the transmittance from face to face at normal incidence.
+struct PaneSums {
+    double transmitted = 0, reflected = 0;
+};
+inline PaneSums pane_sums(double cos_o, double eta, double inside) {
+    const double f = boundary_reflectance(cos_o, eta);
+    const double t = std::pow(inside, 1 / std::sqrt(1 - (1 - cos_o * cos_o) / (eta * eta)));
+    PaneSums sums{0, f};
+    double power = (1 - f) * t;  // what arrives at a face from inside
+    for (int i = 0; power > 1e-12; ++i) {
+        (i % 2 == 0 ? sums.transmitted : sums.reflected) += power * (1 - f);
+        power *= f * t;
+    }
+    return sums;
+}
+
 }  // namespace lucerna::testing

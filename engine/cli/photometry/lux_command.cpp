@@ -23,6 +23,7 @@
 #include "engine/colour/tone.h"
 #include "engine/image/displayed.h"
 #include "engine/image/image.h"
+#include "engine/photometry/daylight_factor.h"
 #include "engine/photometry/en12464.h"
 #include "engine/photometry/far_field_error.h"
 #include "engine/photometry/glare.h"
@@ -73,6 +74,9 @@ all illuminances into maintained ones; --maintenance-factor spots=0.7 is that of
 
 {}
 
+--daylight-factor divides by the illuminance of an unobstructed horizontal plane under the scene's sky, and prints per cent.
+The scene's light must be one sky, for example LightSource "sky" "string type" "cie-16"; the sky's own sun is left out.
+
 --far-field-error shows how accurate a photometric file would be in this scene: it computes everything again with the
 far-field intensities of each measured lamp, once from a point and once from the luminous opening that lucerna light farfield
 writes, and reports the relative errors of the illuminance; with --plan and --html also as maps. It prints the floor of the method, too: by how much the table of intensities, in steps of
@@ -96,6 +100,7 @@ Examples:
   lucerna lux room.pbrt --height 0.75 --margin 0.5 --spacing 0.25
   lucerna lux room.pbrt --require Em=500,U0=0.6,UGR=19,Ez=150,walls=150,ceiling=100 --maintenance-factor 0.8 --html report.html
   lucerna lux room.pbrt --height 0.75 --replicates --precision 0.5%
+  lucerna lux office.pbrt --height 0.85 --margin 0.5 --daylight-factor
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
@@ -111,8 +116,11 @@ struct LuxCommand {
     MaintenanceFactors maintenance;
     std::vector<std::pair<std::string, std::string>> about;
     double eye_height = 1.2;  // m
-    bool far_field_error = false, replicates = false;
+    bool daylight_factor = false, far_field_error = false, replicates = false;
     bool has_precision = false;
+    bool requires_any() const {
+        return std::ranges::any_of(requirements, [](const auto& range) { return range.has_value(); });
+    }
 };
 
 std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
@@ -160,6 +168,23 @@ RoomText room_text(const Room& room, const Scene& scene) {
     const int up = room.up_axis();
     return {V3d(size[(up + 1) % 3], size[(up + 2) % 3], size[up]), room.walls().size(),
             room.reflectances(scene)};
+}
+
+// Returns the illuminance that daylight factors are relative to.
+double sky_of(const LuxCommand& command, const Scene& scene) {
+    for (const auto& [is_set, option] : {std::pair(command.far_field_error, "--far-field-error"),
+                                         std::pair(command.replicates, "--replicates")}) {
+        if (is_set) throw InputError({option}, "is about lamps, which a daylight factor leaves out");
+    }
+    for (const auto& [is_set, option] : {std::pair(command.maintenance.applies(), "--maintenance-factor"),
+                                         std::pair(command.requires_any(), "--require")}) {
+        if (is_set) throw InputError({option}, "is about illuminances, not about daylight factors");
+    }
+    try {
+        return sky_illuminance(scene);
+    } catch (const InputError& error) {
+        throw InputError({command.common.scene}, error.what());
+    }
 }
 
 constexpr std::string_view kErrorMap = "error", kOpeningErrorMap = "opening-error",
@@ -320,7 +345,9 @@ void act(const LuxCommand& command, const CommandContext& context) {
         lamps.insert(file);
         return file;
     };
+    common.overrides.without_sun = command.daylight_factor;
     Job job = common.read(command.options.workers, files, monitor);
+    const double sky = command.daylight_factor ? sky_of(command, job.scene) : 0;
     const StopOnSignals listening(context.process);
     const Required required = required_of(command, surfaces_of(command, job), job, monitor);
     const std::vector<CalculationSurface>& surfaces = required.room.surfaces;
@@ -366,6 +393,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
     RunTimes times(clock, command.options.seconds, command.far_field_error, replicates);
     options.seconds = times.by_lamps();
     IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
+    if (command.daylight_factor) report = daylight_factors(std::move(report), sky);
     maintain(report, command.maintenance);
     const std::vector<Judgement> judgements =
         judge(required.room, report.surfaces, required.glare, command.requirements);
@@ -478,6 +506,8 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
         ->type_name("[GROUP=]NUMBER")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_flag("--daylight-factor", command->daylight_factor,
+                 "report illuminances in per cent of that of an unobstructed horizontal plane under the sky");
     app.add_flag("--far-field-error", command->far_field_error,
                  "also compute everything with the far-field intensities of each measured lamp, from a point "
                  "and from its luminous opening, and report the errors");

@@ -197,20 +197,19 @@ std::string maintenance_text(const MaintenanceFactors& factors) {
 }
 
 std::string settings(const IlluminanceReport& report, const LuxPage& page) {
-    return table(
-        {{"what", "value"},
-         {"program", fmt::format("lucerna {}", program_version())},
-         {"method", "path tracing, unbiased"},
-         {"intervals", "95 %, Student's t, from independently sampled sensors"},
-         {"widest interval",
-          fmt::format("± {:.2g} % of its point's illuminance, or of the surface's mean if that is more",
-                      100 * report.precision)},
-         {"ended by", report.ended_by},
-         {"samples per point", fmt::format("{} sensors × {}", report.sensors, report.samples)},
-         {"rays", fmt::format("{:.3g}", static_cast<double>(report.rays))},
-         {"seed", std::to_string(page.seed)},
-         {"time", duration_text(report.seconds)}},
-        2);
+    return table({{"what", "value"},
+                  {"program", fmt::format("lucerna {}", program_version())},
+                  {"method", "path tracing, unbiased"},
+                  {"intervals", "95 %, Student's t, from independently sampled sensors"},
+                  {"widest interval",
+                   fmt::format("± {:.2g} % of its point's {}, or of the surface's mean if that is more",
+                               100 * report.precision, report.quantity)},
+                  {"ended by", report.ended_by},
+                  {"samples per point", fmt::format("{} sensors × {}", report.sensors, report.samples)},
+                  {"rays", fmt::format("{:.3g}", static_cast<double>(report.rays))},
+                  {"seed", std::to_string(page.seed)},
+                  {"time", duration_text(report.seconds)}},
+                 2);
 }
 
 // Describes the position of a plan's axes in the scene.
@@ -225,6 +224,11 @@ std::string place_text(const CalculationSurface& surface) {
         "{4:.3g} m apart.",
         point(corner), point(corner + surface.u), point(corner + surface.v),
         surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
+}
+
+std::string capitalised(std::string text) {
+    text.front() = static_cast<char>(text.front() - 'a' + 'A');  // a lower-case letter
+    return text;
 }
 
 std::string facts(const Facts& facts) {
@@ -267,10 +271,8 @@ std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
         {{"title", html_text("Lighting calculation: " + plain_text(page.scene))},
          {"style", std::string(kPageStyle)},
          {"about", about(page)},
-         {"verdict",
-          html_text(fmt::format("Illuminance in {}; ± is the half-width of the 95 % confidence "
-                                "interval. {}",
-                                unit_as_written(report.unit), maintenance_text(page.maintenance)))},
+         {"verdict", html_text(fmt::format("{}. {}", capitalised(unit_as_written(quantity_text(report))),
+                                           maintenance_text(page.maintenance)))},
          {"summary", summary(report)},
          {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",
                                                 data_url(*page.picture))
