@@ -117,10 +117,9 @@ std::optional<double> parse_zone(std::string_view text) {
 }  // namespace
 
 double days_since_2000(int year, int month, int day, double hour) {
-    using namespace std::chrono;
     const auto days_of = [](int y, int m, int d) {
-        return sys_days(std::chrono::year(y) / std::chrono::month(static_cast<unsigned>(m)) /
-                        std::chrono::day(static_cast<unsigned>(d)));
+        return std::chrono::sys_days(std::chrono::year(y) / std::chrono::month(static_cast<unsigned>(m)) /
+                                     std::chrono::day(static_cast<unsigned>(d)));
     };
     const auto days = (days_of(year, month, day) - days_of(2000, 1, 1)).count();
     return static_cast<double>(days) + (hour - 12) / 24;

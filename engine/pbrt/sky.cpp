@@ -45,7 +45,7 @@ SkyAxes read_axes(Params& params) {
     return axes;
 }
 
-// What is known of the time: the sun's place in the sky's frame, and the weather.
+// The sun's place in the sky's frame and the weather, as far as the scene states them.
 struct SkyTime {
     std::optional<V3d> sun;
     std::optional<SkyWeather> weather;

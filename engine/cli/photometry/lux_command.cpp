@@ -100,7 +100,7 @@ Examples:
   lucerna lux room.pbrt --height 0.75 --margin 0.5 --spacing 0.25
   lucerna lux room.pbrt --require Em=500,U0=0.6,UGR=19,Ez=150,walls=150,ceiling=100 --maintenance-factor 0.8 --html report.html
   lucerna lux room.pbrt --height 0.75 --replicates --precision 0.5%
-  lucerna lux office.pbrt --height 0.85 --margin 0.5 --daylight-factor
+  lucerna lux scenes/window/window.pbrt --daylight-factor
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
