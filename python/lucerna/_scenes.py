@@ -300,8 +300,8 @@ class SceneBuilder:
         self.directive("MediumInterface", inside, outside)
 
     def light_source(self, kind: str, /, **parameters: Any) -> None:
-        """ "point", "spot", "distant", "infinite", "goniometric", "projection"; and, of a measured lamp's
-        `filename`, "lightfield", "rayfile", "photometric"."""
+        """ "point", "spot", "distant", "infinite", "sky", "goniometric", "projection"; and, of a measured
+        lamp's `filename`, "lightfield", "rayfile", "photometric"."""
         self._world_directive("LightSource", kind, **parameters)
 
     def area_light_source(self, kind: str = "diffuse", /, **parameters: Any) -> None:
