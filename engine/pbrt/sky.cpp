@@ -25,6 +25,9 @@ struct SkyAxes {
     V3d east, north, up;
 
     V3d to_sky(const V3d& w) const { return {w.dot(east), w.dot(north), w.dot(up)}; }
+    M44d current_from_sky() const {
+        return M44d(east.x, east.y, east.z, 0, north.x, north.y, north.z, 0, up.x, up.y, up.z, 0, 0, 0, 0, 1);
+    }
 };
 
 SkyAxes read_axes(Params& params) {
@@ -180,23 +183,27 @@ std::shared_ptr<const DirectionalImage> tabulated(const SkyModel& model, const V
     return std::make_shared<DirectionalImage>(image, SphereMap::latitude_longitude);
 }
 
+// Returns none where no irradiances are stated, which the all-weather model requires.
+std::optional<AllWeatherSky> read_weather_sky(const Params& params, const SkyTime& time, bool is_required) {
+    if (!time.weather) {
+        if (!is_required) return std::nullopt;
+        fail(params.place(),
+             "{} \"perez\" lacks the weather: \"string epw\", or \"float directirradiance\" and \"float "
+             "diffuseirradiance\"",
+             params.owner());
+    }
+    if (!(time.weather->diffuse_horizontal > 0))
+        fail(params.place(), "{}: the sky gives no light at this time", params.owner());
+    return all_weather_sky(*time.weather, acos(std::min(1.0, required_sun(params, time).z)));
+}
+
 }  // namespace
 
 void read_sky(Reading& reading, Params& params) {
     const std::optional<SkyModel> cie = read_cie_type(params);
     const SkyAxes axes = read_axes(params);
     const SkyTime time = read_time(reading, params, axes);
-    if (!cie && !time.weather)
-        fail(params.place(),
-             "{} \"perez\" lacks the weather: \"string epw\", or \"float directirradiance\" and \"float "
-             "diffuseirradiance\"",
-             params.owner());
-    std::optional<AllWeatherSky> by_weather;
-    if (time.weather) {
-        if (!(time.weather->diffuse_horizontal > 0))
-            fail(params.place(), "{}: the sky gives no light at this time", params.owner());
-        by_weather = all_weather_sky(*time.weather, acos(std::min(1.0, required_sun(params, time).z)));
-    }
+    const std::optional<AllWeatherSky> by_weather = read_weather_sky(params, time, !cie);
     const SkyModel model = cie ? *cie : by_weather->model;
     const SkyStrength strength = sky_strength(reading, params, time, by_weather);
     const bool has_sun = strength.sun > 0;
@@ -205,11 +212,7 @@ void read_sky(Reading& reading, Params& params) {
 
     const double on_ground = strength.sky + (sun_shines ? strength.sun * sun.z : 0);
     const double ground = params.real_within("ground", 0, 0, 1) * on_ground / kPiD;
-    const auto& [east, north, up] = axes;
-    const M44d world_from_sky =
-        then(M44d(east.x, east.y, east.z, 0, north.x, north.y, north.z, 0, up.x, up.y, up.z, 0, 0, 0, 0, 1),
-             reading.state.ctm);
-    const LightAxes in_world = light_axes(world_from_sky, params);
+    const LightAxes in_world = light_axes(then(axes.current_from_sky(), reading.state.ctm), params);
     const auto light = [&](double irradiance) {
         return scaled_color(reading, params, reading.colours().white() * static_cast<float>(irradiance));
     };
