@@ -236,11 +236,13 @@ RaySet cut_to_sides(RaySet rays, std::span<const SlabAxes> sides) {
         after += rays.light_of(i);
         rays.rays[kept] = rays.rays[i];
         if (rays.coloured()) rays.tristimulus[kept] = rays.tristimulus[i];
+        if (!rays.spectrum.empty()) rays.spectrum[kept] = rays.spectrum[i];
         ++kept;
     }
     if (!(after > 0)) throw InputError("no ray leaves towards these sides");
     rays.rays.resize(kept);
     if (rays.coloured()) rays.tristimulus.resize(kept);
+    if (!rays.spectrum.empty()) rays.spectrum.resize(kept);
     // The flux of a ray file may differ from the sum of its rays; skipped rays are in the same proportion.
     for (double* flux : {&rays.flux, &rays.skipped_flux}) *flux *= after / before;
     rays.header_lumens = rays.header_watts = 0;

@@ -46,6 +46,7 @@
 #include "engine/system/hash.h"
 #include "lights/bell_cell.h"
 #include "lights/flux_unit.h"
+#include "lights/spectral_basis.h"
 
 namespace lucerna {
 
@@ -205,6 +206,7 @@ struct LightFieldInfo {
     // content_hash() of the lamp of which this is a bootstrap replicate (measurement/ray_bootstrap.h); 0:
     // none.
     std::uint64_t replicate_of = 0;
+    SpectralBasis spectra;  // of the light, with its XYZ; unknown if the rays' spectra are
     // For a field made from rays, errors measured with rays that were held out from all choices of its
     // resolution.
     std::vector<PlaneError> errors;

@@ -46,6 +46,9 @@ namespace {
 constexpr const char* kVersionName = "lightfieldVersion";
 // For each plane: its distance from S, the squared error, and the noise of counting (PlaneError).
 constexpr const char* kErrorsName = "lightfieldHeldOutErrors";
+// The values of each spectrum one after the other [W/(nm lm)] (SpectralBasis), and their error.
+constexpr const char* kSpectraName = "lightfieldSpectra";
+constexpr const char* kSpectraErrorName = "lightfieldSpectraError";
 constexpr const char* kReplicateName = "lightfieldReplicateOf";
 // Version 1 has uniform boxes only and is written whenever it suffices, for programs that know no other. A
 // slab of a lumigraph has version 3, which is version 2 plus the slab's orientation.
@@ -144,6 +147,14 @@ Imf::Header make_header(const LightField& field, const V3d& scale) {
     if (info.replicate_of != 0) {
         header.insert(kReplicateName, Imf::StringAttribute(fmt::format("{:016x}", info.replicate_of)));
     }
+    if (info.spectra.known()) {
+        Imf::FloatVector values;
+        for (const BandSpectrum& spectrum : info.spectra.spectra) {
+            for (const double value : spectrum.at) values.push_back(static_cast<float>(value));
+        }
+        header.insert(kSpectraName, Imf::FloatVectorAttribute(values));
+        header.insert(kSpectraErrorName, Imf::DoubleAttribute(info.spectra.error));
+    }
     if (!info.errors.empty()) {
         Imf::FloatVector errors;
         for (const PlaneError& e : info.errors) {
@@ -201,6 +212,30 @@ Rig read_rig(const Imf::Header& header, int version) {
     return rig;
 }
 
+SpectralBasis read_spectra(const Imf::Header& header) {
+    SpectralBasis basis;
+    const auto* found = header.findTypedAttribute<Imf::FloatVectorAttribute>(kSpectraName);
+    if (found == nullptr) return basis;
+    const Imf::FloatVector& values = found->value();
+    const std::size_t count = values.size() / kBands;
+    bool valid = values.size() == count * kBands && count >= 1 && count <= SpectralBasis::kMost;
+    for (std::size_t k = 0; valid && k < count; ++k) {
+        BandSpectrum spectrum;
+        for (std::size_t i = 0; i < kBands; ++i) spectrum.at[i] = double{values[k * kBands + i]};
+        const double lumens = band_lumens(spectrum);
+        valid = std::isfinite(lumens) && lumens > 0;
+        // Rounding has changed it a little.
+        if (valid) basis.spectra.push_back(1 / lumens * spectrum);
+    }
+    basis.error = required<Imf::DoubleAttribute>(header, kSpectraErrorName);
+    if (!valid || !(basis.error >= 0) || !std::isfinite(basis.error)) {
+        throw InputError(fmt::format(
+            "{}: expected {} values for each of 1 to {} visible spectra, and an error of 0 or more",
+            kSpectraName, kBands, SpectralBasis::kMost));
+    }
+    return basis;
+}
+
 LightFieldInfo read_info(const Imf::Header& header) {
     LightFieldInfo info;
     const auto unit = required<Imf::StringAttribute>(header, "lightfieldFluxUnit");
@@ -228,6 +263,7 @@ LightFieldInfo read_info(const Imf::Header& header) {
                                          info.lumens_per_watt, kMostLumensPerWatt));
         }
     }
+    info.spectra = read_spectra(header);
     if (const auto* lamp = header.findTypedAttribute<Imf::StringAttribute>(kReplicateName)) {
         const std::string& hash = lamp->value();
         const auto [end, error] =

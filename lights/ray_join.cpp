@@ -74,6 +74,47 @@ std::vector<double> brightness(const std::vector<DrivenRays>& parts, RaySet& joi
     return scales;
 }
 
+// Joins the spectra of parts, if all of them have some. Equal spectra become one.
+class JoinedSpectra {
+  public:
+    JoinedSpectra(const std::vector<DrivenRays>& parts, RaySet& joined) : joined_(joined) {
+        for (const DrivenRays& part : parts) {
+            if (part.set.spectra.empty()) {
+                forget();
+                return;
+            }
+            by_ray_ = by_ray_ || !part.set.spectrum.empty();
+            std::vector<std::uint16_t>& numbers = number_.emplace_back();
+            for (const Spectrum& spectrum : part.set.spectra) {
+                const auto found = std::ranges::find(joined_.spectra, spectrum);
+                numbers.push_back(static_cast<std::uint16_t>(found - joined_.spectra.begin()));
+                if (found == joined_.spectra.end()) joined_.spectra.push_back(spectrum);
+                if (joined_.spectra.size() == RaySet::kNoSpectrum) {
+                    forget();
+                    return;
+                }
+            }
+        }
+        by_ray_ = by_ray_ || joined_.spectra.size() > 1;
+    }
+    // Adds ray i of a part.
+    void add(std::size_t part, const RaySet& set, std::size_t i) {
+        if (!by_ray_) return;
+        const std::uint16_t number = set.spectrum.empty() ? std::uint16_t{0} : set.spectrum[i];
+        joined_.spectrum.push_back(number == RaySet::kNoSpectrum ? number : number_[part][number]);
+    }
+
+  private:
+    void forget() {
+        joined_.spectra = {};
+        by_ray_ = false;
+    }
+
+    RaySet& joined_;
+    bool by_ray_ = false;
+    std::vector<std::vector<std::uint16_t>> number_;  // in the joined set, of each part's spectra
+};
+
 // Returns 0 unless every part states the value.
 double stated_by(const std::vector<DrivenRays>& parts, double RaySet::*header) {
     double sum = 0;
@@ -117,10 +158,13 @@ void turn_into_lumens(RaySet& set) {
     set.lumens_per_watt = 0;
 }
 
-void state_colour(RaySet& set, const V3d& xyz_per_watt) {
-    set.xyz = xyz_per_watt / xyz_per_watt.y;
+void state_spectrum(RaySet& set, Spectrum spectrum) {
+    const V3d per_watt = xyz_per_watt(spectrum);
+    set.xyz = per_watt / per_watt.y;
     set.tristimulus = {};
-    if (set.unit == FluxUnit::watt) state_efficacy(set, std::min(kMostLumensPerWatt, 683 * xyz_per_watt.y));
+    set.spectrum = {};
+    set.spectra = {std::move(spectrum)};
+    if (set.unit == FluxUnit::watt) state_efficacy(set, std::min(kMostLumensPerWatt, 683 * per_watt.y));
 }
 
 void state_efficacy(RaySet& set, double lumens_per_watt) {
@@ -150,6 +194,7 @@ RaySet join_rays(std::vector<DrivenRays> parts) {
     RaySet joined;
     joined.unit = parts.front().set.unit;
     const bool coloured = !alike(parts);
+    JoinedSpectra spectra(parts, joined);
     const std::vector<double> scales = brightness(parts, joined);
     std::size_t rays = 0;
     for (const DrivenRays& part : parts) rays += part.set.rays.size();
@@ -166,6 +211,7 @@ RaySet join_rays(std::vector<DrivenRays> parts) {
             const LampRay& ray = set.rays[i];
             joined.rays.push_back({ray.o, ray.d, static_cast<float>(drive * double{ray.flux})});
             if (coloured) joined.tristimulus.push_back(V3f(scales[p] * set.xyz_of(i)));
+            spectra.add(p, set, i);
         }
         joined.flux += drive * set.flux;
         joined.skipped_flux += drive * set.skipped_flux;

@@ -23,9 +23,10 @@ std::optional<V3d> as_colour(const V3d& xyz) {
 
 // --- colours -----------------------------------------------------------------------------------------------
 
-void RayColours::all(const V3d& per_watt) {
-    const std::optional<V3d> colour = as_colour(per_watt);
+void RayColours::all(Spectrum spectrum) {
+    const std::optional<V3d> colour = as_colour(xyz_per_watt(spectrum));
     if (!colour || !(colour->y > 0)) return;
+    set_.spectra = {std::move(spectrum)};
     set_.xyz = *colour / colour->y;
     if (set_.unit == FluxUnit::watt) set_.lumens_per_watt = kLumensPerWatt * colour->y;
 }
@@ -37,10 +38,32 @@ void RayColours::add_per_watt(const V3d& xyz) {
     add(seen ? xyz / xyz.y : V3d(-1));
 }
 
+void RayColours::list(std::vector<Spectrum> spectra) {
+    for (const Spectrum& spectrum : spectra) per_watt_.push_back(xyz_per_watt(spectrum));
+    if (spectra.size() < RaySet::kNoSpectrum) set_.spectra = std::move(spectra);
+}
+
+void RayColours::add_spectrum(std::size_t number) {
+    add_per_watt(per_watt_[number]);
+    if (!set_.spectra.empty()) set_.spectrum.push_back(static_cast<std::uint16_t>(number));
+}
+
 void RayColours::add_wavelength(double nanometres) {
-    const V3d xyz = cie_xyz(nanometres);
+    const V3d xyz = nanometres > 0 ? cie_xyz(nanometres) : V3d(NAN);
     const double scale = set_.unit == FluxUnit::watt ? kLumensPerWatt : xyz.y > 0 ? 1 / xyz.y : 0;
-    set_.tristimulus.push_back(scale > 0 ? V3f(scale * xyz) : kUnknown);
+    set_.tristimulus.push_back(scale * xyz.y >= 0 && scale > 0 ? V3f(scale * xyz) : kUnknown);
+    const double line = std::round(nanometres) - kFirstVisible;
+    if (!(line >= 0 && line <= kLastVisible - kFirstVisible)) {
+        set_.spectrum.push_back(RaySet::kNoSpectrum);
+        return;
+    }
+    line_of_.resize(kLastVisible - kFirstVisible + 1, RaySet::kNoSpectrum);
+    std::uint16_t& number = line_of_[static_cast<std::size_t>(line)];
+    if (number == RaySet::kNoSpectrum) {
+        number = static_cast<std::uint16_t>(set_.spectra.size());
+        set_.spectra.push_back({{kFirstVisible + line, 1}});
+    }
+    set_.spectrum.push_back(number);
 }
 
 void RayColours::add(const V3d& xyz) {
@@ -50,6 +73,7 @@ void RayColours::add(const V3d& xyz) {
 
 void RayColours::settle() {
     if (set_.coloured()) settle_rays();
+    settle_spectra();
     const auto stated = [](double flux) { return std::isfinite(flux) && flux > 0; };
     if (set_.unit != FluxUnit::watt || set_.lumens_per_watt > 0) return;
     if (!stated(set_.header_lumens) || !stated(set_.header_watts)) return;
@@ -81,6 +105,18 @@ void RayColours::settle_rays() {
         }
     }
     if (alike) set_.tristimulus = {};
+}
+
+void RayColours::settle_spectra() {
+    if (set_.spectrum.empty()) return;
+    const bool alike = std::ranges::all_of(set_.spectrum, [this](auto i) { return i == set_.spectrum[0]; });
+    if (!alike) return;
+    const std::uint16_t first = set_.spectrum[0];
+    if (first == RaySet::kNoSpectrum)
+        set_.spectra = {};
+    else
+        set_.spectra = std::vector<Spectrum>(1, Spectrum(set_.spectra[first]));
+    set_.spectrum = {};
 }
 
 // --- rays --------------------------------------------------------------------------------------------------
@@ -146,13 +182,12 @@ RowTaker::RowTaker(RaySet& set, const RayColumns& columns, std::uint64_t rays)
 }
 
 void RowTaker::all(double nanometres) {
-    colours_.all(cie_xyz(nanometres));
+    colours_.all({{nanometres, 1}});
 }
 
 void RowTaker::add_wavelength(float wavelength) {
     const double nanometres = stated(wavelength) * columns_.nanometres;
-    if (!(nanometres > 0)) return colours_.add_per_watt(V3d(NAN));
-    if (nanometres < kFirstVisible || nanometres > kLastVisible) {
+    if (nanometres > 0 && (nanometres < kFirstVisible || nanometres > kLastVisible)) {
         if (invisible_ == 0) first_invisible_ = nanometres;
         ++invisible_;
     }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
@@ -22,24 +23,30 @@ inline constexpr double kMetresPerMillimetre = 1e-3;
 class RayColours {
   public:
     explicit RayColours(RaySet& set) : set_(set) {}
-    // Gives all rays one colour, CIE XYZ `per_watt` [W^-1]; white if nothing is visible.
-    void all(const V3d& per_watt);
-    // Adds the colour of the last ray taken, per watt. Luminous flux already contains ȳ, so it is divided
-    // out.
-    void add_per_watt(const V3d& xyz);
+    // Gives all rays one spectrum; white if nothing is visible.
+    void all(Spectrum spectrum);
+    // Sets the spectra of add_spectrum().
+    void list(std::vector<Spectrum> spectra);
+    // Adds the spectrum of the last ray taken, by its number in the list.
+    void add_spectrum(std::size_t number);
     // Adds the colour of the last ray taken, per unit of its flux; for watts Y is in lm/W. An invalid colour
     // (not finite, negative, X or Z without Y) is replaced by the mean colour of all other rays.
     void add(const V3d& xyz);
-    // Adds the colour of the last ray taken, light of that wavelength [nm]: as add_per_watt() does, but
-    // without looking for what a table cannot hold.
+    // Adds the wavelength [nm] of the last ray taken; NaN if it is unknown.
     void add_wavelength(double nanometres);
     // Ends the collection. Colours that differ by less than a hundred-thousandth count as one.
     void settle();
 
   private:
+    // Adds the colour of the last ray taken, per watt. Luminous flux already contains ȳ, so it is divided
+    // out.
+    void add_per_watt(const V3d& xyz);
     void settle_rays();
+    void settle_spectra();
 
     RaySet& set_;
+    std::vector<V3d> per_watt_;           // of listed spectra
+    std::vector<std::uint16_t> line_of_;  // the line's number for each nm from kFirstVisible on
 };
 
 // Adds rows to a set, or counts why they are unusable.

@@ -57,6 +57,12 @@ struct RaySet {
     // visibility, and invisible rays have (0, 0, 0). No component is negative. If empty, all rays have the
     // set's colour.
     std::vector<V3f> tristimulus;
+    // The spectra of the light, as far as they are known, and the number of each ray's among them,
+    // kNoSpectrum where it is unknown. Without numbers, all rays have the first spectrum. Rays whose
+    // wavelength is stated have lines, in steps of 1 nm.
+    std::vector<Spectrum> spectra;
+    std::vector<std::uint16_t> spectrum;
+    static constexpr std::uint16_t kNoSpectrum = 0xffff;
     FluxUnit unit = FluxUnit::watt;
     double flux = 0;                // of the whole lamp: all rays, including skipped ones
     double skipped_flux = 0;        // of skipped rays whose flux is known
@@ -80,6 +86,12 @@ struct RaySet {
     // Returns flux · Y of ray i, its contribution to the set's flux.
     double light_of(std::size_t i) const {
         return double{rays[i].flux} * (coloured() ? double{tristimulus[i].y} : 1.0);
+    }
+    // Adds ray i of a set with the same spectra. Its flux does not count in the totals.
+    void take(const RaySet& from, std::size_t i) {
+        rays.push_back(from.rays[i]);
+        if (from.coloured()) tristimulus.push_back(from.tristimulus[i]);
+        if (!from.spectrum.empty()) spectrum.push_back(from.spectrum[i]);
     }
     // Returns the rays with their flux of X (0), Y (1) or Z (2), as a set without colours. Skipped rays count
     // as the mean of the others.
@@ -115,10 +127,10 @@ RaySet join_rays(std::vector<DrivenRays> parts);
 // Converts the flux to lumens, each ray's by its own brightness. Requires the efficacy of a set in watts.
 void turn_into_lumens(RaySet& set);
 
-// Override what a file does not state or states wrongly. state_colour() gives all rays one colour, CIE XYZ
-// per watt as from cie_xyz() and spectra, with Y > 0, and sets the efficacy of a set in watts. Colours of
-// single rays are dropped.
-void state_colour(RaySet& set, const V3d& xyz_per_watt);
+// Override what a file does not state or states wrongly. state_spectrum() gives all rays one spectrum, which
+// must have visible light, and its colour, and sets the efficacy of a set in watts. Colours of single rays
+// are dropped.
+void state_spectrum(RaySet& set, Spectrum spectrum);
 // Sets the efficacy of a set in watts, in (0, kMostLumensPerWatt]. Colours stay.
 void state_efficacy(RaySet& set, double lumens_per_watt);
 

@@ -45,7 +45,7 @@ void RaySource::require_rows(std::uint64_t rays, std::size_t floats, bool colour
 }
 
 void require_ray_memory(std::uint64_t rays, bool coloured, const Location& at) {
-    const std::size_t ray_bytes = sizeof(LampRay) + (coloured ? sizeof(V3f) : 0);
+    const std::size_t ray_bytes = sizeof(LampRay) + (coloured ? sizeof(V3f) + sizeof(std::uint16_t) : 0);
     require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at), rays),
                    "use fewer rays");
 }

@@ -131,20 +131,8 @@ Tm25Header read_tm25_header(RaySource& source) {
     return h;
 }
 
-// Returns CIE XYZ per watt.
-V3d xyz_per_watt(std::span<const SpectralSample> samples) {
-    if (samples.size() == 1) return cie_xyz(samples[0].nanometres);
-    double watts = 0;
-    for (std::size_t i = 1; i < samples.size(); ++i) {
-        const double width = samples[i].nanometres - samples[i - 1].nanometres;
-        watts += 0.5 * std::max(0.0, width) * (samples[i].weight + samples[i - 1].weight);
-    }
-    return watts > 0 ? spectrum_to_xyz(samples) / watts : V3d(0, 0, 0);
-}
-
-// Reads the CIE XYZ per watt of each spectral table.
-std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
-    std::vector<V3d> xyz;
+std::vector<Spectrum> read_tables(RaySource& source, const Tm25Header& h) {
+    std::vector<Spectrum> tables;
     for (std::int32_t i = 0; i < h.tables; ++i) {
         std::int32_t n = 0;
         source.read(&n, sizeof n, "spectral tables");
@@ -155,17 +143,16 @@ std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
         }
         std::vector<float> pairs(static_cast<std::size_t>(n) * 2);
         source.read(pairs.data(), pairs.size() * sizeof(float), "spectral tables");
-        std::vector<SpectralSample> samples;
+        Spectrum& samples = tables.emplace_back();
         for (std::size_t k = 0; k < pairs.size(); k += 2) {
             if (!std::isfinite(pairs[k]) || !std::isfinite(pairs[k + 1])) {
                 input_error(source.at(), "spectral table {} is not finite in pair {}", i + 1, k / 2 + 1);
             }
             samples.push_back({double{pairs[k]}, double{pairs[k + 1]}});
         }
-        xyz.push_back(xyz_per_watt(samples));
     }
     source.skip((32 - source.offset() % 32) % 32, "spectral tables");
-    return xyz;
+    return tables;
 }
 
 // Collects the rays' spectrum indices, which are 1 to N for N spectral tables [TM-25-13, 4.7.4]. Some
@@ -217,10 +204,10 @@ class SpectrumIndices {
 // Reads a ray's colour from the columns of its row.
 class RowColour {
   public:
-    RowColour(const Tm25Header& h, const Columns& columns, RaySet& set, std::vector<V3d> tables,
+    RowColour(const Tm25Header& h, const Columns& columns, RaySet& set, std::vector<Spectrum> tables,
               const Location& at)
-        : columns_(columns), tables_(std::move(tables)), indices_(tables_.size(), at), colours_(set) {
-        if (h.spectral == Spectral::single) tables_ = {cie_xyz(h.wavelength)};
+        : columns_(columns), indices_(tables.size(), at), colours_(set) {
+        if (h.spectral == Spectral::single) tables = {{{h.wavelength, 1}}};
         if (columns_.tristimulus >= 0 && columns_.luminous >= 0)
             mode_ = Mode::tristimulus;
         else if (columns_.tristimulus >= 0)
@@ -229,27 +216,30 @@ class RowColour {
             mode_ = Mode::wavelength;
         else if (h.spectral == Spectral::index_per_ray && columns_.spectrum >= 0)
             mode_ = Mode::index;
-        if (mode_ == Mode::index && tables_.empty())
+        if (mode_ == Mode::index && tables.empty())
             throw InputError(at, "the rays have spectrum indices, but the file has no spectral table");
-        if (!per_ray() && !tables_.empty()) colours_.all(tables_[0]);
+        several_ = tables.size() > 1;
+        if (mode_ == Mode::index)
+            colours_.list(std::move(tables));
+        else if (!per_ray() && !tables.empty())
+            colours_.all(std::move(tables[0]));
     }
     bool per_ray() const { return mode_ != Mode::constant; }
-    bool several_unused() const { return mode_ == Mode::constant && tables_.size() > 1; }
+    bool several_unused() const { return mode_ == Mode::constant && several_; }
     // Adds the colour of the last ray taken, which is ray `number` of the file, from 1.
     void add(std::uint64_t number, const float* row, double flux) {
         if (mode_ == Mode::tristimulus) {
             const double x = stated(row[columns_.tristimulus]), z = stated(row[columns_.tristimulus + 1]);
             colours_.add(V3d(x, double{row[columns_.luminous]}, z) / flux);
         } else if (mode_ == Mode::wavelength) {
-            const double wavelength = stated(row[columns_.wavelength]);
-            colours_.add_per_watt(wavelength > 0 ? cie_xyz(wavelength) : V3d(NAN));
+            colours_.add_wavelength(stated(row[columns_.wavelength]));
         } else if (mode_ == Mode::index) {
             indices_.add(number, row[columns_.spectrum]);
         }
     }
     void settle(Monitor& monitor) {
         if (mode_ == Mode::index) {
-            for (const std::uint32_t table : indices_.settle(monitor)) colours_.add_per_watt(tables_[table]);
+            for (const std::uint32_t table : indices_.settle(monitor)) colours_.add_spectrum(table);
         }
         colours_.settle();
     }
@@ -258,8 +248,8 @@ class RowColour {
     enum class Mode : std::uint8_t { constant, tristimulus, wavelength, index };
 
     Columns columns_;
-    std::vector<V3d> tables_;
     Mode mode_ = Mode::constant;
+    bool several_ = false;  // spectral tables
     SpectrumIndices indices_;
     RayColours colours_;
 };
@@ -272,7 +262,7 @@ bool is_tm25(std::span<const std::byte> first) {
 
 RaySet read_tm25(RaySource& source, Monitor& monitor) {
     const Tm25Header header = read_tm25_header(source);
-    std::vector<V3d> tables = read_tables(source, header);
+    std::vector<Spectrum> tables = read_tables(source, header);
     source.skip(static_cast<std::uint64_t>(header.extra_columns) * kColumnNameBytes, "column names");
     source.skip(static_cast<std::uint64_t>(header.text_bytes), "additional text");
 

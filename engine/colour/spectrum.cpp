@@ -167,6 +167,12 @@ V3d xyz_of_fluorescent(std::ptrdiff_t index) {
 
 }  // namespace
 
+std::optional<Spectrum> illuminant_spectrum(std::string_view name) {
+    const auto known = std::span(kIlluminants).first(3);
+    if (std::ranges::find(known, name) == known.end()) return std::nullopt;
+    return spectrum_of_illuminant(name);
+}
+
 std::optional<V3d> illuminant_xyz(std::string_view name) {
     const auto found = std::find(kIlluminants.begin(), kIlluminants.end(), name);
     if (found == kIlluminants.end()) return std::nullopt;
@@ -245,6 +251,22 @@ V3d spectrum_to_xyz(std::span<const SpectralSample> samples) {
     V3d sum(0, 0, 0);
     for (std::size_t i = 1; i < samples.size(); ++i) sum += between_samples(samples[i - 1], samples[i]);
     return sum;
+}
+
+double spectrum_watts(std::span<const SpectralSample> samples) {
+    if (samples.size() == 1) return samples[0].weight;
+    double watts = 0;
+    for (std::size_t i = 1; i < samples.size(); ++i) {
+        const double width = samples[i].nanometres - samples[i - 1].nanometres;
+        watts += 0.5 * std::max(0.0, width) * (samples[i].weight + samples[i - 1].weight);
+    }
+    return watts;
+}
+
+V3d xyz_per_watt(std::span<const SpectralSample> samples) {
+    if (samples.size() == 1) return cie_xyz(samples[0].nanometres);
+    const double watts = spectrum_watts(samples);
+    return watts > 0 ? spectrum_to_xyz(samples) / watts : V3d(0, 0, 0);
 }
 
 Rgb xyz_to_rgb(const V3d& c) {

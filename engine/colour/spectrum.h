@@ -26,11 +26,16 @@ V3d cie_xyz(double nanometres);
 struct SpectralSample {
     double nanometres;
     double weight;  // spectral radiant flux, any unit
+    bool operator==(const SpectralSample&) const = default;
 };
 // Returns ∫ weight (x̄, ȳ, z̄) dλ for samples in ascending order, with weights linear in between; a single
 // sample is a line. It is exact up to rounding, because the matching functions are linear between wavelengths
 // of the table.
 V3d spectrum_to_xyz(std::span<const SpectralSample> samples);
+// Returns ∫ weight dλ of such samples; a line's is its weight. Samples that descend count as none.
+double spectrum_watts(std::span<const SpectralSample> samples);
+// Returns the CIE XYZ per watt of light of this spectrum; 0 if it has no power.
+V3d xyz_per_watt(std::span<const SpectralSample> samples);
 
 // White is D65 with luminance 1: rgb_to_xyz(Rgb(1)).
 inline constexpr V3d kWhiteXyz{0.950456, 1, 1.088754};
@@ -72,6 +77,8 @@ Spectrum blackbody_spectrum(double kelvin);
 std::optional<Rgb> illuminant_rgb(std::string_view name);
 std::optional<V3d> illuminant_xyz(std::string_view name);
 std::span<const std::string_view> illuminant_names();
+// Returns the relative spectrum of "A", "D50" and "D65". None for other names.
+std::optional<Spectrum> illuminant_spectrum(std::string_view name);
 // Returns CIE daylight of a correlated colour temperature of 4000 to 25000 K, normalised to 100 at 560 nm.
 Spectrum daylight_spectrum(double kelvin);
 

@@ -10,8 +10,13 @@
 // light of luminance 1 is white(), which is (1, 1, 1) only in sRGB. The film divides by the factors again.
 //
 // All colours are converted here on input and output. In sRGB the numbers stay as given, bit for bit.
+//
+// The components may also be three intervals of wavelengths instead of colours. Ratios are then their means
+// over each interval, and all light is white with its luminance, because its spectrum is taken into account
+// elsewhere: illuminance by such light tells how much of a lamp's light arrives in each interval.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -31,13 +36,22 @@ class WorkingSpace {
     // Returns none for an unknown name.
     static std::optional<WorkingSpace> named(std::string_view name);
 
-    const ColourSpace& space() const { return space_ ? *space_ : colour_spaces().front(); }
-    std::string_view name() const { return space().name; }
-    bool is_srgb() const { return space_ == nullptr; }
+    // Returns the space of three adjoining intervals of wavelengths, by their limits in ascending order [nm].
+    // Ratios that are given in sRGB count as linear between kBlue, kGreen and kRed, and constant beyond.
+    static WorkingSpace of_intervals(const std::array<double, 4>& limits);
+    static constexpr double kBlue = 450, kGreen = 540, kRed = 610;  // nm
+    bool has_intervals() const { return limits_.has_value(); }
 
+    // Intervals have the space sRGB.
+    const ColourSpace& space() const { return space_ ? *space_ : colour_spaces().front(); }
+    std::string_view name() const { return limits_ ? "intervals" : space().name; }
+    bool is_srgb() const { return space_ == nullptr && !limits_; }
+
+    // Returns the map of ratios from a colour space.
+    RgbMatrix from(const ColourSpace& space) const;
     // Converts linear sRGB without negative components, which is always in the gamut. Grey stays as it is.
     Rgb ratio(const Rgb& srgb) const;
-    Rgb light(const Rgb& srgb) const { return ratio(srgb) * white_; }
+    Rgb light(const Rgb& srgb) const { return limits_ ? Rgb(luminance(srgb)) : ratio(srgb) * white_; }
     // Converts CIE XYZ, white D65. Colours outside the gamut are mixed with grey of their luminance.
     Rgb ratio_of_xyz(const V3d& xyz) const;
     Rgb light_of_xyz(const V3d& xyz) const;
@@ -62,13 +76,18 @@ class WorkingSpace {
     // Returns the matrix of open_light_of_xyz(), one row per component.
     RgbMatrix light_from_xyz() const;
 
-    bool operator==(const WorkingSpace& other) const { return space_ == other.space_; }
+    bool operator==(const WorkingSpace& other) const {
+        return space_ == other.space_ && limits_ == other.limits_;
+    }
 
   private:
+    V3d mean_over_intervals(std::span<const SpectralSample> spectrum) const;
+
     const ColourSpace* space_ = nullptr;  // null: linear sRGB
     Rgb white_{1, 1, 1};
     V3f weights_{0.212671F, 0.715160F, 0.072169F};
     RgbMatrix from_srgb_;
+    std::optional<std::array<double, 4>> limits_;  // of intervals
 };
 
 // Returns light of luminance 1, moved into the gamut if necessary. White if xyz has no luminance.

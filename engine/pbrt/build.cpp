@@ -134,7 +134,13 @@ struct LightMaker {
     }
     std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
         const MeasuredSettings settings = settings_of(s.settings);
+        if (s.part) return part_of_lamp(settings, *s.part);
         return as_far_field(settings, make_measured_light(settings, workers, monitor));
+    }
+    std::unique_ptr<Light> part_of_lamp(const MeasuredSettings& settings, const Lumigraph& part) const {
+        std::vector<CellTable> tables;
+        for (const LightField* field : fields_of(part)) tables.emplace_back(*field, workers, monitor);
+        return make_measured_light(part, std::move(tables), settings, monitor, nullptr, workers);
     }
     std::unique_ptr<Light> operator()(const RayFileSpec& s) const {
         RayLightSettings settings = s.settings;
@@ -260,6 +266,13 @@ LightGroups group_lights(const std::vector<DraftLight>& lights, bool glows) {
     return groups;
 }
 
+// Sets the spectra of groups whose lights have the same one.
+void add_spectra(const std::vector<DraftLight>& lights, LightGroups& groups) {
+    groups.spectra.resize(groups.names.size());
+    for (std::size_t i = 0; i < lights.size(); ++i)
+        groups.spectra[groups.of_light[i]] = lights[i].spectrum.value();
+}
+
 // Returns the distance from the origin to the box's farthest corner, the reach of lights at infinity.
 float reach_of(const Box3d& box) {
     if (box.isEmpty()) return 0;
@@ -307,6 +320,8 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     SceneParts& parts = result.parts;
 
     merge_coincident_lights(draft, monitor);
+    const bool by_spectra = draft.film.colours.has_intervals();
+    if (by_spectra) split_by_spectra(draft, monitor);
 
     // The origin is the centre of everything, so that float32 keeps the shape of a scene wherever it lies.
     const Placements placements = place_objects(draft);
@@ -350,7 +365,10 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     warn_of_mixed_units(draft.lights, parts.lights, monitor);
     const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),
                                    [](const Medium& medium) { return medium.emits(); });
+    if (by_spectra && glows)
+        input_error(at, "a medium emits light, whose spectrum is not known; colours need that of all light");
     parts.light_groups = group_lights(draft.lights, glows);
+    if (by_spectra) add_spectra(draft.lights, parts.light_groups);
     if (!has_shapes && draft.media.empty()) {
         monitor.warn(
             draft.sources.front()->name() +

@@ -17,6 +17,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
+#include "engine/colour/rendition.h"
 #include "engine/pbrt/params.h"
 #include "engine/pbrt/tokens.h"
 #include "engine/render/job.h"
@@ -134,6 +135,8 @@ struct PhotometricSpec {
 };
 struct MeasuredSpec {
     MeasuredSettings settings;  // world_from_light not yet relative to the origin
+    // A part of the lamp in its file, which is all that emits. Null: the lamp itself.
+    std::shared_ptr<const Lumigraph> part = {};
 };
 struct RayFileSpec {
     RayLightSettings settings;  // relative to the world, not yet to the origin
@@ -164,6 +167,9 @@ struct DraftLight {
     double power = 0;                 // > 0 scales the light to this luminous power, in its unit
     std::string group = {};           // "lightgroup"; empty: none
     std::filesystem::path file = {};  // file of the lamp; empty: none
+    // Spectral flux per lumen of what the light emits [W/(nm lm)]. None: not known, or several
+    // (MeasuredSpec).
+    std::optional<BandSpectrum> spectrum = {};
 };
 
 // A medium, which is not set while only its name is known.
@@ -231,6 +237,9 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor);
 // Merges area lights on the same surface into one light with the sum of their radiance and one surface,
 // because a ray meets only one of the surfaces. Warns of each.
 void merge_coincident_lights(Draft& draft, Monitor& monitor);
+// Replaces measured lamps by a light for each of their spectra, so that each light has one. Throws TextError
+// at the place of a light whose spectrum is not known.
+void split_by_spectra(Draft& draft, Monitor& monitor);
 // Warns of lights whose surfaces overlap in part or in a way that did not merge them.
 void warn_of_overlapping_lights(const Scene& scene, const std::vector<std::string>& places,
                                 const Workers& workers, Monitor& monitor);

@@ -236,17 +236,23 @@ std::string read_light_group(Params& params) {
 
 void read_light(Reading& reading, const std::string& kind, Params& params) {
     const std::size_t before = reading.draft.lights.size();
+    reading.light_spectrum.reset();
     read_light_of(reading, kind, params);
     const std::string group = read_light_group(params);
-    for (std::size_t i = before; i < reading.draft.lights.size(); ++i) reading.draft.lights[i].group = group;
+    for (std::size_t i = before; i < reading.draft.lights.size(); ++i) {
+        reading.draft.lights[i].group = group;
+        reading.draft.lights[i].spectrum = reading.light_spectrum;
+    }
 }
 
 std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params) {
+    reading.light_spectrum.reset();
     const auto light = read_area_light_of(reading, kind, params);
     const std::string group = read_light_group(params);
     if (!light) return nullptr;
     AreaLight grouped = *light;
     grouped.group = group;
+    grouped.spectrum = reading.light_spectrum;
     return std::make_shared<const AreaLight>(grouped);
 }
 

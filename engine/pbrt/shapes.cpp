@@ -164,7 +164,10 @@ std::int32_t attach_light(Reading& reading, const SurfaceTraits& traits, AreaSpe
     reading.draft.lights.push_back(
         {area.place,
          AreaSpec{surface, index, area.radiance, area.two_sided, lets_all_pass(traits), area.lamp},
-         area.power, area.group});
+         area.power,
+         area.group,
+         {},
+         area.spectrum});
     return static_cast<std::int32_t>(reading.draft.lights.size() - 1);
 }
 

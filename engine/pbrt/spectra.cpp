@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/colour/rendition.h"
 #include "engine/colour/spectrum.h"
 #include "engine/pbrt/state.h"
 #include "engine/text/spelling.h"
@@ -88,14 +89,25 @@ Rgb color_of(const WorkingSpace& colours, std::span<const SpectralSample> spectr
     return use == ColorUse::ratio ? colours.ratio_of_spectrum(spectrum) : colours.light_of_spectrum(spectrum);
 }
 
+// Keeps the spectrum of a light's colour.
+void note_spectrum(Reading& reading, std::span<const SpectralSample> spectrum, ColorUse use) {
+    if (use == ColorUse::ratio) return;
+    const BandSpectrum bands = banded(spectrum);
+    const double lumens = band_lumens(bands);
+    if (lumens > 0) reading.light_spectrum = 1 / lumens * bands;
+}
+
 // Returns the colour of samples that the text or a file lists.
-Rgb color_of_samples(const Reading& reading, std::span<const SpectralSample> spectrum, ColorUse use) {
+Rgb color_of_samples(Reading& reading, std::span<const SpectralSample> spectrum, ColorUse use) {
+    note_spectrum(reading, spectrum, use);
     const Rgb color = color_of(reading.colours(), spectrum, use);
     const bool absolute = use == ColorUse::emission && reading.draft.unit == FluxUnit::lumen;
     return absolute ? color * static_cast<float>(kMostLumensPerWatt * luminous_width()) : color;
 }
 
-std::optional<Rgb> named_illuminant(const WorkingSpace& colours, std::string_view name, ColorUse use) {
+std::optional<Rgb> named_illuminant(Reading& reading, std::string_view name, ColorUse use) {
+    const WorkingSpace& colours = reading.colours();
+    if (const auto spectrum = illuminant_spectrum(name)) note_spectrum(reading, *spectrum, use);
     if (colours.is_srgb()) return illuminant_rgb(name);
     const auto xyz = illuminant_xyz(name);
     return xyz ? std::optional<Rgb>(color_of(colours, *xyz, use)) : std::nullopt;
@@ -105,7 +117,7 @@ std::optional<Rgb> named_spectrum(Reading& reading, const Param& param, const st
                                   ColorUse use) {
     constexpr std::string_view kIlluminant = "stdillum-";
     if (name.starts_with(kIlluminant))
-        return named_illuminant(reading.colours(), std::string_view(name).substr(kIlluminant.size()), use);
+        return named_illuminant(reading, std::string_view(name).substr(kIlluminant.size()), use);
     for (const Glass& glass : kGlasses) {
         if (name != glass.name) continue;
         reading.warn_or_refuse(param.place, fmt::format("{}: dispersion is not supported", name),
@@ -163,8 +175,7 @@ std::optional<Rgb> color_of_count(Params& params, const Param& param, std::strin
     return std::nullopt;
 }
 
-std::optional<Rgb> spectrum_of_samples(const Reading& reading, Params& params, const Param& param,
-                                       ColorUse use) {
+std::optional<Rgb> spectrum_of_samples(Reading& reading, Params& params, const Param& param, ColorUse use) {
     const std::size_t count = param.numbers.size();
     constexpr std::string_view accepted = "expected pairs of wavelength (nm) and value";
     if (count < 2 || !param.strings.empty()) return color_of_count(params, param, accepted);
@@ -203,14 +214,14 @@ std::optional<Rgb> spectrum_of_samples(const Reading& reading, Params& params, c
     return color_of_samples(reading, spectrum, use);
 }
 
-std::optional<Rgb> color_of_blackbody(const Reading& reading, Params& params, const Param& param,
-                                      ColorUse use) {
+std::optional<Rgb> color_of_blackbody(Reading& reading, Params& params, const Param& param, ColorUse use) {
     const std::size_t count = param.numbers.size();
     if (count < 1 || count > 2)
         return color_of_count(params, param,
                               "expected a temperature in kelvins, or a temperature and a scale");
     const WorkingSpace& colours = reading.colours();
     const Spectrum spectrum = blackbody_spectrum(held(params, param, 0, 300, 1e6));
+    note_spectrum(reading, spectrum, use);
     const Rgb color = color_of(colours, spectrum, use);
     if (count == 2) return color * static_cast<float>(held(params, param, 1, 0, 1e30));
     if (colours.is_srgb()) return colour_of_luminance_one(color);

@@ -27,6 +27,7 @@ struct AreaLight {
     bool two_sided = false;
     std::shared_ptr<const MeasuredSettings> lamp = {};  // a measured lamp that replaces all of the above
     std::string group = {};                             // as DraftLight::group
+    std::optional<BandSpectrum> spectrum = {};          // as DraftLight::spectrum
 };
 
 // A material, and its index in the draft once a surface uses it.
@@ -77,7 +78,9 @@ struct Reading {
     bool skip_missing = false;  // a missing file removes a mesh or makes a texture grey, with a warning
     // The text has shown features of versions 1 and 2, which have defaults of their own.
     bool old_dialect = false;
-    Place place = {};           // of the current directive
+    Place place = {};  // of the current directive
+    // The spectrum of the light's colour that was read last, per lumen; none if it is not known.
+    std::optional<BandSpectrum> light_spectrum = {};
     SceneText* part = nullptr;  // part of the draft to which that directive belongs; null: to none
 
     // Returns the working space of the render, in which colours are read.

@@ -111,24 +111,9 @@ struct Readings {
 class PointImage {
   public:
     PointImage(std::span<const CalculationSurface> surfaces, Job& job) : surfaces_(surfaces) {
-        Receivers& receivers = job.receivers;
-        for (const CalculationSurface& surface : surfaces) {
-            for (int y = 0; y < surface.points.y; ++y) {
-                for (int x = 0; x < surface.points.x; ++x) {
-                    receivers.points.push_back(placed(surface.receiver(x, y), job.scene));
-                }
-            }
-        }
-        const auto points = static_cast<std::int64_t>(receivers.points.size());
-        receivers.sensors = kLeastSensors * static_cast<int>(std::max<std::int64_t>(
-                                                1, kLeastPixels / kLeastSensors / points));
-        sensors_ = receivers.sensors;
-        FilmSettings film;
-        film.width = kWidth;
-        film.height = static_cast<int>((points * sensors_ + kWidth - 1) / kWidth);
-        film.parts = true;
-        film.chance = has_chance_light(job.scene);
-        job.film = film;
+        place_sensors(surfaces, job);
+        sensors_ = job.receivers.sensors;
+        job.film.chance = has_chance_light(job.scene);
     }
 
     int sensors() const { return sensors_; }
@@ -585,6 +570,24 @@ std::optional<MostAffected> most_affected(std::span<const SurfaceIlluminance> su
     if (affected > 1)
         most.others = fmt::format("; the same holds for {} other{}", affected - 1, affected == 2 ? "" : "s");
     return most;
+}
+
+void place_sensors(std::span<const CalculationSurface> surfaces, Job& job) {
+    Receivers& receivers = job.receivers;
+    for (const CalculationSurface& surface : surfaces) {
+        for (int y = 0; y < surface.points.y; ++y) {
+            for (int x = 0; x < surface.points.x; ++x)
+                receivers.points.push_back(placed(surface.receiver(x, y), job.scene));
+        }
+    }
+    const auto points = static_cast<std::int64_t>(receivers.points.size());
+    receivers.sensors =
+        kLeastSensors * static_cast<int>(std::max<std::int64_t>(1, kLeastPixels / kLeastSensors / points));
+    FilmSettings film;
+    film.width = kWidth;
+    film.height = static_cast<int>((points * receivers.sensors + kWidth - 1) / kWidth);
+    film.parts = true;
+    job.film = film;
 }
 
 IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, Job job,

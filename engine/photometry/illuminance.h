@@ -129,6 +129,9 @@ std::optional<MostAffected> most_affected(std::span<const SurfaceIlluminance> su
                                           const std::function<double(const SurfaceIlluminance&)>& share,
                                           double least);
 
+// Replaces the job's receivers and film by sensors at the points of the surfaces, a multiple of 16 at each.
+void place_sensors(std::span<const CalculationSurface> surfaces, Job& job);
+
 // Computes illuminance at all points of the surfaces. Replaces the job's integrator, film and receivers.
 // Throws InputError if there is no surface, no light, or lights of both units. Ends early with the samples so
 // far when the monitor says so.

@@ -52,6 +52,36 @@ nlohmann::json json_of(const FarFieldError& error) {
     return json;
 }
 
+std::string colour_headings() {
+    std::string text;
+    for (const ColourQuantity& of : kColourQuantities) {
+        const std::string unit = of.unit.empty() ? std::string() : fmt::format(" [{}]", of.unit);
+        text +=
+            fmt::format(",{0}{1},half-width of 95 % of {0}{1},error of {0} by intervals{1}", of.name, unit);
+    }
+    return text;
+}
+// Leaves the fields of what is not defined empty.
+std::string colour_fields(const LightColour& colour) {
+    std::string text;
+    for (std::size_t i = 0; i < kColourCount; ++i) {
+        const Reading95& reading = colour.values[i];
+        text += std::isnan(reading.value) ? ",,,"
+                                          : fmt::format(",{:.7g},{:.3g},{:.3g}", reading.value,
+                                                        reading.half_width, colour.by_intervals[i]);
+    }
+    return text;
+}
+// Numbers that are not defined are null.
+nlohmann::json json_of(const LightColour& colour) {
+    nlohmann::json json = nlohmann::json::object();
+    for (std::size_t i = 0; i < kColourCount; ++i) {
+        nlohmann::json& value = json[std::string(kColourQuantities[i].name)] = json_of(colour.values[i]);
+        value["error_by_intervals"] = colour.by_intervals[i];
+    }
+    return json;
+}
+
 // Adds the lamps' uncertainty to a surface's numbers and its points.
 void add_lamps(nlohmann::json& of, const SurfaceIlluminance& surface, const SurfaceUncertainty& lamps) {
     of["lamps"] = {{"mean", json_of(lamps.mean, surface.mean)},
@@ -172,7 +202,8 @@ std::string judgements_text(std::span<const Judgement> judgements) {
            '\n';
 }
 
-std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
+std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps,
+                            const ColourReport& colour) {
     std::string text =
         fmt::format("surface,i,j,x,y,z,{1} [{0}],half-width of 95 % [{0}],direct [{0}],indirect [{0}]",
                     report.unit, report.symbol);
@@ -180,6 +211,7 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
         text += ',' + csv_field(fmt::format("{} [{}]", plain_text(group), report.unit));
     if (lamps.replicates > 0)
         text += fmt::format(",U of lamps [{0}],upper bound,half-width of both [{0}]", report.unit);
+    if (!colour.surfaces.empty()) text += colour_headings();
     text += '\n';
     for (std::size_t s = 0; s < report.surfaces.size(); ++s) {
         const SurfaceIlluminance& surface = report.surfaces[s];
@@ -190,7 +222,9 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
                 const PointIlluminance& point = surface.at(x, y);
                 text += fmt::format("{},{},{},{:.7g},{:.7g},{:.7g}", name, x, y, p.x, p.y, p.z);
                 if (point.is_cut_off()) {
-                    text.append(4 + point.groups.size() + (lamps.replicates > 0 ? 3 : 0), ',');
+                    text.append(4 + point.groups.size() + (lamps.replicates > 0 ? 3 : 0) +
+                                    (colour.surfaces.empty() ? 0 : 3 * kColourCount),
+                                ',');
                     text += '\n';
                     continue;
                 }
@@ -202,6 +236,8 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
                     text += fmt::format(",{:.3g},{},{:.3g}", by_lamps.expanded, int{by_lamps.upper_bound},
                                         combined(point.all, by_lamps));
                 }
+                if (!colour.surfaces.empty())
+                    text += colour_fields(colour.surfaces[s].points[surface.index(x, y)]);
                 text += '\n';
             }
         }
@@ -210,7 +246,8 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
 }
 
 std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps,
-                             const FarFieldErrors& far_field, std::span<const Judgement> judgements) {
+                             const FarFieldErrors& far_field, const ColourReport& colour,
+                             std::span<const Judgement> judgements) {
     nlohmann::json json{{"quantity", report.quantity},
                         {"unit", report.unit},
                         {"confidence", 0.95},
@@ -223,6 +260,10 @@ std::string illuminance_json(const IlluminanceReport& report, const MeasurementU
                         {"surfaces", nlohmann::json::array()}};
     if (report.sky_illuminance > 0) json["sky_illuminance"] = report.sky_illuminance;
     if (lamps.replicates > 0) json["replicates"] = lamps.replicates;
+    if (!colour.surfaces.empty()) {
+        json["wavelength_intervals"] = colour.intervals;
+        json["error_of_lamp_spectra"] = colour.spectra_error;
+    }
     for (const FieldError& of : lamps.fields) {
         nlohmann::json field{{"file", plain_text(of.lamp)}};
         if (of.known) field["error_by_direction"] = of.by_direction, field["greatest_error"] = of.greatest;
@@ -253,6 +294,11 @@ std::string illuminance_json(const IlluminanceReport& report, const MeasurementU
                                     {"groups", by_group(report, point.groups)}});
         }
         if (lamps.replicates > 0) add_lamps(of, surface, lamps.surfaces[s]);
+        if (!colour.surfaces.empty()) {
+            of["colour"] = json_of(colour.surfaces[s].mean);
+            for (std::size_t i = 0; i < surface.points.size(); ++i)
+                of["values"][i]["colour"] = json_of(colour.surfaces[s].points[i]);
+        }
         if (!far_field.from_point.empty()) of["far_field_error"]["point"] = json_of(far_field.from_point[s]);
         if (!far_field.from_opening.empty())
             of["far_field_error"]["opening"] = json_of(far_field.from_opening[s]);

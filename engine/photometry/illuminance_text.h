@@ -9,6 +9,7 @@
 #include "engine/photometry/en12464.h"
 #include "engine/photometry/far_field_error.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/photometry/light_colour.h"
 #include "engine/photometry/measurement_uncertainty.h"
 
 namespace lucerna {
@@ -32,10 +33,11 @@ std::string judgements_text(std::span<const Judgement> judgements);
 // Says whether all are met, some missed, or some undecided.
 std::string judgements_summary(std::span<const Judgement> judgements);
 // Returns one line for each point under a line of column names (RFC 4180), with the uncertainty due to the
-// lamps if it was computed.
-std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps = {});
+// lamps and the colour if they were computed.
+std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps = {},
+                            const ColourReport& colour = {});
 std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps = {},
-                             const FarFieldErrors& far_field = {},
+                             const FarFieldErrors& far_field = {}, const ColourReport& colour = {},
                              std::span<const Judgement> judgements = {});
 // Returns an image with one pixel for each point and v upwards. Its channels are Y (the illuminance),
 // half_width, direct, indirect and lightgroup.NAME.

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "engine/base/vec.h"
+#include "engine/colour/rendition.h"
 #include "engine/scene/mesh.h"
 
 namespace lucerna {
@@ -43,7 +44,10 @@ inline constexpr const char* kLightGroupPrefix = "lightgroup.";
 struct LightGroups {
     std::vector<std::string> names;
     std::vector<std::uint32_t> of_light;  // per light of the scene: index into `names`
-    std::uint32_t of_rest = 0;            // the group of light that no light source sends: emission of media
+    // Of a scene in intervals of wavelengths (WorkingSpace), the spectral flux of each group's light per
+    // lumen emitted [W/(nm lm)]; empty otherwise.
+    std::vector<BandSpectrum> spectra = {};
+    std::uint32_t of_rest = 0;  // the group of light that no light source sends: emission of media
 
     bool empty() const { return names.empty(); }
     std::uint32_t of(std::int32_t light) const {

@@ -297,7 +297,7 @@ StatedColours colours_of(const std::filesystem::path& file, const PictureHeader&
 class Conversion {
   public:
     Conversion(const ColourSpace& from, const WorkingSpace& to)
-        : matrix_(conversion(from, to.space())), weights_(V3d(to.weights())) {
+        : matrix_(to.from(from)), weights_(V3d(to.weights())) {
         for (const V3d& row : matrix_.rows) {
             inside_ = inside_ && row.x >= 0 && row.y >= 0 && row.z >= 0;
             most_ = std::max(most_, std::max(0.0, row.x) + std::max(0.0, row.y) + std::max(0.0, row.z));

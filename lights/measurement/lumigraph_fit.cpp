@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/base/stats.h"
 #include "lights/measurement/ray_passage.h"
+#include "lights/measurement/spectral_fit.h"
 
 namespace lucerna {
 namespace {
@@ -254,8 +255,11 @@ Box3d box_of(const RaySet& all) {
     return box;
 }
 
-LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, const Workers& workers,
-                           Monitor& monitor) {
+namespace {
+
+// Chooses the slabs and fits them.
+LumigraphFit fit_slabs(const RaySet& set, const LumigraphOptions& options, const Workers& workers,
+                       Monitor& monitor) {
     const double usable = set.flux - set.skipped_flux;
     // A smaller --capture lowers what suffices.
     const double wanted = std::min(kHeld, options.fit.capture - (kOneSlab - kHeld)) * usable;
@@ -287,6 +291,20 @@ LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, c
     }
     if (!(usable > 0)) return fit_one(set, options.fit, workers, monitor);  // which reports the error
     return several(sides_with_light(set, usable));
+}
+
+}  // namespace
+
+LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, const Workers& workers,
+                           Monitor& monitor) {
+    LumigraphFit made = fit_slabs(set, options, workers, monitor);
+    const SpectralBasis spectra = spectral_basis(set);
+    for (Slab& slab : made.lamp.slabs()) {
+        LightFieldInfo info = slab.field.info();
+        info.spectra = spectra;
+        slab.field = std::move(slab.field).with(std::move(info));
+    }
+    return made;
 }
 
 }  // namespace lucerna

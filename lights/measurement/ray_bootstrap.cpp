@@ -65,6 +65,7 @@ RaySet resampled(const RaySet& set, const BootstrapKey& key, const Workers& work
     drawn.header_lumens = set.header_lumens;
     drawn.header_watts = set.header_watts;
     drawn.xyz = set.xyz;
+    drawn.spectra = set.spectra;
     drawn.lumens_per_watt = set.lumens_per_watt;
     drawn.provenance = fmt::format("bootstrap replicate {} of {}", key.replicate, set.provenance);
     std::vector<std::size_t> draws(count);
@@ -80,9 +81,8 @@ RaySet resampled(const RaySet& set, const BootstrapKey& key, const Workers& work
     for (const std::size_t i : draws) ++times[i];
     for (std::size_t i = 0; i < count; ++i) {
         if (times[i] == 0) continue;
-        drawn.rays.push_back(set.rays[i]);
+        drawn.take(set, i);
         drawn.rays.back().flux *= static_cast<float>(times[i]);
-        if (set.coloured()) drawn.tristimulus.push_back(set.tristimulus[i]);
     }
     if (set.coloured()) settle_colours(drawn);
     const double before = whole_light(set), now = whole_light(drawn);

@@ -206,9 +206,10 @@ const RaySet& few_of(const RaySet& set, std::size_t most, RaySet& few) {
         // Files may be sorted, or alternate between a lamp's parts.
         Sampler draw(0, Purpose::acquisition, 2, first);
         const std::size_t r = first + draw.bits() % std::min(run, set.rays.size() - first);
-        few.rays.push_back(set.rays[r]);
-        if (set.coloured()) few.tristimulus.push_back(set.tristimulus[r]);
+        few.take(set, r);
     }
+    few.unit = set.unit;
+    few.spectra = set.spectra;
     return few;
 }
 

@@ -130,11 +130,30 @@ TEST(JoinRays, WattsBesideLumens_BecomeLumens) {
 TEST(JoinRays, LightThatIsStated_IsThatOfTheFile) {
     RaySet set = of_wavelength(620, FluxUnit::watt, 2, 1);
     const RaySet truth = of_wavelength(455, FluxUnit::watt, 2, 1);
-    state_colour(set, cie_xyz(455));
+    state_spectrum(set, {{455, 1}});
     EXPECT_NEAR((set.xyz - truth.xyz).length(), 0, 1e-9);
     EXPECT_NEAR(set.lumens_per_watt, truth.lumens_per_watt, 1e-6);
+    EXPECT_EQ(set.spectra, (std::vector<Spectrum>{{{455, 1}}}));
     state_efficacy(set, 30);
     EXPECT_EQ(set.lumens_per_watt, 30);
+}
+
+TEST(JoinRays, Spectra_AreThoseOfAllFiles) {
+    std::vector<DrivenRays> parts = three(FluxUnit::lumen);
+    state_spectrum(parts[0].set, {{620, 1}});
+    state_spectrum(parts[1].set, {{455, 1}});
+    EXPECT_TRUE(join_rays(parts).spectra.empty()) << "that of the third file is not known";
+    parts[2].set.spectra = {{{455, 1}}, {{480, 1}}};
+    parts[2].set.spectrum = {1, RaySet::kNoSpectrum};
+    const RaySet joined = join_rays(parts);
+    EXPECT_EQ(joined.spectra, (std::vector<Spectrum>{{{620, 1}}, {{455, 1}}, {{480, 1}}}));
+    EXPECT_EQ(joined.spectrum, (std::vector<std::uint16_t>{0, 0, 1, 1, 2, RaySet::kNoSpectrum}));
+    // Files of one spectrum are a lamp of one spectrum.
+    parts.pop_back();
+    state_spectrum(parts[0].set, {{455, 1}});
+    const RaySet alike = join_rays(parts);
+    EXPECT_EQ(alike.spectra, (std::vector<Spectrum>{{{455, 1}}}));
+    EXPECT_TRUE(alike.spectrum.empty());
 }
 
 TEST(JoinRays, WhatDoesNotJoin_IsRefusedByName) {

@@ -225,6 +225,8 @@ TEST_F(Tm25, Wavelengths_GiveEachRayItsColour) {
     expect_ray(lumens, 0, blue / blue.y);
     expect_ray(lumens, 1, red / red.y);
     expect_ray(lumens, 2, green / green.y);
+    EXPECT_EQ(lumens.spectra, (std::vector<Spectrum>{{{456, 1}}, {{620, 1}}, {{530, 1}}}));
+    EXPECT_EQ(lumens.spectrum, (std::vector<std::uint16_t>{0, 1, 2}));
 
     file.flags = {1, 1, 1, 1, 0, 0, 0, 0};  // the same numbers, watts first
     for (std::size_t row = 0; row < file.rays; ++row) {
@@ -290,6 +292,9 @@ TEST_F(Tm25, Spectra_ByIndex_CountByTheirWattsNotTheirScale) {
     expect_ray(set, 1, r / mean);
     EXPECT_NEAR(set.lumens_per_watt, 683 * mean, 1e-3);
     EXPECT_TRUE(monitor_.warnings.empty());
+    ASSERT_EQ(set.spectra.size(), 2U);
+    EXPECT_EQ(set.spectra[0], (Spectrum{{450, 1000}, {470, 1000}}));
+    EXPECT_EQ(set.spectrum, (std::vector<std::uint16_t>{1, 0}));
 }
 
 // Returns rays of 1 W each, with these indices into a table of spectra: blue, green and red.
@@ -310,7 +315,10 @@ TEST_F(Tm25, SpectrumIndices_CountFromOne) {
     expect_ray(all, 0, red / mean);
     expect_ray(all, 1, blue / mean);
     expect_ray(all, 2, green / mean);
-    EXPECT_NEAR((read(indexed({1, 1}).bytes()).xyz - blue / blue.y).length(), 0, 1e-6) << "none has the last";
+    const RaySet first = read(indexed({1, 1}).bytes());
+    EXPECT_NEAR((first.xyz - blue / blue.y).length(), 0, 1e-6) << "none has the last";
+    EXPECT_EQ(first.spectra, (std::vector<Spectrum>{{{480, 1}}})) << "all rays have this one";
+    EXPECT_TRUE(first.spectrum.empty());
     EXPECT_NEAR((read(indexed({3, 3}).bytes()).xyz - red / red.y).length(), 0, 1e-6);
     EXPECT_TRUE(monitor_.warnings.empty());
 }

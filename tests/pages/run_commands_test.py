@@ -113,8 +113,10 @@ class Stage:
         # Each ray set has one colour and the lamp's flux, like the ray files of vendors.
         for name in ("rays.tm25ray", "rays.dat"):
             run("light", "emit", "lamp.exr", "--rays", 20000, "-o", name)
-        # Makes the lamp from a ray file, with the replicates that lux --replicates reads.
-        run("light", "import", "rays.tm25ray", "-o", "lamp.exr", "--views", "5x5", "--pixels", "12x12", "--replicates", 5)
+        # Makes the lamp from a ray file, with the replicates that lux --replicates reads and the spectrum that lux --colour needs.
+        (folder / "light.spd").write_text("400 1\n700 1\n")
+        run("light", "import", "rays.tm25ray", "-o", "lamp.exr", "--views", "5x5", "--pixels", "12x12", "--replicates", 5,
+            "--colours", "light.spd")
         run("light", "farfield", "lamp.exr", "-o", "lamp.ies")
         run("light", "assemble", "shots/manifest.toml", "--side=-x=shots/manifest.toml", "-o", "bulb.exr")
         (folder / "lamp.ldt").write_text(LDT)

@@ -33,6 +33,58 @@ WorkingSpace space(std::string_view name) {
     return WorkingSpace::named(name).value();
 }
 
+// Ratios in three intervals are means over each of them, light is white with its luminance.
+TEST(Intervals, OfWavelengths_HaveMeansOfRatiosAndWhiteLight) {
+    const WorkingSpace intervals = WorkingSpace::of_intervals({400, 500, 600, 700});
+    const Spectrum slope{{400, 0}, {700, 1}};
+    const Rgb ratio = intervals.ratio_of_spectrum(slope);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(ratio[i], (static_cast<float>(i) + 0.5F) / 3, 1e-6F);
+    EXPECT_EQ(intervals.ratio_of_spectrum(Spectrum{{555, 0.25}}), Rgb(0.25F));
+    EXPECT_EQ(intervals.ratio(Rgb(0.3F)), Rgb(0.3F));
+    // Red, green and blue are linear between 450, 540 and 610 nm: the mean of blue from 400 to 500 nm is that
+    // of 1 up to 450 nm and of a line from 1 to 4/9 beyond.
+    const Rgb blue = intervals.ratio(Rgb(0, 0, 1));
+    EXPECT_NEAR(blue.x, 0.5F + 0.5F * (1 + 4.0F / 9) / 2, 1e-4F);
+    EXPECT_EQ(blue.z, 0);
+    const Rgb sum = intervals.ratio(Rgb(1, 0, 0)) + intervals.ratio(Rgb(0, 1, 0)) + blue;
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(sum[i], 1, 1e-6F);
+    EXPECT_NEAR(intervals.light(Rgb(1, 2, 3)).x, luminance(Rgb(1, 2, 3)), 1e-6F);
+    EXPECT_EQ(intervals.light_of_xyz({0.3, 0.5, 2}), Rgb(0.5F));
+    const Spectrum line{{450, 1}, {451, 2}};
+    EXPECT_NEAR(intervals.light_of_spectrum(line).y, emission_xyz(line).y, 1e-6);
+    EXPECT_EQ(intervals.white(), Rgb(1));
+    EXPECT_FALSE(intervals == WorkingSpace());
+}
+
+// Each light gets a group with its spectrum. A light whose spectrum is not known is named.
+TEST(Intervals, OfAScene_GroupLightsBySpectrum) {
+    const auto groups_of = [](const std::string& lights) {
+        SceneOverrides overrides;
+        overrides.colours = WorkingSpace::of_intervals({400, 500, 600, 700});
+        Monitor silent;
+        return read_scene_text("Camera \"perspective\" Film \"rgb\" WorldBegin\n" + lights, "scene.pbrt",
+                               overrides, Workers{1}, silent)
+            .scene.light_groups();
+    };
+    const LightGroups groups = groups_of(
+        "LightSource \"point\" \"spectrum I\" \"stdillum-A\" \"string lightgroup\" \"x\"\n"
+        "LightSource \"point\" \"blackbody I\" 4000\nLightSource \"distant\" \"spectrum L\" \"stdillum-A\"\n"
+        "AreaLightSource \"diffuse\" \"spectrum L\" [450 1 455 1]\nShape \"sphere\"\n");
+    ASSERT_EQ(groups.names.size(), 3U);
+    EXPECT_EQ(groups.of_light, (std::vector<std::uint32_t>{0, 1, 0, 2}));
+    for (const BandSpectrum& spectrum : groups.spectra) EXPECT_NEAR(band_lumens(spectrum), 1, 1e-9);
+    EXPECT_NEAR(colour_rendition(groups.spectra[1])->temperature.kelvin, 4000, 1);
+    for (const std::string light : {"\"rgb I\" [1 1 1]", "\"spectrum I\" \"stdillum-F2\"", ""}) {
+        try {
+            groups_of("LightSource \"point\" " + light + "\n");
+            ADD_FAILURE() << light;
+        } catch (const InputError& error) {
+            EXPECT_THAT(error.what(), HasSubstr("scene.pbrt:2:"));
+            EXPECT_THAT(error.what(), HasSubstr("spectrum of this light is not known"));
+        }
+    }
+}
+
 struct Method {
     std::string integrator;
     std::vector<std::pair<std::string, std::string>> set = {};

@@ -13,6 +13,7 @@
 #include "engine/text/units.h"
 #include "lights/cell_table.h"
 #include "lights/measurement/plane_irradiance.h"
+#include "lights/spectral_lamp.h"
 
 namespace lucerna {
 namespace {
@@ -111,6 +112,24 @@ RayBundle bundle(const RaySet& set) {
     return b;
 }
 
+// Prints what is known of the light's spectrum, of which the parts have these shares of the luminous flux.
+void print_spectra(std::ostream& out, const Lumigraph& lamp) {
+    const SpectralBasis& basis = lamp.slabs()[0].field.info().spectra;
+    const auto known = [](const Slab& slab) { return slab.field.info().spectra.known(); };
+    if (!std::ranges::all_of(lamp.slabs(), known)) return;
+    fmt::print(out, "spectra              {}{}\n", basis.spectra.size(),
+               basis.error > 0
+                   ? fmt::format(", of which all light is a mixture but for {:.2g} %", 100 * basis.error)
+                   : std::string());
+    BandSpectrum all;
+    for (const SpectralLamp& part : spectral_lamps(lamp)) all += part.lamp.flux() * part.spectrum;
+    if (const auto rendition = colour_rendition(all)) {
+        fmt::print(out, "colour rendition     R_a {:.1f}, R_9 {:.1f}; R_f {:.1f}, R_g {:.1f}\n",
+                   rendition->general, rendition->r9(), rendition->fidelity, rendition->gamut);
+    }
+    fmt::print(out, "melanopic DER        {:.4g}\n", melanopic_edi(all) / band_lumens(all));
+}
+
 void print_light_field(std::ostream& out, const LightField& field, const Workers& workers) {
     const LightFieldInfo& info = field.info();
     const std::string_view unit = flux_unit_name(info.unit);
@@ -136,6 +155,7 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     print_chromaticity(out, field.xyz());
     fmt::print(out, "colours              {}\n",
                field.coloured() ? "varying with position and direction" : "one for all light");
+    print_spectra(out, Lumigraph(field));
     if (info.lumens_per_watt > 0)
         fmt::print(out, "luminous efficacy    {:.4g} lm/W of radiation\n", info.lumens_per_watt);
     if (!info.errors.empty()) print_errors(out, info.errors);
@@ -188,6 +208,7 @@ void print_lumigraph(std::ostream& out, const Lumigraph& lamp, const Workers& wo
     print_chromaticity(out, lamp.xyz());
     fmt::print(out, "colours              {}\n",
                lamp.coloured() ? "varying with position and direction" : "one for all light");
+    print_spectra(out, lamp);
     fmt::print(out, "memory               {:.1f} MB of coefficients, {:.1f} MB of sampling table\n",
                1e-6 * bytes, 1e-6 * table_bytes);
     fmt::print(out, "content hash         {:016x}\n", content_hash(lamp));

@@ -84,36 +84,30 @@ bool is_spectrum_file(const std::string& word) {
     return !is_wavelength(word) && word != kAsTheFileSays;
 }
 
-// Returns CIE XYZ per watt of "528nm" or of a spectrum's file.
-V3d parse_light(const std::string& word) {
+// Reads "528nm" or a spectrum's file, which must have visible light.
+Spectrum parse_light(const std::string& word) {
     const Location at{"--colours"};
     if (is_wavelength(word)) {
-        const V3d xyz =
-            cie_xyz(parse_number(at, word.substr(0, word.size() - 2), kFirstVisible, kLastVisible));
-        if (!(xyz.y > 0)) input_error(at, "\"{}\" is outside the visible range", word);
-        return xyz;
+        const double nanometres =
+            parse_number(at, word.substr(0, word.size() - 2), kFirstVisible, kLastVisible);
+        if (!(cie_xyz(nanometres).y > 0)) input_error(at, "\"{}\" is outside the visible range", word);
+        return {{nanometres, 1}};
     }
     if (suffix_of(word) != ".spd")
         input_error(at,
                     "\"{}\" is not accepted; expected a wavelength such as 528nm, a spectrum such as "
                     "light.spd, or \"{}\"",
                     word, kAsTheFileSays);
-    const Spectrum spectrum = read_spd(word);
-    double watts = 0;
-    for (std::size_t i = 1; i < spectrum.size(); ++i) {
-        watts += 0.5 * (spectrum[i].nanometres - spectrum[i - 1].nanometres) *
-                 (spectrum[i].weight + spectrum[i - 1].weight);
-    }
-    const V3d sum = spectrum_to_xyz(spectrum);
-    if (spectrum.size() < 2 || !(watts > 0) || !(sum.y > 0))
+    Spectrum spectrum = read_spd(word);
+    if (spectrum.size() < 2 || !(xyz_per_watt(spectrum).y > 0))
         throw InputError({word}, "a spectrum without visible light; expected two or more samples");
-    return sum / watts;
+    return spectrum;
 }
 
 // Applies the options for a file's light.
 void state_light(const ImportOptions& options, std::size_t i, RaySet& set) {
     if (!options.colours.empty() && options.colours[i] != kAsTheFileSays)
-        state_colour(set, parse_light(options.colours[i]));
+        state_spectrum(set, parse_light(options.colours[i]));
     if (options.efficacies.empty() || !(options.efficacies[i] > 0)) return;
     if (set.unit != FluxUnit::watt) {
         input_error({"--efficacy"}, "the flux of {} is already in lumens; expected 0", options.rays[i]);

@@ -29,6 +29,7 @@
 #include "engine/photometry/glare.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/illuminance_text.h"
+#include "engine/photometry/light_colour.h"
 #include "engine/photometry/maintenance.h"
 #include "engine/photometry/measurement_uncertainty.h"
 #include "engine/system/printed_page.h"
@@ -91,6 +92,13 @@ of resolution and smoothing adds, which differs from one ray file to the next; n
 systematic errors of the measurement. Beside it stands the error of each lamp's light field by held-out rays, which includes
 that bias. With --plan and --html also as a map. --time is for all runs together.
 
+--colour computes the colour of the light at each point from the spectra of the lamps: correlated colour temperature and Duv,
+the colour rendering indices R_a and R_9 (CIE 13.3), fidelity and gamut R_f and R_g (TM-30), and the melanopic equivalent
+daylight illuminance (CIE S 026). All lights need a spectrum: light fields have those of the rays that they were imported
+from, other lights those of a colour as "spectrum" or "blackbody". Where all surfaces are grey the result is exact but for the
+lamps' own spectra; otherwise reflectances are taken in nine intervals of wavelengths, whose error is printed. It takes one
+more run, or four where surfaces have colours. The intervals of confidence are as above.
+
 -o writes a line for each point, with direct and indirect light, and the contribution of each light group of the scene, so
 that groups can be dimmed there without another run. --image writes a pixel for each point.
 
@@ -101,6 +109,7 @@ Examples:
   lucerna lux room.pbrt --require Em=500,U0=0.6,UGR=19,Ez=150,walls=150,ceiling=100 --maintenance-factor 0.8 --html report.html
   lucerna lux room.pbrt --height 0.75 --replicates --precision 0.5%
   lucerna lux scenes/window/window.pbrt --daylight-factor
+  lucerna lux room.pbrt --height 1.2 --facing 1,0,0 --colour -o eyes.csv
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
@@ -116,7 +125,7 @@ struct LuxCommand {
     MaintenanceFactors maintenance;
     std::vector<std::pair<std::string, std::string>> about;
     double eye_height = 1.2;  // m
-    bool daylight_factor = false, far_field_error = false, replicates = false;
+    bool daylight_factor = false, far_field_error = false, replicates = false, colour = false;
     bool has_precision = false;
     bool requires_any() const {
         return std::ranges::any_of(requirements, [](const auto& range) { return range.has_value(); });
@@ -286,6 +295,25 @@ void draw_errors(const LuxCommand& command, const IlluminanceReport& report, con
     draw(errors.from_opening, "the luminous opening", kOpeningErrorMap);
 }
 
+constexpr int kColourRuns = 4;  // at most
+
+ColourReport colour_of(const LuxCommand& command, const std::set<std::filesystem::path>& lamps,
+                       const IlluminanceReport& report, RunTimes& times, Monitor& monitor) {
+    const auto read = [&](const WorkingSpace& intervals) {
+        SceneOverrides overrides = command.common.overrides;
+        overrides.colours = intervals;
+        return read_scene(command.common.scene, overrides, command.options.workers, monitor);
+    };
+    ColourReport colour = colour_on(
+        report, read, command.options, [&times] { return times.by_lamps(); }, monitor);
+    for (const std::filesystem::path& lamp : lamps) {
+        const Lumigraph fields = read_lumigraph(lamp);
+        for (const LightField* field : fields_of(fields))
+            colour.spectra_error = std::max(colour.spectra_error, field->info().spectra.error);
+    }
+    return colour;
+}
+
 // Returns no uncertainty, with a warning, if there are too few replicates.
 MeasurementUncertainty uncertainty_of(const IlluminanceReport& report,
                                       const std::vector<IlluminanceReport>& by_replicate, int asked,
@@ -390,7 +418,8 @@ void act(const LuxCommand& command, const CommandContext& context) {
 
     IlluminanceOptions options = command.options;
     if (command.has_page() && !command.has_precision) options.precision = kPrecisionOfReports;
-    RunTimes times(clock, command.options.seconds, command.far_field_error, replicates);
+    const int runs = 1 + (command.far_field_error ? 2 : 0) + (command.colour ? kColourRuns : 0);
+    RunTimes times(clock, command.options.seconds, runs, replicates);
     options.seconds = times.by_lamps();
     IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
     if (command.daylight_factor) report = daylight_factors(std::move(report), sky);
@@ -399,6 +428,8 @@ void act(const LuxCommand& command, const CommandContext& context) {
         judge(required.room, report.surfaces, required.glare, command.requirements);
     FarFieldErrors errors;
     if (command.far_field_error) errors = far_field_errors_of(command, surfaces, report, times, monitor);
+    if (command.colour && report.ended_by != "user")
+        page.colour = colour_of(command, lamps, report, times, monitor);
     if (replicates > 0 && report.ended_by != "user") {
         std::vector<IlluminanceReport> by_replicate =
             by_replicates(command.common, surfaces, report, command.options, replicates, times, monitor);
@@ -411,7 +442,8 @@ void act(const LuxCommand& command, const CommandContext& context) {
         }
     }
     const MeasurementUncertainty& uncertainty = page.uncertainty;
-    if (!command.common.csv.empty()) write_text(command.common.csv, illuminance_csv(report, uncertainty));
+    if (!command.common.csv.empty())
+        write_text(command.common.csv, illuminance_csv(report, uncertainty, page.colour));
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         if (!command.image.empty())
             write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
@@ -431,12 +463,12 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.pdf.empty()) print_page(html, command.pdf, browser);
     }
     if (command.common.prints_json()) {
-        context.out << illuminance_json(report, uncertainty, errors, judgements);
+        context.out << illuminance_json(report, uncertainty, errors, page.colour, judgements);
     } else {
         if (!command.common.json.empty())
-            write_text(command.common.json, illuminance_json(report, uncertainty, errors, judgements));
+            write_text(command.common.json, illuminance_json(report, uncertainty, errors, page.colour, judgements));
         context.out << illuminance_text(report) << judgements_text(judgements) << end_text(report) << '\n';
-        context.out << far_field_text(errors);
+        context.out << colour_text(report, page.colour) << far_field_text(errors);
         if (uncertainty.replicates > 0) context.out << uncertainty_text(report, uncertainty);
     }
     if (report.ended_by == "user")
@@ -515,6 +547,10 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
         "--replicates", command->replicates,
         "also compute everything with each bootstrap replicate of the measured lamps, and report the "
         "uncertainty of their measurement");
+    app.add_flag(
+        "--colour", command->colour,
+        "also compute the colour of the light from the lamps' spectra: colour temperature, R_a, R_9, "
+        "R_f, R_g and melanopic illuminance");
     add_word(app, "--precision", "SHARE",
              "stop when each point's confidence interval is no wider than ± this share of its illuminance, "
              "or of the surface's mean if that is more (default 2%; 0.5% with --html or --pdf)",

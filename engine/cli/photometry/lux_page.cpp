@@ -51,6 +51,14 @@ std::string summary(const IlluminanceReport& report) {
     return html;
 }
 
+std::string colours(const IlluminanceReport& report, const ColourReport& colour) {
+    if (colour.surfaces.empty()) return {};
+    std::string html = fmt::format("<h2>Colour of the light</h2>\n<p>{}.</p>\n<div class=\"wide\">{}</div>\n",
+                                   html_text(colour_heading()), table(colour_rows(report, colour), 1));
+    for (const std::string& line : colour_lines(colour)) html += fmt::format("<p>{}.</p>\n", html_text(line));
+    return html;
+}
+
 std::string uncertainty(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
     if (lamps.replicates == 0) return {};
     std::string html = fmt::format(
@@ -279,6 +287,7 @@ std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
                                   : std::string()},
          {"requirements", requirements(page.judgements)},
          {"rooms", rooms(page.rooms)},
+         {"colour", colours(report, page.colour)},
          {"uncertainty", uncertainty(report, page.uncertainty)},
          {"plans", plans},
          {"glare", glare(page.glare)},

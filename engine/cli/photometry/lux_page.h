@@ -9,6 +9,7 @@
 #include "engine/figures/figure.h"
 #include "engine/photometry/en12464.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/photometry/light_colour.h"
 #include "engine/photometry/maintenance.h"
 #include "engine/photometry/measurement_uncertainty.h"
 #include "engine/text/facts.h"
@@ -33,6 +34,7 @@ struct LuxPage {
     std::optional<Image> picture;  // display-referred
     std::uint64_t seed = 0;
     std::vector<PlanFigure> more_plans = {};
+    ColourReport colour = {};
     MeasurementUncertainty uncertainty = {};
     MaintenanceFactors maintenance = {};
     std::vector<std::pair<std::string, std::string>> about = {};  // lines of the heading: project, author

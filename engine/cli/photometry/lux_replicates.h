@@ -17,14 +17,14 @@ namespace lucerna {
 // Distributes a command's time among its runs; each run leaves its unused time to the following ones.
 class RunTimes {
   public:
-    // Plans a run with the lamps themselves, two with their far fields if requested, and one with each
-    // replicate. The first three get a third each of the total time of the replicates, because the Monte
-    // Carlo noise of the results counts in full, while that of the replicates is subtracted.
-    RunTimes(const Stopwatch& clock, double seconds, bool far_field, int replicates)
+    // Plans `runs` with the lamps themselves or their far fields, and one with each replicate. The former get
+    // a third each of the total time of the replicates, because the Monte Carlo noise of the results counts
+    // in full, while that of the replicates is subtracted.
+    RunTimes(const Stopwatch& clock, double seconds, int runs, int replicates)
         : clock_(clock),
           seconds_(seconds),
           of_lamps_(std::max(1.0, replicates / 3.0)),
-          shares_(of_lamps_ * (far_field ? 3 : 1) + replicates) {}
+          shares_(of_lamps_ * runs + replicates) {}
 
     double left() const { return seconds_ - clock_.seconds(); }
     // Returns the time of the next run, possibly <= 0.
