@@ -1,6 +1,7 @@
 #include "engine/colour/chromaticity.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/base/elementary.h"
@@ -22,6 +23,23 @@ Uv uv_of(const V3d& xyz) {
 // steps.
 Uv locus(double mired) {
     return uv_of(spectrum_to_xyz(blackbody_spectrum(1e6 / mired)));
+}
+
+// The search begins at even steps of mireds.
+constexpr double kLowMired = 1e6 / kMostKelvin, kHighMired = 1e6 / kLeastKelvin;
+constexpr int kLocusSteps = 100;
+double mired_at(int step) {
+    return kLowMired + (kHighMired - kLowMired) * step / kLocusSteps;
+}
+// Returns the locus at these steps, which is computed once.
+const std::array<Uv, kLocusSteps + 1>& locus_at_steps() {
+    static const auto all = [] {
+        std::array<Uv, kLocusSteps + 1> made;
+        for (int step = 0; step <= kLocusSteps; ++step)
+            made[static_cast<std::size_t>(step)] = locus(mired_at(step));
+        return made;
+    }();
+    return all;
 }
 
 // Returns the mired between `low` and `high` at which `value` is least, by golden section search, if it has
@@ -56,24 +74,20 @@ std::optional<ColourTemperature> colour_temperature(const V3d& xyz) {
     const double sum = xyz.x + xyz.y + xyz.z;
     if (!(sum > 0) || !std::isfinite(sum)) return std::nullopt;
     const Uv at = uv_of(xyz);
-    const auto distance = [&at](double mired) {
-        const Uv body = locus(mired);
-        return hypot(at.u - body.u, at.v - body.v);
-    };
+    const auto distance_to = [&at](const Uv& body) { return hypot(at.u - body.u, at.v - body.v); };
+    const auto distance = [&](double mired) { return distance_to(locus(mired)); };
     // Coarse steps come first: the locus bends, and a colour on its concave side may have two nearest points.
-    constexpr double kLow = 1e6 / kMostKelvin, kHigh = 1e6 / kLeastKelvin;
-    constexpr int kSteps = 100;
-    const auto mired_at = [](int step) { return kLow + (kHigh - kLow) * step / kSteps; };
     int nearest = 0;
-    double nearest_distance = distance(mired_at(0));
-    for (int step = 1; step <= kSteps; ++step) {
-        const double here = distance(mired_at(step));
+    double nearest_distance = distance_to(locus_at_steps()[0]);
+    for (int step = 1; step <= kLocusSteps; ++step) {
+        const double here = distance_to(locus_at_steps()[static_cast<std::size_t>(step)]);
         if (here < nearest_distance) nearest = step, nearest_distance = here;
     }
-    const double low = mired_at(std::max(0, nearest - 1)), high = mired_at(std::min(kSteps, nearest + 1));
+    const double low = mired_at(std::max(0, nearest - 1)),
+                 high = mired_at(std::min(kLocusSteps, nearest + 1));
     constexpr double kAccuracy = 1e-4;  // mired; near the minimum the distance resolves no finer
     const double mired = least(low, high, kAccuracy, distance);
-    if (mired - kLow < 2 * kAccuracy || kHigh - mired < 2 * kAccuracy) return std::nullopt;
+    if (mired - kLowMired < 2 * kAccuracy || kHighMired - mired < 2 * kAccuracy) return std::nullopt;
     const double away = distance(mired);
     if (away > kMostDuv) return std::nullopt;
     return ColourTemperature{1e6 / mired, at.v < locus(mired).v ? -away : away};

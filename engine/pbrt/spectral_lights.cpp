@@ -38,7 +38,7 @@ void set_spectrum_on_shape(const Draft& draft, DraftLight& light) {
 // Replaces light `i` by its parts: the first in its place, the others at the end. All emit the same flux, so
 // that they get as many samples each, though a blue part has few lumens; the spectra have the parts' true
 // shares.
-void split_lamp(Draft& draft, std::size_t i, const MeasuredSpec& spec) {
+void split_lamp(Draft& draft, std::size_t i, MeasuredSpec spec) {
     const Place place = draft.lights[i].place;
     const std::filesystem::path file = spec.settings.file;
     try {

@@ -75,6 +75,20 @@ void append(ArrivingLight& all, const ArrivingLight& run) {
     all = std::move(joined);
 }
 
+// Keeps every second interval, from `first` on.
+ArrivingLight every_second(const ArrivingLight& all, std::size_t first) {
+    ArrivingLight kept{all.groups, 0, {}};
+    for (std::size_t i = first; i < all.intervals; i += 2) ++kept.intervals;
+    for (std::size_t i = 0; i < all.values.size(); ++i)
+        if (i % all.intervals % 2 == first) kept.values.push_back(all.values[i]);
+    return kept;
+}
+std::vector<double> every_second(const std::vector<double>& all, std::size_t first) {
+    std::vector<double> kept;
+    for (std::size_t i = first; i < all.size(); i += 2) kept.push_back(all[i]);
+    return kept;
+}
+
 // Shares of two neighbouring intervals at a wavelength.
 struct Between {
     std::size_t lower, upper;
@@ -98,8 +112,9 @@ using Quantities = std::array<double, kColourCount>;
 // Computes quantities of the mean light of some points.
 class ColourOf {
   public:
-    ColourOf(const ArrivingLight& transport, const std::vector<BandSpectrum>& spectra, int runs)
-        : transport_(transport), spectra_(spectra), between_(between(interval_middles(runs))) {}
+    ColourOf(const ArrivingLight& arriving, const std::vector<BandSpectrum>& spectra,
+             const std::vector<double>& middles)
+        : arriving_(arriving), spectra_(spectra), between_(between(middles)) {}
 
     std::array<Reading95, kColourCount> of(std::span<const std::size_t> points) const {
         std::vector<BandSpectrum> batches;
@@ -126,14 +141,21 @@ class ColourOf {
         return readings;
     }
 
+    // Returns the values alone.
+    Quantities value(std::span<const std::size_t> points) const {
+        BandSpectrum all;
+        for (std::size_t batch = 0; batch < kColourBatches; ++batch) all += irradiance(points, batch);
+        return colour_quantities(1.0 / kColourBatches * all);
+    }
+
   private:
     BandSpectrum irradiance(std::span<const std::size_t> points, std::size_t batch) const {
         BandSpectrum sum;
-        for (std::size_t g = 0; g < transport_.groups; ++g) {
-            std::vector<double> t(transport_.intervals);
+        for (std::size_t g = 0; g < arriving_.groups; ++g) {
+            std::vector<double> t(arriving_.intervals);
             for (const std::size_t point : points) {
                 for (std::size_t b = 0; b < t.size(); ++b)
-                    t[b] += transport_.at(point, batch, g, b) / static_cast<double>(points.size());
+                    t[b] += arriving_.at(point, batch, g, b) / static_cast<double>(points.size());
             }
             for (std::size_t i = 0; i < kBands; ++i) {
                 const Between& at = between_[i];
@@ -143,7 +165,7 @@ class ColourOf {
         return sum;
     }
 
-    const ArrivingLight& transport_;
+    const ArrivingLight& arriving_;
     const std::vector<BandSpectrum>& spectra_;
     std::array<Between, kBands> between_;
 };
@@ -213,34 +235,43 @@ LightColour no_colour() {
     return none;
 }
 
-// Evaluates all points, and the mean of each surface.
-std::vector<SurfaceColour> evaluated(const IlluminanceReport& measured, const ColourOf& colour,
-                                     const Workers& workers, Monitor& monitor) {
-    std::vector<SurfaceColour> surfaces;
+// Calls visit(points, colour) for each point that counts, and for all of a surface together.
+template <typename Visit>
+void for_each_colour(const IlluminanceReport& measured, std::vector<SurfaceColour>& surfaces,
+                     const Workers& workers, Visit&& visit) {
     std::size_t first = 0;
-    for (const SurfaceIlluminance& surface : measured.surfaces) {
-        SurfaceColour& done = surfaces.emplace_back();
-        done.points.assign(surface.points.size(), no_colour());
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        const std::vector<PointIlluminance>& points = measured.surfaces[s].points;
         std::vector<std::size_t> lit;
-        for (std::size_t i = 0; i < surface.points.size(); ++i)
-            if (!surface.points[i].is_cut_off()) lit.push_back(first + i);
-        Phase phase(monitor, "colours", lit.size());
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (!points[i].is_cut_off()) lit.push_back(first + i);
         parallel_chunks(workers, static_cast<std::int64_t>(lit.size()), [&](std::int64_t i) {
             const std::size_t point = lit[static_cast<std::size_t>(i)];
-            done.points[point - first].values = colour.of(std::span(&point, 1));
+            visit(std::span(&point, 1), surfaces[s].points[point - first]);
         });
-        phase.advance(lit.size());
-        done.mean = lit.empty() ? no_colour() : LightColour{colour.of(lit)};
-        first += surface.points.size();
+        if (!lit.empty()) visit(std::span<const std::size_t>(lit), surfaces[s].mean);
+        first += points.size();
     }
-    return surfaces;
 }
 
-// Sets the error by the intervals to a share of the change from fewer intervals.
-void set_errors(LightColour& fine, const LightColour& coarse) {
+// Sets the error by the intervals. Where intervals are twice as wide, linear interpolation has about four
+// times the error, and differs by three times the error. There are two choices of every second interval, and
+// the error is taken as half of the greater difference.
+void set_errors(const IlluminanceReport& measured, const ArrivingLight& fine,
+                const std::vector<BandSpectrum>& spectra, int runs, const Workers& workers,
+                std::vector<SurfaceColour>& surfaces) {
     constexpr double kShare = 0.5;
-    for (std::size_t i = 0; i < kColourCount; ++i)
-        fine.by_intervals[i] = kShare * std::fabs(fine.values[i].value - coarse.values[i].value);
+    for (const std::size_t first : {0U, 1U}) {
+        const ArrivingLight wide = every_second(fine, first);
+        const ColourOf colour(wide, spectra, every_second(interval_middles(runs), first));
+        for_each_colour(
+            measured, surfaces, workers, [&](std::span<const std::size_t> points, LightColour& to) {
+                const Quantities other = colour.value(points);
+                for (std::size_t i = 0; i < kColourCount; ++i)
+                    to.by_intervals[i] =
+                        std::max(to.by_intervals[i], kShare * std::fabs(other[i] - to.values[i].value));
+            });
+    }
 }
 
 }  // namespace
@@ -279,20 +310,22 @@ ColourReport colour_on(const IlluminanceReport& measured, const ReadInIntervals&
                        const IlluminanceOptions& options, const std::function<double()>& seconds,
                        Monitor& monitor, int fine_runs) {
     ColourRuns runs(measured, read, options, seconds, monitor);
-    const ArrivingLight coarse = runs.run_all(1);
+    ArrivingLight arriving = runs.run_all(1);
+    const bool grey = is_grey(arriving);
+    if (!grey) arriving = runs.run_all(fine_runs);
+    const int done = grey ? 1 : fine_runs;
     ColourReport report;
-    report.surfaces = evaluated(measured, ColourOf(coarse, runs.spectra(), 1), options.workers, monitor);
-    if (is_grey(coarse)) return report;
-    const ArrivingLight fine = runs.run_all(fine_runs);
-    const std::vector<SurfaceColour> before = std::exchange(
-        report.surfaces,
-        evaluated(measured, ColourOf(fine, runs.spectra(), fine_runs), options.workers, monitor));
-    report.intervals = 3 * fine_runs;
-    for (std::size_t s = 0; s < before.size(); ++s) {
-        set_errors(report.surfaces[s].mean, before[s].mean);
-        for (std::size_t i = 0; i < before[s].points.size(); ++i)
-            set_errors(report.surfaces[s].points[i], before[s].points[i]);
+    if (!grey) report.intervals = 3 * fine_runs;
+    for (const SurfaceIlluminance& surface : measured.surfaces) {
+        report.surfaces.push_back(
+            {std::vector<LightColour>(surface.points.size(), no_colour()), no_colour()});
     }
+    const Phase phase(monitor, "colours", 0);
+    const ColourOf colour(arriving, runs.spectra(), interval_middles(done));
+    for_each_colour(
+        measured, report.surfaces, options.workers,
+        [&](std::span<const std::size_t> points, LightColour& to) { to.values = colour.of(points); });
+    if (!grey) set_errors(measured, arriving, runs.spectra(), fine_runs, options.workers, report.surfaces);
     return report;
 }
 

@@ -9,8 +9,8 @@
 // reflects λ. In a scene of grey surfaces T does not depend on λ, and one run with a light group for each
 // spectrum is exact. In other scenes T is measured in intervals of wavelengths, three in each run (the
 // channels of its colours, WorkingSpace::of_intervals), with the mean reflectance of each interval, and is
-// taken as linear between their middles. How much the results change from three intervals to nine tells the
-// error.
+// taken as linear between their middles. How much the results change if only every second
+// interval is used tells the error.
 //
 // Intervals of confidence follow from batches of independent sensors by the jackknife [Efron and Stein 1981].
 #pragma once

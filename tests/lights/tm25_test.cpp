@@ -294,7 +294,7 @@ TEST_F(Tm25, Spectra_ByIndex_CountByTheirWattsNotTheirScale) {
     EXPECT_TRUE(monitor_.warnings.empty());
     ASSERT_EQ(set.spectra.size(), 2U);
     EXPECT_EQ(set.spectra[0], (Spectrum{{450, 1000}, {470, 1000}}));
-    EXPECT_EQ(set.spectrum, (std::vector<std::uint16_t>{1, 0}));
+    EXPECT_EQ(set.spectrum, (std::vector<std::uint16_t>{0, 1}));
 }
 
 // Returns rays of 1 W each, with these indices into a table of spectra: blue, green and red.

@@ -90,10 +90,10 @@ struct Measured {
     ColourReport colour;
 };
 Measured measure_colour(const std::string& world, const CalculationSurface& surface, int samples,
-                        std::uint64_t seed = 0) {
+                        std::uint64_t seed = 0, int threads = 2) {
     Monitor silent;
     IlluminanceOptions options;
-    options.workers = {2};
+    options.workers = {threads};
     options.most_samples = samples;
     options.seed = seed;
     Measured made{illuminance_on(std::vector{surface}, read(world), options, silent), {}};
@@ -280,26 +280,37 @@ std::array<double, kColourCount> by_bands(const std::string& lamps, const Calcul
     return colour_quantities(e);
 }
 
-TEST(LightColour, Long_InAColouredRoom_IsThatByBandsWithinTheStatedError) {
+TEST(LightColour, Long_InColouredRooms_IsThatByBandsWithinTheStatedError) {
     const std::string lamp = fmt::format(
         "LightSource \"point\" \"point3 from\" [0 0 2.5] \"spectrum I\" {}\n", text_of(300 * warm()));
-    const std::string world =
-        room(spectrum_of(kGreenPaint), spectrum_of(kRedPaint), spectrum_of(kBluePaint)) + lamp;
     const CalculationSurface surface = plane(0.75, 2, {1, 1});
-    const Measured found = measure_colour(world, surface, 16);
-    EXPECT_EQ(found.colour.intervals, 9);
-    const auto truth = by_bands(
-        lamp, surface,
-        [](double nm) {
-            return room(grey(at(kGreenPaint, nm)), grey(at(kRedPaint, nm)), grey(at(kBluePaint, nm)));
-        },
-        16);
-    const LightColour& mean = found.colour.surfaces[0].mean;
-    for (std::size_t i = 0; i < kColourCount; ++i) {
-        std::printf("%s %.6g truth %.6g ± %.3g error %.3g\n", std::string(kColourQuantities[i].name).c_str(),
-                    mean.values[i].value, truth[i], mean.values[i].half_width, mean.by_intervals[i]);
-        EXPECT_NEAR(mean.values[i].value, truth[i], mean.by_intervals[i] + mean.values[i].half_width)
-            << kColourQuantities[i].name;
+    struct Paints {
+        const double (&floor)[16], (&walls)[16], (&ceiling)[16];
+    };
+    for (const Paints& of :
+         {Paints{kGreenPaint, kRedPaint, kBluePaint}, Paints{kRedPaint, kBluePaint, kRedPaint},
+          Paints{kBluePaint, kGreenPaint, kGreenPaint}}) {
+        const std::string world =
+            room(spectrum_of(of.floor), spectrum_of(of.walls), spectrum_of(of.ceiling)) + lamp;
+        const Measured found = measure_colour(world, surface, 8);
+        EXPECT_EQ(found.colour.intervals, 9);
+        const auto truth = by_bands(
+            lamp, surface,
+            [&](double nm) {
+                return room(grey(at(of.floor, nm)), grey(at(of.walls, nm)), grey(at(of.ceiling, nm)));
+            },
+            8);
+        const LightColour& mean = found.colour.surfaces[0].mean;
+        for (std::size_t i = 0; i < kColourCount; ++i) {
+            const double bound = mean.by_intervals[i] + mean.values[i].half_width;
+            std::printf("%s %.6g truth %.6g ± %.3g error %.3g\n",
+                        std::string(kColourQuantities[i].name).c_str(), mean.values[i].value, truth[i],
+                        mean.values[i].half_width, mean.by_intervals[i]);
+            EXPECT_NEAR(mean.values[i].value, truth[i], bound) << kColourQuantities[i].name;
+        }
+        // A room of the mean colour is rejected.
+        EXPECT_LT(mean.by_intervals[0] + mean.values[0].half_width,
+                  std::fabs(truth[0] - colour_quantities(warm())[0]));
     }
 }
 
@@ -312,6 +323,8 @@ TEST(LightColour, IsInTextTablesAndJson) {
     EXPECT_THAT(colour_text(found.report, found.colour), HasSubstr("m-EDI [lx]"));
     EXPECT_TRUE(colour_text(found.report, {}).empty());
     const std::string csv = illuminance_csv(found.report, {}, found.colour);
+    const Measured by_one_thread = measure_colour(world, surface, 2, 0, 1);
+    EXPECT_EQ(illuminance_csv(by_one_thread.report, {}, by_one_thread.colour), csv);
     EXPECT_THAT(csv, HasSubstr(",CCT [K],half-width of 95 % of CCT [K],error of CCT by intervals [K],Duv,"));
     std::size_t columns = 0;
     for (std::size_t at = 0, end = csv.find('\n'); end != csv.npos; at = end + 1, end = csv.find('\n', at)) {
