@@ -28,7 +28,7 @@
 
 namespace lucerna {
 
-// What is measured, in the order of LightColour.
+// Names the quantities, in the order of LightColour.
 struct ColourQuantity {
     std::string_view name, unit;
 };

@@ -44,8 +44,8 @@ inline constexpr const char* kLightGroupPrefix = "lightgroup.";
 struct LightGroups {
     std::vector<std::string> names;
     std::vector<std::uint32_t> of_light;  // per light of the scene: index into `names`
-    // Of a scene in intervals of wavelengths (WorkingSpace), the spectral flux of each group's light per
-    // lumen emitted [W/(nm lm)]; empty otherwise.
+    // Has each group's spectral flux per lumen that its lights emit [W/(nm lm)], if the scene is in intervals
+    // of wavelengths (WorkingSpace); empty otherwise.
     std::vector<BandSpectrum> spectra = {};
     std::uint32_t of_rest = 0;  // the group of light that no light source sends: emission of media
 
