@@ -360,11 +360,10 @@ std::vector<std::string> colour_lines(const ColourReport& colour) {
             errors += fmt::format("{}{} {:.2g}{}{}", i == 0 ? "" : ", ", kColourQuantities[i].name, most[i],
                                   kColourQuantities[i].unit.empty() ? "" : " ", kColourQuantities[i].unit);
         }
-        lines.push_back(
-            fmt::format("reflectances in {} intervals of wavelengths, between which red, green and blue are "
-                        "interpolated, add "
-                        "an error of at most: {}",
-                        colour.intervals, errors));
+        lines.push_back(fmt::format(
+            "reflectances in {} intervals of wavelengths (red, green and blue are interpolated) add an "
+            "error of at most: {}",
+            colour.intervals, errors));
     }
     if (colour.spectra_error > 0) {
         lines.push_back(fmt::format(

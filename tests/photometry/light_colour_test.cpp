@@ -300,14 +300,14 @@ TEST(LightColour, Long_InColouredRooms_IsThatByBandsWithinTheStatedError) {
           Paints{kBluePaint, kGreenPaint, kGreenPaint}}) {
         const std::string world =
             room(spectrum_of(of.floor), spectrum_of(of.walls), spectrum_of(of.ceiling)) + lamp;
-        const Measured found = measure_colour(world, surface, 8);
+        const Measured found = measure_colour(world, surface, 4);
         EXPECT_EQ(found.colour.intervals, 9);
         const auto truth = by_bands(
             lamp, surface,
             [&](double nm) {
                 return room(grey(at(of.floor, nm)), grey(at(of.walls, nm)), grey(at(of.ceiling, nm)));
             },
-            8);
+            4);
         const LightColour& mean = found.colour.surfaces[0].mean;
         for (std::size_t i = 0; i < kColourCount; ++i) {
             const double bound = mean.by_intervals[i] + mean.values[i].half_width;

@@ -41,6 +41,9 @@ combined with files in lumens are converted to lumens by their data on the light
 well as watts. If a file does not have them, or they are wrong, give the light of each file with --colours (528nm, a single
 wavelength; light.spd, a spectrum in a file; file, the file's own data), or its lumens per watt with --efficacy.
 
+If the spectra of all rays are known, the light field keeps one to three spectra of which its light is a mixture, and the error
+of that, for lucerna lux --colour.
+
 --replicates 20 also writes lamp-replicate-01.exr to lamp-replicate-20.exr, from which lucerna lux --replicates computes the
 measurement uncertainty of illuminance. Each is the field of as many rays, drawn from the file's rays with replacement
 (bootstrap), with the flux that the file states; everything that is chosen for the lamp, such as slabs, resolution and

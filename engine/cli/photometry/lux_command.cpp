@@ -297,6 +297,7 @@ void draw_errors(const LuxCommand& command, const IlluminanceReport& report, con
 
 constexpr int kColourRuns = 4;  // at most
 
+// Returns no colours, with a warning, if it was stopped.
 ColourReport colour_of(const LuxCommand& command, const std::set<std::filesystem::path>& lamps,
                        const IlluminanceReport& report, RunTimes& times, Monitor& monitor) {
     const auto read = [&](const WorkingSpace& intervals) {
@@ -304,8 +305,14 @@ ColourReport colour_of(const LuxCommand& command, const std::set<std::filesystem
         overrides.colours = intervals;
         return read_scene(command.common.scene, overrides, command.options.workers, monitor);
     };
-    ColourReport colour = colour_on(
-        report, read, command.options, [&times] { return times.by_lamps(); }, monitor);
+    ColourReport colour;
+    try {
+        colour = colour_on(
+            report, read, command.options, [&times] { return times.by_lamps(); }, monitor);
+    } catch (const Stopped& stopped) {
+        monitor.warn(fmt::format("colours are not computed: {}", stopped.what()));
+        return colour;
+    }
     for (const std::filesystem::path& lamp : lamps) {
         const Lumigraph fields = read_lumigraph(lamp);
         for (const LightField* field : fields_of(fields))
@@ -473,6 +480,8 @@ void act(const LuxCommand& command, const CommandContext& context) {
     }
     if (report.ended_by == "user")
         throw Stopped("interrupted: the confidence intervals are wider than --precision");
+    if (command.colour && page.colour.surfaces.empty() && monitor.stopped())
+        throw Stopped("interrupted: colours are not computed");
     if (uncertainty.replicates < replicates && monitor.stopped()) {
         throw Stopped(fmt::format("interrupted: {} of {} replicates are in the uncertainty",
                                   uncertainty.replicates, replicates));
