@@ -26,11 +26,9 @@ struct ArrivingLight {
     std::size_t groups = 0, intervals = 0;
     std::vector<double> values;  // [point][batch][group][interval]
 
-    double& at(std::size_t point, std::size_t batch, std::size_t group, std::size_t interval) {
-        return values[((point * kColourBatches + batch) * groups + group) * intervals + interval];
-    }
-    double at(std::size_t point, std::size_t batch, std::size_t group, std::size_t interval) const {
-        return const_cast<ArrivingLight&>(*this).at(point, batch, group, interval);
+    // Returns where the first interval of a group is.
+    std::size_t index(std::size_t point, std::size_t batch, std::size_t group) const {
+        return ((point * kColourBatches + batch) * groups + group) * intervals;
     }
 };
 
@@ -44,9 +42,9 @@ ArrivingLight read_run(const RenderResult& result, const std::vector<std::string
         const std::size_t first = find_channel(parts, kLightGroupPrefix + groups[g] + ".R").value();
         for (std::size_t pixel = 0; pixel < points * sensors; ++pixel) {
             const float* rgb = &parts.data[pixel * parts.channels.size() + first];
-            const std::size_t batch = pixel % sensors / each;
+            const std::size_t to = read.index(pixel / sensors, pixel % sensors / each, g);
             for (std::size_t c = 0; c < 3; ++c)
-                read.at(pixel / sensors, batch, g, c) += double{rgb[c]} / static_cast<double>(each);
+                read.values[to + c] += double{rgb[c]} / static_cast<double>(each);
         }
     }
     return read;
@@ -154,8 +152,9 @@ class ColourOf {
         for (std::size_t g = 0; g < arriving_.groups; ++g) {
             std::vector<double> t(arriving_.intervals);
             for (const std::size_t point : points) {
+                const double* from = &arriving_.values[arriving_.index(point, batch, g)];
                 for (std::size_t b = 0; b < t.size(); ++b)
-                    t[b] += arriving_.at(point, batch, g, b) / static_cast<double>(points.size());
+                    t[b] += from[b] / static_cast<double>(points.size());
             }
             for (std::size_t i = 0; i < kBands; ++i) {
                 const Between& at = between_[i];
@@ -199,7 +198,7 @@ class ColourRuns {
             throw Stopped("ended before every point had a sample of its colour");
         return read_run(result, groups, points, sensors);
     }
-    // Returns the transport in 3 `runs` intervals.
+    // Returns what arrives in 3 `runs` intervals.
     ArrivingLight run_all(int runs) {
         const std::vector<double> limits = interval_limits(runs);
         ArrivingLight all;

@@ -144,6 +144,35 @@ void write_point() {
                                    "LightSource \"point\" \"rgb I\" [100 100 100] \"point3 from\" [1 2 2]\n";
 }
 
+TEST_F(RunPhotometry, LuxColour_IsThatOfALampOfKnownSpectrum) {
+    write_point();
+    const auto lux = [](const std::string& scene) {
+        return lucerna_run({"lux", scene, "--surface", "eye=0,0,0:0,0,1e-5:1e-5,0,0", "--facing", "0,0,1",
+                            "--colour", "--samples", "4", "--quiet", "--json", "-", "-o", "eye.csv", "--html",
+                            "eye.html"});
+    };
+    const Outcome unknown = lux("point.pbrt");
+    EXPECT_EQ(unknown.code, 1);
+    EXPECT_THAT(unknown.err, HasSubstr("point.pbrt:4:"));
+    EXPECT_THAT(unknown.err, HasSubstr("the spectrum of this light is not known"));
+    std::string text = text_of("point.pbrt");
+    text.replace(text.find("\"rgb I\" [100 100 100]"), 21, "\"blackbody I\" 3000");
+    std::ofstream("warm.pbrt") << text;
+    const Outcome warm = lux("warm.pbrt");
+    EXPECT_EQ(warm.code, 0) << warm.err;
+    const auto of = nlohmann::json::parse(warm.out)["surfaces"][0];
+    const auto value = [&of](const char* name) { return of["colour"][name]["value"].get<double>(); };
+    EXPECT_NEAR(value("CCT"), 3000, 2);
+    EXPECT_NEAR(value("R_a"), 100, 0.1);
+    EXPECT_NEAR(value("R_f"), 100, 0.1);
+    // A black body of 3000 K has a melanopic DER between those of 2856 K, 0.496, and of 4000 K.
+    const double der = value("m-EDI") / of["mean"]["value"].get<double>();
+    EXPECT_GT(der, 0.50);
+    EXPECT_LT(der, 0.56);
+    EXPECT_THAT(text_of("eye.csv"), HasSubstr(",m-EDI [lx],"));
+    EXPECT_THAT(text_of("eye.html"), HasSubstr("Colour of the light"));
+}
+
 TEST_F(RunPhotometry, Lux_OfAKindWithoutAFacing_RefusesOne) {
     write_point();
     const auto lux = [](const std::string& kind, const std::string& facing) {

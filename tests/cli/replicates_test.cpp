@@ -218,15 +218,15 @@ TEST_F(Replicates, LampsWithDifferentNumbers_UseTheSmallest) {
 
 TEST(RunTimes, ShareOutWhatIsLeft) {
     const Stopwatch clock;
-    RunTimes alone(clock, 1e6, false, 0);
+    RunTimes alone(clock, 1e6, 1, 0);
     EXPECT_NEAR(alone.by_lamps(), 1e6, 100);
-    RunTimes times(clock, 1e6, false, 30);
+    RunTimes times(clock, 1e6, 1, 30);
     EXPECT_NEAR(times.by_lamps(), 0.25e6, 100);
     // The remaining time is shared among the remaining replicates.
     EXPECT_NEAR(times.by_replicate(0), 1e6 / 30, 100);
     EXPECT_NEAR(times.by_replicate(0.5e6), 0.5e6, 100);
     EXPECT_NEAR(times.by_replicate(2e6), 1e6, 100);
-    RunTimes with_far_field(clock, 1e6, true, 30);
+    RunTimes with_far_field(clock, 1e6, 3, 30);
     EXPECT_NEAR(with_far_field.by_lamps(), 1e6 / 6, 100);
     EXPECT_NEAR(with_far_field.by_lamps(), 0.2e6, 100);
 }
@@ -254,7 +254,7 @@ TEST_F(Replicates, RunsEndWithTheTimeAndTheUser) {
     options.most_samples = 1;
     const IlluminanceReport whole = illuminance_on(surfaces, std::move(job), options, silent);
     const Stopwatch clock;
-    RunTimes none(clock, 0, false, 5), endless(clock, INFINITY, false, 10);
+    RunTimes none(clock, 0, 1, 5), endless(clock, INFINITY, 1, 10);
     EXPECT_EQ(by_replicates(common, surfaces, whole, options, 5, none, silent).size(), 0U);
     EXPECT_EQ(by_replicates(common, surfaces, whole, options, 5, endless, silent).size(), 5U);
     StopsAtTheThird impatient;
