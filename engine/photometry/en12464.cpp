@@ -55,7 +55,8 @@ class Builder {
             const auto room = room_of(task);
             if (!room) continue;
             if (needs(Requirement::surround)) add(Area::surround, surround(task, *room));
-            if (needs(Requirement::background) && is_level(task)) add(Area::background, background(task, *room));
+            if (needs(Requirement::background) && is_level(task))
+                add(Area::background, background(task, *room));
         }
         for (std::size_t i = 0; i < made_.rooms.size(); ++i)
             add_room(made_.rooms[i], made_.rooms.size() > 1 ? fmt::format("room {}: ", i + 1) : "");
@@ -266,11 +267,21 @@ constexpr AreaRule kRules[] = {{Area::task, Requirement::em, 0},
                                {Area::ceiling, Requirement::ceiling, kUniformElsewhere},
                                {Area::cylindrical, Requirement::ez, kUniformElsewhere}};
 
-// Returns the uniformity, whose interval is all below its value if no light was found at the darkest point: it
-// is not known then how little there is.
+// Returns the uniformity, whose interval is all below its value if no light was found at the darkest point:
+// it is not known then how little there is.
 Verdict verdict_of_uniformity(const SurfaceIlluminance& surface, const RequiredRange& range) {
     const bool is_found = surface.least.value > 0;
     return is_found ? verdict_of(surface.uniformity, range) : Verdict::undecided;
+}
+
+// Returns R_a of a surface's mean light, with its error by intervals of wavelengths in the interval; NaN if
+// it was not computed.
+Reading95 colour_rendering(const ColourReport& colour, std::size_t surface) {
+    constexpr std::size_t kRa = 2;
+    static_assert(kColourQuantities[kRa].name == "R_a");
+    if (colour.surfaces.empty()) return {NAN, 0};
+    const LightColour& mean = colour.surfaces[surface].mean;
+    return {mean.values[kRa].value, mean.values[kRa].half_width + mean.by_intervals[kRa]};
 }
 
 Reading95 ratio(const Reading95& a, const Reading95& b) {
@@ -323,7 +334,8 @@ Verdict verdict_of(const Reading95& value, const RequiredRange& limits) {
 }
 
 std::vector<Judgement> judge(const RoomSurfaces& room, std::span<const SurfaceIlluminance> surfaces,
-                             std::span<const GlareReport> glare, const Requirements& requirements) {
+                             std::span<const GlareReport> glare, const ColourReport& colour,
+                             const Requirements& requirements) {
     std::vector<Judgement> all;
     const auto add = [&all](const std::string& what, const std::string& of, const char* unit,
                             const Reading95& value, const RequiredRange& limits) {
@@ -343,6 +355,12 @@ std::vector<Judgement> judge(const RoomSurfaces& room, std::span<const SurfaceIl
             if (limits && rule.uniformity > 0) add_uniformity(surface, {rule.uniformity, 0});
             if (const auto& u0 = required(requirements, Requirement::u0); u0 && rule.area == Area::task)
                 add_uniformity(surface, *u0);
+        }
+    }
+    if (const auto& limits = required(requirements, Requirement::ra)) {
+        for (std::size_t i = 0; i < surfaces.size(); ++i) {
+            if (room.areas[i] == Area::task)
+                add("Ra", surfaces[i].surface.name, "", colour_rendering(colour, i), *limits);
         }
     }
     if (const auto& limits = required(requirements, Requirement::modelling)) {

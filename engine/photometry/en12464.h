@@ -13,19 +13,32 @@
 
 #include "engine/photometry/glare.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/photometry/light_colour.h"
 #include "engine/photometry/room.h"
 
 namespace lucerna {
 
 // The number of the requirements' names below is the same.
-enum class Requirement : std::uint8_t { em, u0, surround, background, walls, ceiling, ez, modelling, ugr };
+enum class Requirement : std::uint8_t {
+    em,
+    u0,
+    ra,
+    surround,
+    background,
+    walls,
+    ceiling,
+    ez,
+    modelling,
+    ugr
+};
 
 struct RequirementName {
     const char *name, *what;
 };
-inline constexpr std::array<RequirementName, 9> kRequirements{{
+inline constexpr std::array<RequirementName, 10> kRequirements{{
     {"Em", "mean illuminance of each task area [lx], at least"},
     {"U0", "uniformity of each task area, at least"},
+    {"Ra", "colour rendering index of the mean light of each task area, at least; the lamps need spectra"},
     {"surround",
      "mean illuminance of the band of 0.5 m around each task area [lx], at least; uniformity at "
      "least 0.40"},
@@ -85,8 +98,10 @@ struct Judgement {
 // Compares the interval of a value with its limits. A value is undecided whose interval holds a limit.
 Verdict verdict_of(const Reading95& value, const RequiredRange& limits);
 
-// `surfaces` are those of a report of room_surfaces(), `glare` the reports of its observers.
+// `surfaces` and `colour` are those of reports on room_surfaces(), `glare` the reports of its observers. The
+// colour rendering index is undecided if `colour` was not computed.
 std::vector<Judgement> judge(const RoomSurfaces& room, std::span<const SurfaceIlluminance> surfaces,
-                             std::span<const GlareReport> glare, const Requirements& requirements);
+                             std::span<const GlareReport> glare, const ColourReport& colour,
+                             const Requirements& requirements);
 
 }  // namespace lucerna

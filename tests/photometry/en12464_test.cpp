@@ -79,7 +79,7 @@ class Computed {
         glare_ = glare_at(room_.observers, scene_of(world), of_glare, silent);
     }
     std::vector<Judgement> judged(const Requirements& requirements) const {
-        return judge(room_, report_.surfaces, glare_, requirements);
+        return judge(room_, report_.surfaces, glare_, {}, requirements);
     }
 
   private:
@@ -244,6 +244,26 @@ TEST(En12464, TheBackgroundLeavesOutTheSurroundAndEndsAtTheWalls) {
                           return std::fabs(p.z) < 1e-5 && within(p, 0, 5, 0, 4) && !within(p, 1, 4, 0.5, 3);
                       }),
               10);
+}
+
+// The mean light of the task has R_a 82 ± 0.5, and ± 1 by intervals of wavelengths.
+TEST(En12464, ColourRendering_IsJudgedByItsWholeInterval) {
+    RoomSurfaces room;
+    room.areas = {Area::task};
+    const std::vector<SurfaceIlluminance> surfaces(1);
+    ColourReport colour;
+    colour.surfaces.resize(1);
+    colour.surfaces[0].mean.values[2] = {82, 0.5};
+    colour.surfaces[0].mean.by_intervals[2] = 1;
+    const auto verdict = [&](const char* word, const ColourReport& of) {
+        const std::vector<Judgement> all = judge(room, surfaces, {}, of, required(word));
+        EXPECT_EQ(all.size(), 1U);
+        return all.at(0).verdict;
+    };
+    EXPECT_EQ(verdict("Ra=80", colour), Verdict::met);
+    EXPECT_EQ(verdict("Ra=81", colour), Verdict::undecided);
+    EXPECT_EQ(verdict("Ra=84", colour), Verdict::missed);
+    EXPECT_EQ(verdict("Ra=80", {}), Verdict::undecided);
 }
 
 TEST(En12464, TheSurroundOfATask_IsThatOfTheStandardsTable) {

@@ -12,30 +12,17 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
-#include "engine/cli/light/light_commands.h"
 #include "engine/cli/photometry/luminaire_types.h"
 #include "engine/cli/photometry/lux_page.h"
-#include "engine/cli/photometry/lux_replicates.h"
-#include "engine/cli/photometry/photometry_options.h"
+#include "engine/cli/photometry/lux_runs.h"
 #include "engine/cli/photometry/plan_files.h"
-#include "engine/cli/photometry/surface_options.h"
 #include "engine/cli/render/checkpointing.h"
 #include "engine/colour/tone.h"
 #include "engine/image/displayed.h"
 #include "engine/image/image.h"
-#include "engine/photometry/daylight_factor.h"
-#include "engine/photometry/en12464.h"
-#include "engine/photometry/far_field_error.h"
-#include "engine/photometry/glare.h"
-#include "engine/photometry/illuminance.h"
 #include "engine/photometry/illuminance_text.h"
-#include "engine/photometry/light_colour.h"
-#include "engine/photometry/maintenance.h"
-#include "engine/photometry/measurement_uncertainty.h"
 #include "engine/system/printed_page.h"
 #include "engine/text/plain_text.h"
-#include "lights/measurement/plane_irradiance.h"
-#include "lights/measurement/ray_bootstrap.h"
 
 namespace lucerna {
 namespace {
@@ -113,87 +100,11 @@ Examples:
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
-constexpr double kPrecisionOfReports = 0.005;
-
-struct LuxCommand {
-    PhotometryOptions common;
-    std::string image, html, pdf, plan, picture;
-    bool has_page() const { return !html.empty() || !pdf.empty(); }
-    SurfaceOptions surfaces;
-    IlluminanceOptions options;
-    Requirements requirements;
-    MaintenanceFactors maintenance;
-    std::vector<std::pair<std::string, std::string>> about;
-    double eye_height = 1.2;  // m
-    bool daylight_factor = false, far_field_error = false, replicates = false, colour = false;
-    bool has_precision = false;
-    bool requires_any() const {
-        return std::ranges::any_of(requirements, [](const auto& range) { return range.has_value(); });
-    }
-};
-
-std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
-    std::vector<CalculationSurface> surfaces = command.surfaces.all(job);
-    if (surfaces.empty()) {
-        if (const std::string& option = command.surfaces.shaped_by; !option.empty() && !job.surfaces.empty())
-            throw InputError(
-                {option},
-                "applies to --height, --floors and --surface only, and not to the scene's surfaces");
-        surfaces = job.surfaces;
-    }
-    if (surfaces.empty()) {
-        throw InputError({command.common.scene},
-                         "has no CalculationSurface; use --height 0.75, --floors 0.75 or --surface "
-                         "NAME=X,Y,Z:X,Y,Z:X,Y,Z");
-    }
-    return surfaces;
-}
-
-// The surfaces of the requirements and the glare ratings of their observers.
-struct Required {
-    RoomSurfaces room;
-    std::vector<GlareReport> glare;
-};
-
-Required required_of(const LuxCommand& command, std::span<const CalculationSurface> tasks, const Job& job,
-                     Monitor& monitor) {
-    const int up = command.surfaces.up_axis.value_or(up_axis_of(job.camera));
-    const bool right_handed = job.camera.settings().world_from_camera.determinant() < 0;
-    Required required{
-        room_surfaces(job.scene, tasks, command.requirements, command.eye_height, up, right_handed), {}};
-    if (required.room.observers.empty()) return required;
-    GlareOptions options;
-    options.seed = command.options.seed;
-    options.workers = command.options.workers;
-    options.seconds = 0.2 * command.options.seconds;
-    CommandFiles same;  // the files of the first reading
-    required.glare = glare_at(required.room.observers, command.common.read(options.workers, same, monitor),
-                              options, monitor);
-    return required;
-}
-
 RoomText room_text(const Room& room, const Scene& scene) {
     const V3d size = room.bounds().size();
     const int up = room.up_axis();
     return {V3d(size[(up + 1) % 3], size[(up + 2) % 3], size[up]), room.walls().size(),
             room.reflectances(scene)};
-}
-
-// Returns the illuminance that daylight factors are relative to.
-double sky_of(const LuxCommand& command, const Scene& scene) {
-    for (const auto& [is_set, option] : {std::pair(command.far_field_error, "--far-field-error"),
-                                         std::pair(command.replicates, "--replicates")}) {
-        if (is_set) throw InputError({option}, "is about lamps, which a daylight factor leaves out");
-    }
-    for (const auto& [is_set, option] : {std::pair(command.maintenance.applies(), "--maintenance-factor"),
-                                         std::pair(command.requires_any(), "--require")}) {
-        if (is_set) throw InputError({option}, "is about illuminances, not about daylight factors");
-    }
-    try {
-        return sky_illuminance(scene);
-    } catch (const InputError& error) {
-        throw InputError({command.common.scene}, error.what());
-    }
 }
 
 constexpr std::string_view kErrorMap = "error", kOpeningErrorMap = "opening-error",
@@ -207,59 +118,6 @@ std::string end_text(const IlluminanceReport& report) {
     return fmt::format("{}; {} samples for each point, {}", reached,
                        static_cast<std::int64_t>(report.sensors) * report.samples,
                        duration_text(report.seconds));
-}
-
-struct ByFarField {
-    IlluminanceReport report;
-    double floor = 0;          // the largest error of the lamps' grids
-    bool has_opening = false;  // of any lamp
-};
-
-// Measures the same points with the lamps' far fields, which shine from a point or from the luminous opening
-// that `light farfield` writes.
-ByFarField by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
-                        double seconds, bool from_point, Monitor& monitor) {
-    ByFarField result;
-    PhotometryOptions common = command.common;
-    const Workers& workers = command.options.workers;
-    std::size_t lamps = 0;
-    FarFieldGrid as_rendered;
-    as_rendered.as_rendered = true;
-    common.overrides.far_field = [&](const std::filesystem::path& file) {
-        ++lamps;
-        PhotometricWeb made = far_field_of(file, as_rendered, workers, monitor);
-        result.floor = std::max(result.floor, made.info().grid_error);
-        result.has_opening = result.has_opening || made.info().opening.faces().second > 0;
-        if (from_point) made.set_opening({});
-        return made;
-    };
-    CommandFiles same;  // the files of the first reading
-    Job job = common.read(workers, same, monitor);
-    if (lamps == 0) {
-        throw InputError({command.common.scene},
-                         "has no measured lamp; --far-field-error compares the near field of a light field "
-                         "or ray file with its far field");
-    }
-    IlluminanceOptions options = command.options;
-    // Independent of the other computations.
-    options.seed ^= from_point ? 0x9e3779b97f4a7c15U : 0xd1b54a32d192ed03U;
-    options.seconds = seconds;
-    result.report = illuminance_on(surfaces, std::move(job), options, monitor);
-    maintain(result.report, command.maintenance);
-    return result;
-}
-
-// The run from the opening is left out if no lamp has one, as ray files have not.
-FarFieldErrors far_field_errors_of(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
-                                   const IlluminanceReport& near, RunTimes& times, Monitor& monitor) {
-    FarFieldErrors errors;
-    const ByFarField point = by_far_field(command, surfaces, times.by_lamps(), true, monitor);
-    errors.floor = point.floor;
-    errors.from_point = far_field_errors(near, point.report);
-    if (!point.has_opening) return errors;
-    const ByFarField opening = by_far_field(command, surfaces, times.by_lamps(), false, monitor);
-    errors.from_opening = far_field_errors(near, opening.report);
-    return errors;
 }
 
 PlanFigure error_plan(PlanFigure plan, const FarFieldError& error, std::string_view from) {
@@ -295,46 +153,6 @@ void draw_errors(const LuxCommand& command, const IlluminanceReport& report, con
     draw(errors.from_opening, "the luminous opening", kOpeningErrorMap);
 }
 
-constexpr int kColourRuns = 4;  // at most
-
-// Returns no colours, with a warning, if it was stopped.
-ColourReport colour_of(const LuxCommand& command, const std::set<std::filesystem::path>& lamps,
-                       const IlluminanceReport& report, RunTimes& times, Monitor& monitor) {
-    const auto read = [&](const WorkingSpace& intervals) {
-        SceneOverrides overrides = command.common.overrides;
-        overrides.colours = intervals;
-        return read_scene(command.common.scene, overrides, command.options.workers, monitor);
-    };
-    ColourReport colour;
-    try {
-        colour = colour_on(
-            report, read, command.options, [&times] { return times.by_lamps(); }, monitor);
-    } catch (const Stopped& stopped) {
-        monitor.warn(fmt::format("colours are not computed: {}", stopped.what()));
-        return colour;
-    }
-    for (const std::filesystem::path& lamp : lamps) {
-        const Lumigraph fields = read_lumigraph(lamp);
-        for (const LightField* field : fields_of(fields))
-            colour.spectra_error = std::max(colour.spectra_error, field->info().spectra.error);
-    }
-    return colour;
-}
-
-// Returns no uncertainty, with a warning, if there are too few replicates.
-MeasurementUncertainty uncertainty_of(const IlluminanceReport& report,
-                                      const std::vector<IlluminanceReport>& by_replicate, int asked,
-                                      Monitor& monitor) {
-    const int done = static_cast<int>(by_replicate.size());
-    if (done < kLeastReplicates) {
-        monitor.warn(fmt::format("{} of {} replicates were computed; an uncertainty needs at least {}", done,
-                                 asked, kLeastReplicates));
-        return {};
-    }
-    if (done < asked) monitor.warn(fmt::format("{} of {} replicates were computed", done, asked));
-    return measurement_uncertainty(report, by_replicate);
-}
-
 PlanFigure uncertainty_plan(const IlluminanceReport& report, const MeasurementUncertainty& uncertainty,
                             std::size_t surface) {
     std::vector<double> values;
@@ -356,6 +174,90 @@ void show_denoised(Image& image) {
     }
 }
 
+std::optional<Image> picture_of(const LuxCommand& command, CommandFiles& files) {
+    if (command.picture.empty()) return std::nullopt;
+    if (!command.has_page()) throw InputError({"--picture"}, "applies only together with --html or --pdf");
+    files.reads(command.picture);
+    Image image = read_exr(command.picture);
+    show_denoised(image);
+    const PictureLook look = PictureOptions().look(image);
+    return displayed(image, look);
+}
+
+void declare_images(const LuxCommand& command, std::size_t surfaces, CommandFiles& files) {
+    for (std::size_t i = 0; i < surfaces; ++i) {
+        if (!command.image.empty()) files.writes(of_surface(command.image, i), ".exr", "--image");
+        if (command.plan.empty()) continue;
+        const std::filesystem::path plan = of_surface(command.plan, i);
+        declare_plan(plan, files);
+        for (const std::string_view map : {kErrorMap, kOpeningErrorMap}) {
+            if (command.far_field_error) declare_plan(of_map(plan, map), files);
+        }
+        if (command.replicates) declare_plan(of_map(plan, kUncertaintyMap), files);
+    }
+}
+
+void warn_of_points_outside(std::span<const CalculationSurface> surfaces, const Scene& scene,
+                            Monitor& monitor) {
+    for (const CalculationSurface& surface : surfaces) {
+        std::vector<V3d> points;
+        for (int y = 0; y < surface.points.y; ++y) {
+            for (int x = 0; x < surface.points.x; ++x) {
+                if (surface.counts(x, y)) points.push_back(surface.position(x, y));
+            }
+        }
+        warn_outside(scene, "surface \"" + plain_text(surface.name) + "\"", points, monitor);
+    }
+}
+
+// Describes what a report shows of the scene.
+LuxPage page_of(const LuxCommand& command, const RoomSurfaces& room, const Job& job, Monitor& monitor) {
+    LuxPage page{command.common.scene, {}, {}, command.options.seed};
+    page.maintenance = command.maintenance;
+    const int up = command.up_axis(job);
+    for (const CalculationSurface& surface : room.surfaces) {
+        const bool is_drawn = command.has_page() || !command.plan.empty();
+        page.model.push_back(is_drawn ? model_lines(job.scene, surface, up) : std::vector<PlanDrawing>());
+    }
+    if (!command.has_page()) return page;
+    page.facts = picture_facts(job, command.options.seed);
+    page.about = command.about;
+    page.tasks = static_cast<std::size_t>(std::ranges::count(room.areas, Area::task));
+    page.luminaires = luminaire_types(job.scene, command.options.workers, monitor);
+    for (const Room& each : room.rooms) page.rooms.push_back(room_text(each, job.scene));
+    return page;
+}
+
+// Writes the images and plans, and adds the further plans to the page.
+void write_images(const LuxCommand& command, const LuxResults& results, LuxPage& page) {
+    const IlluminanceReport& report = results.report;
+    for (std::size_t i = 0; i < report.surfaces.size(); ++i) {
+        if (!command.image.empty())
+            write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
+        if (!command.plan.empty())
+            write_plan(of_surface(command.plan, i), plan_of(report.surfaces[i], report, page.model[i]));
+    }
+    draw_errors(command, report, results.errors, page);
+    for (std::size_t i = 0; i < results.uncertainty.surfaces.size(); ++i) {
+        const PlanFigure plan = uncertainty_plan(report, results.uncertainty, i);
+        page.more_plans.push_back(plan);
+        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), plan);
+    }
+}
+
+void print(const LuxCommand& command, const LuxResults& results, std::ostream& out) {
+    const auto& [report, glare, judgements, errors, colour, uncertainty] = results;
+    if (command.common.prints_json()) {
+        out << illuminance_json(report, uncertainty, errors, colour, judgements);
+        return;
+    }
+    if (!command.common.json.empty())
+        write_text(command.common.json, illuminance_json(report, uncertainty, errors, colour, judgements));
+    out << illuminance_text(report) << judgements_text(judgements) << end_text(report) << '\n';
+    out << colour_text(report, colour) << far_field_text(errors);
+    if (uncertainty.replicates > 0) out << uncertainty_text(report, uncertainty);
+}
+
 void act(const LuxCommand& command, const CommandContext& context) {
     const Stopwatch clock;
     CommandFiles files;
@@ -363,16 +265,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
     if (!command.html.empty()) files.writes(command.html, ".html", "--html");
     if (!command.pdf.empty()) files.writes(command.pdf, ".pdf", "--pdf");
     const std::string browser = command.pdf.empty() ? std::string() : printing_browser("--pdf");
-    std::optional<Image> picture;
-    if (!command.picture.empty()) {
-        if (!command.has_page())
-            throw InputError({"--picture"}, "applies only together with --html or --pdf");
-        files.reads(command.picture);
-        Image image = read_exr(command.picture);
-        show_denoised(image);
-        const PictureLook look = PictureOptions().look(image);
-        picture = displayed(image, look);
-    }
+    std::optional<Image> picture = picture_of(command, files);
     ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
     std::set<std::filesystem::path> lamps;
     PhotometryOptions common = command.common;
@@ -382,110 +275,24 @@ void act(const LuxCommand& command, const CommandContext& context) {
     };
     common.overrides.without_sun = command.daylight_factor;
     Job job = common.read(command.options.workers, files, monitor);
-    const double sky = command.daylight_factor ? sky_of(command, job.scene) : 0;
-    const StopOnSignals listening(context.process);
-    const Required required = required_of(command, surfaces_of(command, job), job, monitor);
-    const std::vector<CalculationSurface>& surfaces = required.room.surfaces;
-    const int replicates =
-        command.replicates ? replicates_of(lamps, command.common.scene, files, monitor) : 0;
-    for (std::size_t i = 0; i < surfaces.size(); ++i) {
-        if (!command.image.empty()) files.writes(of_surface(command.image, i), ".exr", "--image");
-        if (!command.plan.empty()) declare_plan(of_surface(command.plan, i), files);
-        for (const std::string_view map : {kErrorMap, kOpeningErrorMap}) {
-            if (!command.plan.empty() && command.far_field_error)
-                declare_plan(of_map(of_surface(command.plan, i), map), files);
-        }
-        if (!command.plan.empty() && command.replicates)
-            declare_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), files);
-    }
-    for (const CalculationSurface& surface : surfaces) {
-        std::vector<V3d> points;
-        for (int y = 0; y < surface.points.y; ++y) {
-            for (int x = 0; x < surface.points.x; ++x) {
-                if (surface.counts(x, y)) points.push_back(surface.position(x, y));
-            }
-        }
-        warn_outside(job.scene, "surface \"" + plain_text(surface.name) + "\"", points, monitor);
-    }
-    LuxPage page{command.common.scene, {}, std::move(picture), command.options.seed};
-    page.maintenance = command.maintenance;
-    const int up = command.surfaces.up_axis.value_or(up_axis_of(job.camera));
-    for (const CalculationSurface& surface : surfaces) {
-        const bool is_drawn = command.has_page() || !command.plan.empty();
-        page.model.push_back(is_drawn ? model_lines(job.scene, surface, up) : std::vector<PlanDrawing>());
-    }
-    if (command.has_page()) {
-        page.facts = picture_facts(job, command.options.seed);
-        page.about = command.about;
-        page.tasks = static_cast<std::size_t>(std::ranges::count(required.room.areas, Area::task));
-        page.luminaires = luminaire_types(job.scene, command.options.workers, monitor);
-        for (const Room& room : required.room.rooms) page.rooms.push_back(room_text(room, job.scene));
-        page.glare = required.glare;
-    }
+    const LuxRuns runs(command, clock, lamps, job, files, monitor);
+    declare_images(command, runs.surfaces().size(), files);
+    warn_of_points_outside(runs.surfaces(), job.scene, monitor);
+    LuxPage page = page_of(command, runs.room(), job, monitor);
+    page.picture = std::move(picture);
 
-    IlluminanceOptions options = command.options;
-    if (command.has_page() && !command.has_precision) options.precision = kPrecisionOfReports;
-    const int runs = 1 + (command.far_field_error ? 2 : 0) + (command.colour ? kColourRuns : 0);
-    RunTimes times(clock, command.options.seconds, runs, replicates);
-    options.seconds = times.by_lamps();
-    IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
-    if (command.daylight_factor) report = daylight_factors(std::move(report), sky);
-    maintain(report, command.maintenance);
-    const std::vector<Judgement> judgements =
-        judge(required.room, report.surfaces, required.glare, command.requirements);
-    FarFieldErrors errors;
-    if (command.far_field_error) errors = far_field_errors_of(command, surfaces, report, times, monitor);
-    if (command.colour && report.ended_by != "user")
-        page.colour = colour_of(command, lamps, report, times, monitor);
-    if (replicates > 0 && report.ended_by != "user") {
-        std::vector<IlluminanceReport> by_replicate =
-            by_replicates(command.common, surfaces, report, command.options, replicates, times, monitor);
-        for (IlluminanceReport& of_replicate : by_replicate) maintain(of_replicate, command.maintenance);
-        page.uncertainty = uncertainty_of(report, by_replicate, replicates, monitor);
-        if (page.uncertainty.replicates > 0) {
-            for (const std::filesystem::path& lamp : lamps)
-                page.uncertainty.fields.push_back(
-                    field_error(lamp.string(), fields_of(read_lumigraph(lamp))));
-        }
-    }
-    const MeasurementUncertainty& uncertainty = page.uncertainty;
+    const StopOnSignals listening(context.process);
+    const LuxResults results = runs.compute(std::move(job));
     if (!command.common.csv.empty())
-        write_text(command.common.csv, illuminance_csv(report, uncertainty, page.colour));
-    for (std::size_t i = 0; i < surfaces.size(); ++i) {
-        if (!command.image.empty())
-            write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
-        if (!command.plan.empty())
-            write_plan(of_surface(command.plan, i), plan_of(report.surfaces[i], report, page.model[i]));
-    }
-    draw_errors(command, report, errors, page);
-    for (std::size_t i = 0; i < uncertainty.surfaces.size(); ++i) {
-        const PlanFigure plan = uncertainty_plan(report, uncertainty, i);
-        page.more_plans.push_back(plan);
-        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), plan);
-    }
-    page.judgements = judgements;
+        write_text(command.common.csv, illuminance_csv(results.report, results.uncertainty, results.colour));
+    write_images(command, results, page);
     if (command.has_page()) {
-        const std::string html = lux_page(report, page);
+        const std::string html = lux_page(results, page);
         if (!command.html.empty()) write_text(command.html, html);
         if (!command.pdf.empty()) print_page(html, command.pdf, browser);
     }
-    if (command.common.prints_json()) {
-        context.out << illuminance_json(report, uncertainty, errors, page.colour, judgements);
-    } else {
-        if (!command.common.json.empty())
-            write_text(command.common.json, illuminance_json(report, uncertainty, errors, page.colour, judgements));
-        context.out << illuminance_text(report) << judgements_text(judgements) << end_text(report) << '\n';
-        context.out << colour_text(report, page.colour) << far_field_text(errors);
-        if (uncertainty.replicates > 0) context.out << uncertainty_text(report, uncertainty);
-    }
-    if (report.ended_by == "user")
-        throw Stopped("interrupted: the confidence intervals are wider than --precision");
-    if (command.colour && page.colour.surfaces.empty() && monitor.stopped())
-        throw Stopped("interrupted: colours are not computed");
-    if (uncertainty.replicates < replicates && monitor.stopped()) {
-        throw Stopped(fmt::format("interrupted: {} of {} replicates are in the uncertainty",
-                                  uncertainty.replicates, replicates));
-    }
+    print(command, results, context.out);
+    runs.throw_if_stopped(results);
 }
 
 }  // namespace

@@ -196,7 +196,9 @@ std::string about(const LuxPage& page) {
     return html + "</table>\n";
 }
 
-std::string maintenance_text(const MaintenanceFactors& factors) {
+// A daylight factor knows no maintenance.
+std::string maintenance_text(const IlluminanceReport& report, const MaintenanceFactors& factors) {
+    if (report.sky_illuminance > 0) return {};
     if (!factors.applies()) return "Initial values: no maintenance factor is applied.";
     std::string text = fmt::format("Maintained values, with the maintenance factor {:g}", factors.all);
     for (const auto& [group, factor] : factors.groups)
@@ -259,7 +261,8 @@ PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& r
     return plan;
 }
 
-std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
+std::string lux_page(const LuxResults& results, const LuxPage& page) {
+    const IlluminanceReport& report = results.report;
     std::string plans, further;
     for (std::size_t i = 0; i < report.surfaces.size(); ++i) {
         const SurfaceIlluminance& surface = report.surfaces[i];
@@ -280,17 +283,17 @@ std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
          {"style", std::string(kPageStyle)},
          {"about", about(page)},
          {"verdict", html_text(fmt::format("{}. {}", capitalised(unit_as_written(quantity_text(report))),
-                                           maintenance_text(page.maintenance)))},
+                                           maintenance_text(report, page.maintenance)))},
          {"summary", summary(report)},
          {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",
                                                 data_url(*page.picture))
                                   : std::string()},
-         {"requirements", requirements(page.judgements)},
+         {"requirements", requirements(results.judgements)},
          {"rooms", rooms(page.rooms)},
-         {"colour", colours(report, page.colour)},
-         {"uncertainty", uncertainty(report, page.uncertainty)},
+         {"colour", colours(report, results.colour)},
+         {"uncertainty", uncertainty(report, results.uncertainty)},
          {"plans", plans},
-         {"glare", glare(page.glare)},
+         {"glare", glare(results.glare)},
          {"luminaires", luminaires(report, page.luminaires)},
          {"places", places(report)},
          {"settings", settings(report, page)},

@@ -6,12 +6,8 @@
 #include <string>
 
 #include "engine/cli/photometry/luminaire_types.h"
+#include "engine/cli/photometry/lux_runs.h"
 #include "engine/figures/figure.h"
-#include "engine/photometry/en12464.h"
-#include "engine/photometry/illuminance.h"
-#include "engine/photometry/light_colour.h"
-#include "engine/photometry/maintenance.h"
-#include "engine/photometry/measurement_uncertainty.h"
 #include "engine/text/facts.h"
 
 namespace lucerna {
@@ -34,18 +30,14 @@ struct LuxPage {
     std::optional<Image> picture;  // display-referred
     std::uint64_t seed = 0;
     std::vector<PlanFigure> more_plans = {};
-    ColourReport colour = {};
-    MeasurementUncertainty uncertainty = {};
     MaintenanceFactors maintenance = {};
     std::vector<std::pair<std::string, std::string>> about = {};  // lines of the heading: project, author
-    std::vector<Judgement> judgements = {};
-    std::vector<GlareReport> glare = {};
     std::vector<RoomText> rooms = {};
     std::vector<LuminaireType> luminaires = {};
     std::vector<std::vector<PlanDrawing>> model = {};  // of each surface
     std::size_t tasks = 0;                             // how many of the surfaces, the first, are task areas
 };
 // Returns one self-contained HTML file without scripts.
-std::string lux_page(const IlluminanceReport& report, const LuxPage& page);
+std::string lux_page(const LuxResults& results, const LuxPage& page);
 
 }  // namespace lucerna
