@@ -90,8 +90,9 @@ class Drawing {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 "
             "{0:.0f} "
             "{1:.0f}\" font-family=\"{2}, Verdana, sans-serif\" font-size=\"{3:g}\" fill=\"#000000\">\n"
-            "<title>{4}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{5}</svg>\n",
-            std::ceil(width), std::ceil(height), kFont, kFontSize, svg_text(title), elements_);
+            "{4}<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{5}</svg>\n",
+            std::ceil(width), std::ceil(height), kFont, kFontSize,
+            title.empty() ? std::string() : fmt::format("<title>{}</title>\n", svg_text(title)), elements_);
     }
 
   private:

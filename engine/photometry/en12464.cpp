@@ -26,6 +26,7 @@ std::string names() {
 RequiredRange parse_range(const Location& at, Requirement requirement, std::string_view word) {
     constexpr double kMost = 1e6;
     if (requirement == Requirement::ugr) return {0, parse_number(at, word, 0, 100)};
+    if (requirement == Requirement::ra) return {parse_number(at, word, 0, 100), 0};
     if (requirement != Requirement::modelling) return {parse_number(at, word, 0, kMost), 0};
     const std::size_t dash = word.find('-');
     if (dash == word.npos) input_error(at, "modelling={} is not a range; expected for example 0.3-0.6", word);

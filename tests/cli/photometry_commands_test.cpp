@@ -56,7 +56,7 @@ TEST_F(RunPhotometry, DaylightFactor_IsInAllOutputs) {
                 HasSubstr("daylight factor in %; ± is the half-width of the 95 % confidence interval; "
                           "100 % is 15708 lx, the illuminance of an unobstructed horizontal plane"));
     EXPECT_THAT(text_of("lux.csv"), HasSubstr("z,D [%],half-width of 95 % [%],direct [%],indirect [%]\n"));
-    EXPECT_THAT(text_of("lux.html"), HasSubstr("Daylight factor: house.pbrt"));
+    EXPECT_THAT(text_of("lux.html"), HasSubstr("<h2>Daylight factor</h2>"));
     EXPECT_THAT(text_of("lux.html"), HasSubstr("mean [%]"));
     EXPECT_EQ(read_exr("lux.exr").attributes.at("lucerna.unit"), "%");
     const auto json = nlohmann::json::parse(text_of("lux.json"));

@@ -192,6 +192,18 @@ class LuxReport(unittest.TestCase):
     def test_all_text_has_contrast_in_light_and_in_dark(self):
         expect_contrast(self)
 
+    def test_the_assumptions_are_there(self):
+        self.assertIn("observers before the middle of each wall", self.page.evaluate("document.querySelector('ul').textContent"))
+
+    def test_without_a_browser_there_is_one_line_and_no_file(self):
+        folder = pathlib.Path(self.folder.name)
+        done = subprocess.run([LUCERNA, "lux", "room.pbrt", "--samples", "1", "--pdf", "none.pdf"], cwd=folder, capture_output=True, text=True,
+                              env={"PATH": str(folder)})
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("--pdf: a PDF is printed by a browser, and none of chromium, ", done.stderr)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1)
+        self.assertFalse((folder / "none.pdf").exists())
+
     def test_the_pdf_is_one(self):
         self.assertTrue(self.pdf.startswith(b"%PDF"))
         self.assertGreater(len(self.pdf), 20000)

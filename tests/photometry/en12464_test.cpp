@@ -279,7 +279,7 @@ TEST(En12464, RequirementsThatAreNone_AreRefused) {
     for (const char* word : {"Emm=500", "Em", "Em=", "Em=x", "Em=-1", "Em=500,Em=300", "modelling=0.3",
                              "modelling=0.6-0.3", ",", "UGR=500"})
         EXPECT_THAT(error_of([&] { required(word); }), HasSubstr("--require")) << word;
-    EXPECT_THAT(error_of([] { required("Emm=500"); }), HasSubstr("Em, U0, surround"));
+    EXPECT_THAT(error_of([] { required("Emm=500"); }), HasSubstr("Em, U0, Ra, surround"));
 }
 
 TEST(En12464, WithoutARoom_WallsCannotBeRequired) {

@@ -5,6 +5,8 @@
 #include <type_traits>
 
 #include "engine/cli/light/light_commands.h"
+#include "engine/colour/chromaticity.h"
+#include "engine/colour/working_space.h"
 #include "engine/figures/polar.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/photometric_files.h"
@@ -25,6 +27,15 @@ void describe(LuminaireType& type, const PhotometricWeb& web) {
     type.beam.peak *= type.flux / flux;
     type.watts = web.info().watts;
     type.provenance = web.info().provenance;
+}
+
+// Returns the colour temperature of light in linear sRGB, 0 if it has none. White without a colour of its own
+// says nothing about the lamp.
+double kelvin_of(const Rgb& light) {
+    const float most = std::max({light.x, light.y, light.z}), least = std::min({light.x, light.y, light.z});
+    if (most - least < 1e-3F * most) return 0;
+    const auto temperature = colour_temperature(WorkingSpace().light_to_xyz(light));
+    return temperature ? temperature->kelvin : 0;
 }
 
 }  // namespace
@@ -65,6 +76,7 @@ std::vector<LuminaireType> luminaire_types(const Scene& scene, const Workers& wo
         type.count = 1;
         type.flux = light->power();
         type.size = V3d(bounds->box.size());
+        type.kelvin = kelvin_of(light->flux());
         if (light->kind() == "photometric")
             describe(type, read_photometric(light->file(), silent));
         else if (light->kind() == "lightfield" || light->kind() == "rayfile")

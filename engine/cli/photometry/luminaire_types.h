@@ -21,6 +21,7 @@ struct LuminaireType {
     V3d size{0, 0, 0};       // of the bounds of the first [m]
     std::string polar;       // an SVG element; empty for lights without a file
     Beam beam;               // of the file, with the flux above
+    double kelvin = 0;       // colour temperature of all its light; 0: none, or no colour is known
     double watts = 0;        // each, as the file states; 0: not stated
     std::string provenance;  // of a photometric file
 };

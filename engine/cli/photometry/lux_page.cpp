@@ -108,9 +108,9 @@ std::string beam_text(const LuminaireType& type) {
 std::string luminaires(const IlluminanceReport& report, const std::vector<LuminaireType>& types) {
     if (types.empty()) return "<p>None with a position in the scene.</p>";
     const std::string& unit = report.flux_unit;
-    std::vector<std::vector<std::string>> rows{{"luminaire", "kind", "number", "flux of each [" + unit + "]",
-                                                "flux of all [" + unit + "]", "power of each [W]",
-                                                "peak intensity [cd]", "beam angle C0 × C90", "size [m]"}};
+    std::vector<std::vector<std::string>> rows{
+        {"luminaire", "kind", "number", "flux of each [" + unit + "]", "flux of all [" + unit + "]",
+         "power of each [W]", "peak intensity [cd]", "CCT [K]", "beam angle C0 × C90", "size [m]"}};
     double all = 0, watts = 0;
     std::string figures;
     for (std::size_t i = 0; i < types.size(); ++i) {
@@ -121,7 +121,8 @@ std::string luminaires(const IlluminanceReport& report, const std::vector<Lumina
         rows.push_back({fmt::format("L{} {}", i + 1, plain_line(type.file)), type.kind,
                         std::to_string(type.count), flux_text(type.flux), flux_text(flux),
                         type.watts > 0 ? fmt::format("{:.4g}", type.watts) : "–",
-                        type.beam.peak > 0 ? fmt::format("{:.4g}", type.beam.peak) : "–", beam_text(type),
+                        type.beam.peak > 0 ? fmt::format("{:.4g}", type.beam.peak) : "–",
+                        type.kelvin > 0 ? fmt::format("{:.0f}", type.kelvin) : "–", beam_text(type),
                         fmt::format("{:.2g} × {:.2g} × {:.2g}", type.size.x, type.size.y, type.size.z)});
         if (type.polar.empty()) continue;
         const std::string& source = type.provenance.empty() ? type.file : type.provenance;
@@ -129,7 +130,7 @@ std::string luminaires(const IlluminanceReport& report, const std::vector<Lumina
                                html_text(plain_line(source)));
     }
     rows.push_back(
-        {"all", "", "", "", flux_text(all), watts > 0 ? fmt::format("{:.4g}", watts) : "–", "", "", ""});
+        {"all", "", "", "", flux_text(all), watts > 0 ? fmt::format("{:.4g}", watts) : "–", "", "", "", ""});
     return "<div class=\"wide\">" + table(rows, 2) + "</div>\n<div class=\"row\">" + figures + "</div>";
 }
 
@@ -187,15 +188,6 @@ std::string glare(const std::vector<GlareReport>& reports) {
     return "<h2>Glare</h2>\n<div class=\"wide\">" + table(rows, 1) + "</div>\n";
 }
 
-std::string about(const LuxPage& page) {
-    if (page.about.empty()) return {};
-    std::string html = "<table class=\"about\">\n";
-    for (const auto& [name, text] : page.about)
-        html += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(plain_line(name)),
-                            html_text(plain_line(text)));
-    return html + "</table>\n";
-}
-
 // A daylight factor knows no maintenance.
 std::string maintenance_text(const IlluminanceReport& report, const MaintenanceFactors& factors) {
     if (report.sky_illuminance > 0) return {};
@@ -204,6 +196,44 @@ std::string maintenance_text(const IlluminanceReport& report, const MaintenanceF
     for (const auto& [group, factor] : factors.groups)
         text += fmt::format(", {:g} for \"{}\"", factor, plain_text(group));
     return text + '.';
+}
+
+// Says what the numbers rest on.
+std::string assumptions(const LuxResults& results, const LuxPage& page) {
+    std::vector<std::string> lines{
+        fmt::format(
+            "Quantities are in {}. ± is the half-width of the 95 % confidence interval of the "
+            "computation; the model, the luminaires' data and their measurement have errors of their own.",
+            unit_as_written(results.report.unit)),
+        "Points lie in the middle of the cells of a grid. Where none is given, the cell is 0.2 m × "
+        "5^log10(d) "
+        "wide, with the longer side d of the surface in metres (EN 12464-1)."};
+    if (const std::string text = maintenance_text(results.report, page.maintenance); !text.empty())
+        lines.push_back(text);
+    if (!page.rooms.empty()) lines.emplace_back("Surfaces reflect as the model says.");
+    if (!results.judgements.empty()) {
+        lines.emplace_back(
+            "A requirement is met or missed where the whole interval of the value is on one side of "
+            "the limit, and undecided otherwise.");
+    }
+    if (!results.glare.empty()) {
+        lines.emplace_back(
+            "UGR is rated for observers before the middle of each wall who look across the room, "
+            "from the luminance that each of them sees of the luminaires, filtered by 12 mm, with "
+            "the initial flux.");
+    }
+    std::string html = "<h2>Assumptions</h2>\n<ul>\n";
+    for (const std::string& line : lines) html += fmt::format("<li>{}</li>\n", html_text(line));
+    return html + "</ul>\n";
+}
+
+std::string about(const LuxPage& page) {
+    if (page.about.empty()) return {};
+    std::string html = "<table class=\"about\">\n";
+    for (const auto& [name, text] : page.about)
+        html += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(plain_line(name)),
+                            html_text(plain_line(text)));
+    return html + "</table>\n";
 }
 
 std::string settings(const IlluminanceReport& report, const LuxPage& page) {
@@ -282,6 +312,7 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
         {{"title", html_text("Lighting calculation: " + plain_text(page.scene))},
          {"style", std::string(kPageStyle)},
          {"about", about(page)},
+         {"quantity", capitalised(report.quantity)},
          {"verdict", html_text(fmt::format("{}. {}", capitalised(unit_as_written(quantity_text(report))),
                                            maintenance_text(report, page.maintenance)))},
          {"summary", summary(report)},
@@ -294,6 +325,7 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
          {"uncertainty", uncertainty(report, results.uncertainty)},
          {"plans", plans},
          {"glare", glare(results.glare)},
+         {"assumptions", assumptions(results, page)},
          {"luminaires", luminaires(report, page.luminaires)},
          {"places", places(report)},
          {"settings", settings(report, page)},
