@@ -15,7 +15,8 @@ namespace {
 constexpr double kSurround = 0.5, kBackground = 3;  // m, widths of the bands
 constexpr double kUniformSurround = 0.4, kUniformElsewhere = 0.1;
 constexpr double kOffSurface = 0.01;  // m, of points from walls and ceiling
-constexpr double kOffWall = 0.25;     // m, of an observer from the wall behind
+// m: an observer's steps from the wall behind, the most of them, and the least width of that wall
+constexpr double kOffWall = 0.25, kFarthestOffWall = 2, kLeastWall = 2;
 
 std::string names() {
     std::vector<std::string> all;
@@ -231,17 +232,36 @@ class Builder {
         surface.normal = V3f(wall.inward);
         surface.up = V3f(up_);
         surface.points = default_points(surface.u.length(), surface.v.length());
+        leave_out_hidden(surface);
         return surface;
     }
 
-    // CIE 117's standard positions: the middle of each side of the room, looking across it.
+    // Leaves out points of a wall that furniture hides, less than 0.3 m before them.
+    void leave_out_hidden(CalculationSurface& wall) const {
+        constexpr float kHidden = 0.3F;  // m
+        for (int y = 0; y < wall.points.y; ++y) {
+            for (int x = 0; x < wall.points.x; ++x) {
+                const V3f from(wall.position(x, y) - scene_.origin());
+                wall.excluded.push_back(scene_.blocked(Ray{from, wall.normal, kHidden}, false));
+            }
+        }
+        if (std::ranges::none_of(wall.excluded, [](bool out) { return out; })) wall.excluded.clear();
+    }
+
+    // CIE 117's standard positions: the middle of each side of the room, looking across it. Where furniture
+    // is in the way, the observer stands before it.
     void add_observers(const Room& room, const std::string& prefix) {
         for (std::size_t i = 0; i < room.walls().size(); ++i) {
             const Wall& wall = room.walls()[i];
-            if (wall.width() < 2) continue;
-            const V3d eye = (wall.from + wall.to) / 2 + kOffWall * wall.inward + eye_height_ * up_;
-            made_.observers.push_back({fmt::format("{}before wall {}", prefix, i + 1), eye, V3f(wall.inward),
-                                       V3f(up_), right_handed_});
+            if (wall.width() < kLeastWall) continue;
+            const V3d middle = (wall.from + wall.to) / 2 + eye_height_ * up_;
+            for (double off = kOffWall; off < kFarthestOffWall; off += kOffWall) {
+                const V3d eye = middle + off * wall.inward;
+                if (!room.is_open(scene_, eye)) continue;
+                made_.observers.push_back({fmt::format("{}before wall {}", prefix, i + 1), eye,
+                                           V3f(wall.inward), V3f(up_), right_handed_});
+                break;
+            }
         }
     }
 

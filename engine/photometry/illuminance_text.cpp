@@ -171,13 +171,19 @@ std::string limits_text(const Judgement& judgement) {
     return low > 0 ? fmt::format("{:g} to {:g}{}", low, high, unit) : fmt::format("≤ {:g}{}", high, unit);
 }
 
+std::string value_text(const Judgement& judgement) {
+    if (std::isnan(judgement.value.value)) return "undefined";
+    if (judgement.requirement == "UGR" && judgement.value.value == 0) return "no luminaire in sight";
+    return reading_text(judgement.value);
+}
+
 }  // namespace
 
 std::vector<std::vector<std::string>> judgement_rows(std::span<const Judgement> judgements) {
     std::vector<std::vector<std::string>> rows{{"requirement", "of", "required", "value", "result"}};
     for (const Judgement& judgement : judgements) {
         rows.push_back({judgement.requirement, plain_text(judgement.of), limits_text(judgement),
-                        std::isnan(judgement.value.value) ? "undefined" : reading_text(judgement.value),
+                        value_text(judgement),
                         std::string(kVerdicts[static_cast<std::size_t>(judgement.verdict)])});
     }
     return rows;

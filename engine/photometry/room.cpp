@@ -259,6 +259,12 @@ Room::Reflectances Room::reflectances(const Scene& scene) const {
     return {floor.value(), walls.value(), ceiling.value()};
 }
 
+bool Room::is_open(const Scene& scene, const V3d& point) const {
+    V3d above = point;
+    above[up_axis_] = sight_;
+    return Caster(scene).sees(point, above);
+}
+
 bool Room::holds(const Scene& scene, const V3d& point) const {
     const Caster caster(scene);
     V3d at = point;

@@ -42,6 +42,9 @@ class Room {
         double floor = 0, walls = 0, ceiling = 0;
     };
     Reflectances reflectances(const Scene& scene) const;
+    // Returns whether nothing is between the point and a place above it just below the ceiling, as over or
+    // inside furniture.
+    bool is_open(const Scene& scene, const V3d& point) const;
     // Returns whether the room holds the point (world), in plan.
     bool holds(const Scene& scene, const V3d& point) const;
 

@@ -214,6 +214,40 @@ TEST(En12464, UgrIsRatedBeforeTheMiddleOfEachWall) {
     EXPECT_EQ(counts(ugr.value - 3)[Verdict::missed], 4);
 }
 
+std::string cupboard(const V3d& a, const V3d& b) {
+    const V3d u(b.x - a.x, 0, 0), v(0, b.y - a.y, 0), w(0, 0, b.z - a.z);
+    return side(a, a + u, a + v) + side(a + w, a + w + u, a + w + v) + side(a, a + u, a + w) +
+           side(a + v, a + v + u, a + v + w) + side(a, a + v, a + w) + side(a + u, a + u + v, a + u + w);
+}
+
+// A cupboard of 0.5 m stands 2 cm before the middle of the wall x = 0.
+TEST(En12464, FurnitureBeforeAWall_HidesItsPart_AndTheObserverStandsBeforeIt) {
+    const Job job = scene_of(furnace() + cupboard({0.02, 1, 0}, {0.52, 3, 1.9}));
+    const RoomSurfaces room =
+        room_surfaces(job.scene, std::vector{task()}, required("walls=1,UGR=19"), 1.2, kUp, false);
+    int hidden = 0;
+    for (std::size_t i = 0; i < room.surfaces.size(); ++i) {
+        const CalculationSurface& wall = room.surfaces[i];
+        if (room.areas[i] != Area::wall) continue;
+        for (int y = 0; y < wall.points.y; ++y) {
+            for (int x = 0; x < wall.points.x; ++x) {
+                const V3d p = wall.position(x, y);
+                const bool is_behind = p.x < 0.02 && p.y > 1 && p.y < 3 && p.z < 1.9;
+                EXPECT_EQ(wall.counts(x, y), !is_behind) << p;
+                hidden += is_behind;
+            }
+        }
+    }
+    EXPECT_GT(hidden, 5);
+    ASSERT_EQ(room.observers.size(), 4U);
+    EXPECT_EQ(std::ranges::count_if(room.observers,
+                                    [](const Observer& by) {
+                                        return std::fabs(by.eye.x - 0.75) < 1e-6 &&
+                                               std::fabs(by.eye.y - 2) < 0.01;
+                                    }),
+              1);
+}
+
 TEST(En12464, TheBackgroundLeavesOutTheSurroundAndEndsAtTheWalls) {
     const Job job = scene_of(furnace());
     const RoomSurfaces room =
