@@ -184,7 +184,8 @@ class Builder {
     }
 
     // Returns a level rectangle across the room's bounds, whose first side times the second points upwards.
-    CalculationSurface level(const Room& room, double height, const std::string& name) const {
+    CalculationSurface level(const Room& room, double height, const std::string& name,
+                             int more_points = 0) const {
         CalculationSurface surface;
         surface.name = name;
         surface.corner = room.bounds().min;
@@ -195,7 +196,7 @@ class Builder {
         surface.u[a] = size[a];
         surface.v[b] = size[b];
         surface.normal = surface.up = V3f(up_);
-        surface.points = default_points(size[a], size[b]);
+        surface.points = default_points(size[a], size[b]) + V2i(more_points);
         leave_out(surface, room, nullptr);
         return surface;
     }
@@ -206,9 +207,7 @@ class Builder {
                 add(Area::wall, wall(room, room.walls()[i], fmt::format("{}wall {}", prefix, i + 1)));
         }
         if (needs(Requirement::ceiling)) {
-            CalculationSurface ceiling = level(room, room.ceiling() - kOffSurface, prefix + "ceiling");
-            ceiling.normal = V3f(-up_);
-            add(Area::ceiling, std::move(ceiling));
+            add(Area::ceiling, ceiling(room, prefix + "ceiling"));
         }
         const double eyes = room.floor() + eye_height_;
         if (needs(Requirement::ez) || needs(Requirement::modelling)) {
@@ -236,16 +235,32 @@ class Builder {
         return surface;
     }
 
-    // Leaves out points of a wall that furniture hides, less than 0.3 m before them.
-    void leave_out_hidden(CalculationSurface& wall) const {
+    // Leaves out points of a wall or ceiling that furniture or luminaires hide, less than 0.3 m before them.
+    void leave_out_hidden(CalculationSurface& surface) const {
         constexpr float kHidden = 0.3F;  // m
-        for (int y = 0; y < wall.points.y; ++y) {
-            for (int x = 0; x < wall.points.x; ++x) {
-                const V3f from(wall.position(x, y) - scene_.origin());
-                wall.excluded.push_back(scene_.blocked(Ray{from, wall.normal, kHidden}, false));
+        surface.excluded.resize(surface.size());
+        for (int y = 0; y < surface.points.y; ++y) {
+            for (int x = 0; x < surface.points.x; ++x) {
+                const V3f from(surface.position(x, y) - scene_.origin());
+                if (scene_.blocked(Ray{from, surface.normal, kHidden}, false))
+                    surface.excluded[surface.index(x, y)] = true;
             }
         }
-        if (std::ranges::none_of(wall.excluded, [](bool out) { return out; })) wall.excluded.clear();
+        if (std::ranges::none_of(surface.excluded, [](bool out) { return out; })) surface.excluded.clear();
+    }
+
+    // Luminaires may be above each point of a grid; then one with more points meets what is between them.
+    CalculationSurface ceiling(const Room& room, const std::string& name) const {
+        constexpr int kTries = 4;
+        CalculationSurface surface;
+        for (int more = 0; more < kTries; ++more) {
+            surface = level(room, room.ceiling() - kOffSurface, name, more);
+            surface.normal = V3f(-up_);
+            leave_out_hidden(surface);
+            const auto hidden = static_cast<std::size_t>(std::ranges::count(surface.excluded, true));
+            if (2 * hidden < surface.size()) break;
+        }
+        return surface;
     }
 
     // CIE 117's standard positions: the middle of each side of the room, looking across it. Where furniture

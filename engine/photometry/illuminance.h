@@ -68,11 +68,7 @@ struct SurfaceIlluminance {
     std::size_t excluded() const {
         return static_cast<std::size_t>(std::ranges::count(surface.excluded, true));
     }
-    std::size_t index(int x, int y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
-               static_cast<std::size_t>(x);
-    }
-    const PointIlluminance& at(int x, int y) const { return points[index(x, y)]; }
+    const PointIlluminance& at(int x, int y) const { return points[surface.index(x, y)]; }
 };
 
 struct IlluminanceOptions {

@@ -238,12 +238,12 @@ std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUn
                                     point.direct, point.indirect.value);
                 for (const double group : point.groups) text += fmt::format(",{:.7g}", group);
                 if (lamps.replicates > 0) {
-                    const LampUncertainty& by_lamps = lamps.surfaces[s].points[surface.index(x, y)];
+                    const LampUncertainty& by_lamps = lamps.surfaces[s].points[surface.surface.index(x, y)];
                     text += fmt::format(",{:.3g},{},{:.3g}", by_lamps.expanded, int{by_lamps.upper_bound},
                                         combined(point.all, by_lamps));
                 }
                 if (!colour.surfaces.empty())
-                    text += colour_fields(colour.surfaces[s].points[surface.index(x, y)]);
+                    text += colour_fields(colour.surfaces[s].points[surface.surface.index(x, y)]);
                 text += '\n';
             }
         }

@@ -9,14 +9,16 @@
 namespace lucerna {
 namespace {
 
-constexpr double kLeastHeight = 2;       // m, of a room
-constexpr double kBelowCeiling = 0.1;    // m, of the horizontal rays
-constexpr double kLeastWidth = 0.5;      // m, of a wall
-constexpr double kRecess = 0.6;          // m
-constexpr double kSamePlane = 0.05;      // m
-constexpr double kSameFacing = 0.9986;   // cos 3°
-constexpr int kDirections = 128;         // of the rays around a point
-constexpr std::size_t kMostPlaces = 40;  // from which rays start
+constexpr double kLeastHeight = 2;      // m, of a room
+constexpr double kBelowCeiling = 0.1;   // m, of the horizontal rays
+constexpr double kLeastWidth = 0.5;     // m, of a wall
+constexpr double kGap = 1.5;            // m, between points of one wall
+constexpr double kRecess = 0.6;         // m
+constexpr double kSamePlane = 0.05;     // m
+constexpr double kSameFacing = 0.9986;  // cos 3°
+constexpr int kDirections = 128;        // of the rays around a point
+constexpr double kApart = 1;            // m, between places from which rays start
+constexpr std::size_t kMostPlaces = 400;
 
 // Casts rays in the scene between points of the world.
 class Caster {
@@ -47,10 +49,19 @@ class Caster {
 
 // Points of one plane that rays met.
 struct Plane {
+    struct Met {
+        double at;       // along · p
+        bool continued;  // the plane continues below
+    };
     V3d n, along;   // unit, horizontal; n points into the room
     double offset;  // n · p
-    double low = std::numeric_limits<double>::infinity(), high = -low;  // along · p
-    int hits = 0, continued = 0;  // points, and those below which the plane continues
+    std::vector<Met> met;
+};
+
+// A part of a plane without gaps.
+struct Piece {
+    V3d n, along;
+    double offset, low, high;
 
     Wall wall(double floor, const V3d& up) const {
         const V3d middle = offset * n + floor * up;
@@ -80,14 +91,17 @@ class Walls {
     }
 
     std::vector<Wall> all() {
-        for (Plane& plane : planes_) extend(plane);
-        std::erase_if(planes_, [&](const Plane& plane) {
-            return plane.high - plane.low < kLeastWidth || 3 * plane.continued < plane.hits ||
-                   std::any_of(planes_.begin(), planes_.end(),
-                               [&](const Plane& other) { return is_recess(plane, other); });
-        });
+        std::vector<Piece> pieces;
+        for (Plane& plane : planes_) add_pieces(plane, pieces);
+        for (Piece& piece : pieces) extend(piece);
+        const auto is_no_wall = [&pieces](const Piece& piece) {
+            return piece.high - piece.low < kLeastWidth ||
+                   std::ranges::any_of(pieces, [&](const Piece& other) { return is_recess(piece, other); });
+        };
         std::vector<Wall> walls;
-        for (const Plane& plane : planes_) walls.push_back(plane.wall(floor_, up_));
+        for (const Piece& piece : pieces) {
+            if (!is_no_wall(piece)) walls.push_back(piece.wall(floor_, up_));
+        }
         return walls;
     }
 
@@ -100,24 +114,35 @@ class Walls {
                    std::fabs(known.n.dot(found.at) - known.offset) < kSamePlane;
         });
         if (plane == planes_.end())
-            plane = planes_.insert(plane, Plane{.n = n, .along = up_.cross(n), .offset = offset});
-        const double at = plane->along.dot(found.at);
-        plane->low = std::min(plane->low, at);
-        plane->high = std::max(plane->high, at);
-        ++plane->hits;
+            plane = planes_.insert(plane, Plane{.n = n, .along = up_.cross(n), .offset = offset, .met = {}});
         // At half the height, windows and furniture may be before the wall or behind it.
         const double half = (found.at.dot(up_) - floor_) / 2;
         const auto below = caster_.cast(found.at + kRecess * n - half * up_, -n);
-        if (below && below->distance < 2 * kRecess) ++plane->continued;
+        plane->met.push_back({plane->along.dot(found.at), below && below->distance < 2 * kRecess});
+    }
+
+    // Adds the parts of a plane between its gaps, if a third of their points continue downwards.
+    static void add_pieces(Plane& plane, std::vector<Piece>& pieces) {
+        std::ranges::sort(plane.met, {}, &Plane::Met::at);
+        for (std::size_t first = 0, end = 0; first < plane.met.size(); first = end) {
+            std::size_t continued = 0;
+            for (end = first; end < plane.met.size(); ++end) {
+                if (end > first && plane.met[end].at - plane.met[end - 1].at > kGap) break;
+                continued += plane.met[end].continued ? 1 : 0;
+            }
+            if (3 * continued >= end - first)
+                pieces.push_back(
+                    {plane.n, plane.along, plane.offset, plane.met[first].at, plane.met[end - 1].at});
+        }
     }
 
     // Extends a wall to where it ends or the next one begins.
-    void extend(Plane& plane) const {
-        plane.low -= beyond(plane, plane.low, -1);
-        plane.high += beyond(plane, plane.high, 1);
+    void extend(Piece& piece) const {
+        piece.low -= beyond(piece, piece.low, -1);
+        piece.high += beyond(piece, piece.high, 1);
     }
     // Returns how far the plane continues from a point that was met, in the direction of `sign`.
-    double beyond(const Plane& plane, double at, double sign) const {
+    double beyond(const Piece& plane, double at, double sign) const {
         constexpr double kMost = 2, kStep = 0.1, kExact = 1e-4;  // m
         const V3d base = (plane.offset + kSamePlane) * plane.n + sight_ * up_;
         const auto corner = caster_.cast(base + at * plane.along, sign * plane.along);
@@ -137,7 +162,7 @@ class Walls {
         return outside;
     }
 
-    static bool is_recess(const Plane& plane, const Plane& other) {
+    static bool is_recess(const Piece& plane, const Piece& other) {
         const double behind = other.offset - plane.offset;
         return &plane != &other && plane.n.dot(other.n) > kSameFacing && behind > 0 && behind < kRecess &&
                plane.low > other.low - kRecess && plane.high < other.high + kRecess;
@@ -149,30 +174,43 @@ class Walls {
     std::vector<Plane> planes_;
 };
 
-// Returns the height of the lowest level surface that makes up a tenth of what is seen below the height of
-// sight, from places all around a point of that height; none if nothing is seen.
-std::optional<double> floor_below(const Caster& caster, const V3d& from, const V3d& up) {
+// Returns what is met straight along `to`, up or down, from places all around a point and in sight of it.
+std::vector<V3d> survey(const Caster& caster, const V3d& from, const V3d& up, const V3d& to) {
     constexpr int kAround = 16;
     constexpr double kFar = 10, kStep = 0.25;  // m
     const V3d first = up.cross(std::fabs(up.x) > 0.5 ? V3d(0, 1, 0) : V3d(1, 0, 0));
     const V3d second = up.cross(first);
-    std::vector<double> heights;
+    std::vector<V3d> found;
     for (int i = 0; i < kAround; ++i) {
         const double angle = 2 * kPiD * (i + 0.37) / kAround;
         const V3d d = cos(angle) * first + sin(angle) * second;
         const auto wall = caster.cast(from, d);
         const double reach = wall ? std::min(wall->distance, kFar) : kFar;
         for (double at = 0.5 * kStep; at < reach; at += kStep) {
-            if (const auto below = caster.cast(from + at * d, -up)) heights.push_back(below->at.dot(up));
+            if (const auto met = caster.cast(from + at * d, to)) found.push_back(met->at);
         }
     }
-    if (heights.empty()) return std::nullopt;
-    std::sort(heights.begin(), heights.end());
-    const std::size_t enough = std::max<std::size_t>(1, heights.size() / 10);
-    for (std::size_t i = 0; i + enough <= heights.size(); ++i) {
-        if (heights[i + enough - 1] - heights[i] < kSamePlane) return heights[i];
+    std::sort(found.begin(), found.end(), [&](const V3d& p, const V3d& q) { return p.dot(up) < q.dot(up); });
+    return found;
+}
+
+// Return a point of the most frequent height, and of the lowest height that a tenth of the points have, by
+// points that ascend along `up`. Heights within 5 cm are the same. None if there is no point.
+std::optional<V3d> of_most_frequent_height(const std::vector<V3d>& points, const V3d& up) {
+    std::optional<V3d> best;
+    std::size_t most = 0, end = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        while (end < points.size() && (points[end] - points[i]).dot(up) < kSamePlane) ++end;
+        if (end - i > most) most = end - i, best = points[i + most / 2];
     }
-    return heights.front();
+    return best;
+}
+std::optional<V3d> of_lowest_height(const std::vector<V3d>& points, const V3d& up) {
+    const std::size_t enough = std::max<std::size_t>(1, points.size() / 10);
+    for (std::size_t i = 0; i + enough <= points.size(); ++i) {
+        if ((points[i + enough - 1] - points[i]).dot(up) < kSamePlane) return points[i];
+    }
+    return std::nullopt;
 }
 
 }  // namespace
@@ -183,30 +221,32 @@ std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points
     up[up_axis] = 1;
     Room room;
     room.up_axis_ = up_axis;
-    room.ceiling_ = -std::numeric_limits<double>::infinity();
-    V3d start(0);
+    // The median of what is above the points, luminaires perhaps, is below the ceiling or the ceiling.
+    std::vector<V3d> above;
     for (const V3d& point : points) {
-        const auto above = caster.cast(point, up);
-        if (!above || !(above->at[up_axis] > room.ceiling_)) continue;
-        room.ceiling_ = above->at[up_axis];
-        start = point;
+        if (const auto met = caster.cast(point, up)) above.push_back(met->at);
     }
-    if (!std::isfinite(room.ceiling_)) return std::nullopt;
+    if (above.empty()) return std::nullopt;
+    const auto median = above.begin() + static_cast<std::ptrdiff_t>(above.size() / 2);
+    std::nth_element(above.begin(), median, above.end(),
+                     [&](const V3d& p, const V3d& q) { return p[up_axis] < q[up_axis]; });
+    const auto ceiling = of_most_frequent_height(survey(caster, *median - kBelowCeiling * up, up, up), up);
+    if (!ceiling) return std::nullopt;
+    room.ceiling_ = (*ceiling)[up_axis];
     room.sight_ = room.ceiling_ - kBelowCeiling;
-    start[up_axis] = room.sight_;
-    const auto floor = floor_below(caster, start, up);
-    if (!floor || !(room.ceiling_ - *floor >= kLeastHeight)) return std::nullopt;
-    room.floor_ = *floor;
+    const V3d start = *ceiling - kBelowCeiling * up;
+    const auto floor = of_lowest_height(survey(caster, start, up, -up), up);
+    if (!floor || !(room.ceiling_ - (*floor)[up_axis] >= kLeastHeight)) return std::nullopt;
+    room.floor_ = (*floor)[up_axis];
 
     Walls walls(scene, up, room.floor_, room.sight_);
     std::vector<V3d> waiting{start};
     while (!waiting.empty() && room.seen_from_.size() < kMostPlaces) {
         const V3d from = waiting.front();
         waiting.erase(waiting.begin());
-        // A place in sight of several others shows nothing new.
-        const auto sees = std::count_if(room.seen_from_.begin(), room.seen_from_.end(),
-                                        [&](const V3d& seen) { return caster.sees(from, seen); });
-        if (sees >= 3) continue;
+        const bool is_near = std::any_of(room.seen_from_.begin(), room.seen_from_.end(),
+                                         [&](const V3d& other) { return (other - from).length() < kApart; });
+        if (is_near) continue;
         room.seen_from_.push_back(from);
         const std::vector<V3d> next = walls.look_around(from);
         waiting.insert(waiting.end(), next.begin(), next.end());

@@ -20,9 +20,9 @@ struct Wall {
 class Room {
   public:
     // Looks around from points within the room, for a scene in metres with upward axis `up_axis` (0 to 2).
-    // The ceiling is the highest of what lies above the points, and the floor the lowest level surface that
-    // makes up a tenth of what is seen from above around them. Returns none if there is no ceiling, no floor
-    // at least 2 m below it, or no wall.
+    // The ceiling is at the most frequent height of what is above the places around the points, and the floor
+    // is the lowest height that a tenth of what is below them has. Returns none if there is no ceiling, no
+    // floor at least 2 m below it, or no wall.
     //
     // Horizontal rays a little below the ceiling, above furniture, doors and windows, find the sides of the
     // room, also around corners: the rays start again from wherever they arrived. Upright surfaces are walls

@@ -24,11 +24,10 @@ struct CalculationSurface {
     std::size_t size() const {
         return static_cast<std::size_t>(points.x) * static_cast<std::size_t>(points.y);
     }
-    bool counts(int x, int y) const {
-        return excluded.empty() ||
-               !excluded[static_cast<std::size_t>(y) * static_cast<std::size_t>(points.x) +
-                         static_cast<std::size_t>(x)];
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(points.x) + static_cast<std::size_t>(x);
     }
+    bool counts(int x, int y) const { return excluded.empty() || !excluded[index(x, y)]; }
     // Returns the centre of a grid cell. v grows with y.
     V3d position(int x, int y) const { return corner + (x + 0.5) / points.x * u + (y + 0.5) / points.y * v; }
     Receiver receiver(int x, int y) const { return {position(x, y), normal, up, kind}; }

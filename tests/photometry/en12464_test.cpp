@@ -248,6 +248,26 @@ TEST(En12464, FurnitureBeforeAWall_HidesItsPart_AndTheObserverStandsBeforeIt) {
               1);
 }
 
+// Panels 5 cm below the ceiling hide each point of its grid; a finer one has points between them.
+TEST(En12464, PanelsAboveEachPoint_HideTheCeilingNotAltogether) {
+    std::string world = furnace();
+    const V2i points = default_points(5, 4);
+    for (int i = 0; i < points.x; ++i) {
+        for (int j = 0; j < points.y; ++j) {
+            const V3d at((i + 0.5) / points.x * 5, (j + 0.5) / points.y * 4, 2.65);
+            world += side(at - V3d(0.1, 0.1, 0), at + V3d(0.1, -0.1, 0), at + V3d(-0.1, 0.1, 0));
+        }
+    }
+    const Job job = scene_of(world);
+    const RoomSurfaces room =
+        room_surfaces(job.scene, std::vector{task()}, required("ceiling=1"), 1.2, kUp, false);
+    ASSERT_EQ(room.surfaces.size(), 2U);
+    const CalculationSurface& ceiling = room.surfaces[1];
+    const auto hidden = static_cast<std::size_t>(std::ranges::count(ceiling.excluded, true));
+    EXPECT_LT(2 * hidden, ceiling.size());
+    EXPECT_GT(ceiling.size(), static_cast<std::size_t>(points.x * points.y));
+}
+
 TEST(En12464, TheBackgroundLeavesOutTheSurroundAndEndsAtTheWalls) {
     const Job job = scene_of(furnace());
     const RoomSurfaces room =

@@ -106,6 +106,32 @@ TEST(Room, FurnitureLuminairesDoorsAndWindowsChangeNoWall) {
                                            DoubleNear(8, 1e-3)));
 }
 
+// Two columns whose faces lie in one plane are no wall.
+TEST(Room, WithColumns_HasTheSameWalls) {
+    const Job job = scene_of(shell({{0, 0}, {8, 0}, {8, 5}, {0, 5}}) + box({2, 2}, {2.4, 2.4}, 0, 3) +
+                             box({6, 2}, {6.4, 2.4}, 0, 3));
+    const auto room = Room::around(job.scene, std::vector<V3d>{{4, 3, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_THAT(widths(*room), ElementsAre(DoubleNear(5, 1e-3), DoubleNear(5, 1e-3), DoubleNear(8, 1e-3),
+                                           DoubleNear(8, 1e-3)));
+}
+
+// Tiles with joints through which the slab above them is seen, as wide as a fifth of the tiles.
+TEST(Room, UnderACeilingOfTiles_EndsAtThem) {
+    std::string world = shell({{0, 0}, {8, 0}, {8, 5}, {0, 5}});
+    for (int i = 0; i < 16; ++i) {
+        for (int j = 0; j < 10; ++j)
+            world += level({0.5 * i + 0.02, 0.5 * j + 0.02}, {0.5 * i + 0.48, 0.5 * j + 0.48}, 2.8);
+    }
+    const Job job = scene_of(world);
+    std::vector<V3d> points;
+    for (int i = 0; i < 40; ++i) points.emplace_back(0.2 * i, 0.125 * i, 0.75);
+    const auto room = Room::around(job.scene, points, 2);
+    ASSERT_TRUE(room);
+    EXPECT_NEAR(room->ceiling(), 2.8, 1e-5);
+    EXPECT_EQ(room->walls().size(), 4U);
+}
+
 TEST(Room, AroundACounter_HasTheFloorBesideIt) {
     const Job job = scene_of(shell({{0, 0}, {8, 0}, {8, 5}, {0, 5}}) + box({3, 2}, {4, 4}, 0, 1));
     const auto room = Room::around(job.scene, std::vector<V3d>{{3.2, 2.2, 1.02}, {3.8, 3.8, 1.02}}, 2);
