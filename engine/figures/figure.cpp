@@ -305,9 +305,12 @@ class Plan {
         fill();
         for (const PlanDrawing& drawing : figure_.drawings) draw(drawing);
         for (const PlanOutline& outline : figure_.outlines) draw(outline);
+        for (const PlanLamp& lamp : figure_.lamps) draw(lamp);
         draw_plan_isolines();
         if (figure_.numbers) write_numbers();
-        for (const PlanLamp& lamp : figure_.lamps) draw(lamp);
+        for (const PlanLabel& label : figure_.labels)
+            drawing_.label(on_paper(label.place) + V2d(0, 0.36 * kSmallFont), label.text, "middle",
+                           kSmallFont);
         axes();
         const double legend = std::max(extent_.y, kLeastLegend);
         draw_legend(drawing_, {corner_.x + extent_.x + kLegendGap, corner_.y}, legend, shown_);
@@ -378,8 +381,15 @@ class Plan {
             for (int column = 0; column < figure_.values.columns; ++column) {
                 const double v = figure_.values.at(column, row);
                 if (std::isnan(v)) continue;
-                drawing_.text(on_paper(place_of(column, row)) + V2d(0, 0.36 * size), value_text(v), "middle",
-                              size, fmt::format(R"(class="value" fill="{}")", ink_on(shown_.colour(v))));
+                const Rgb cell = shown_.colour(v);
+                const V2d at = on_paper(place_of(column, row)) + V2d(0, 0.36 * size);
+                drawing_.text(
+                    at, value_text(v), "middle", size,
+                    fmt::format(
+                        R"(fill="{0}" stroke="{0}" stroke-width="2.5" stroke-linejoin="round" aria-hidden="true")",
+                        hex(cell)));
+                drawing_.text(at, value_text(v), "middle", size,
+                              fmt::format(R"(class="value" fill="{}")", ink_on(cell)));
             }
         }
     }
@@ -429,19 +439,20 @@ class Plan {
             corner_.x, corner_.y, extent_.x, extent_.y);
         const double bottom = corner_.y + extent_.y;
         const auto most = [](double pixels) { return std::clamp(static_cast<int>(pixels / 55), 2, 12); };
-        for (const double x : round_numbers({low_.x, high_.x}, Scaling::linear, most(extent_.x))) {
-            const double at = on_paper({x, low_.y}).x;
+        const V2d low = low_ + figure_.origin, high = high_ + figure_.origin;
+        for (const double x : round_numbers({low.x, high.x}, Scaling::linear, most(extent_.x))) {
+            const double at = on_paper({x - figure_.origin.x, low_.y}).x;
             drawing_.line({at, bottom}, {at, bottom + 5}, "#000000", 1);
             drawing_.text({at, bottom + 18}, fmt::format("{:g}", x), "middle", kSmallFont + 1);
         }
-        for (const double y : round_numbers({low_.y, high_.y}, Scaling::linear, most(extent_.y))) {
-            const double at = on_paper({low_.x, y}).y;
+        for (const double y : round_numbers({low.y, high.y}, Scaling::linear, most(extent_.y))) {
+            const double at = on_paper({low_.x, y - figure_.origin.y}).y;
             drawing_.line({corner_.x - 5, at}, {corner_.x, at}, "#000000", 1);
             drawing_.text({corner_.x - 9, at + 4}, fmt::format("{:g}", y), "end", kSmallFont + 1);
         }
-        drawing_.text({corner_.x + extent_.x / 2, bottom + 36}, "x [m]", "middle");
+        drawing_.text({corner_.x + extent_.x / 2, bottom + 36}, figure_.axes[0] + " [m]", "middle");
         const V2d side(kMargin + 4, corner_.y + extent_.y / 2);
-        drawing_.text(side, "y [m]", "middle", kFontSize, turned(side, -90));
+        drawing_.text(side, figure_.axes[1] + " [m]", "middle", kFontSize, turned(side, -90));
     }
 
     const PlanFigure& figure_;

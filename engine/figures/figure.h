@@ -47,6 +47,11 @@ struct PlanLamp {
     Imath::V2d size{0, 0};  // m, of its outline; 0: the mark alone
 };
 
+struct PlanLabel {
+    Imath::V2d place;
+    std::string text;
+};
+
 struct PlanFigure : FigureValues {
     Imath::V2d first{0, 0};    // m, position of the first value, at the top left
     Imath::V2d spacing{1, 1};  // m, > 0: between columns to the right, between rows downwards
@@ -54,6 +59,10 @@ struct PlanFigure : FigureValues {
     std::vector<PlanOutline> outlines;
     std::vector<PlanDrawing> drawings;
     std::vector<PlanLamp> lamps;
+    std::vector<PlanLabel> labels;
+    // Names of the axes, and the coordinates of the origin in their numbers [m].
+    std::array<std::string, 2> axes{"x", "y"};
+    Imath::V2d origin{0, 0};
     double width = 900;  // of the whole figure, >= 300 pixels; the height follows
 };
 

@@ -70,7 +70,7 @@ std::string polar_svg(const PolarFigure& figure) {
                                label.x, label.y + 4, angle);
         }
     }
-    for (int pair = 1; pair >= 0; --pair) {
+    for (int pair = 0; pair < 2; ++pair) {
         std::string path;
         for (int side = 0; side < 2; ++side) {
             for (double angle = side == 0 ? 180 : 0; angle >= 0 && angle <= 180;

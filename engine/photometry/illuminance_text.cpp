@@ -127,12 +127,20 @@ std::string table_text(const std::vector<std::vector<std::string>>& rows) {
 
 std::string cut_off_text(const SurfaceIlluminance& surface) {
     const std::size_t excluded = surface.excluded(), cut_off = surface.cut_off() - excluded;
-    if (cut_off == 0) return {};
-    return fmt::format(
-        "\"{}\": {} of {} points lie inside furniture, walls or closed rooms, where no light comes, and do "
-        "not "
-        "count\n",
-        plain_text(surface.surface.name), cut_off, surface.points.size() - excluded);
+    const std::string name = plain_text(surface.surface.name);
+    std::string text;
+    if (excluded > 0) {
+        text = fmt::format(
+            "\"{}\": {} of {} points lie outside the area or the room, or are hidden, and do not count\n",
+            name, excluded, surface.points.size());
+    }
+    if (cut_off > 0) {
+        text += fmt::format(
+            "\"{}\": {} of {} points lie inside furniture, walls or closed rooms, where no light "
+            "comes, and do not count\n",
+            name, cut_off, surface.points.size() - excluded);
+    }
+    return text;
 }
 
 std::string quantity_text(const IlluminanceReport& report) {

@@ -14,7 +14,7 @@
 
 namespace lucerna {
 
-// Returns a line that tells how many of the surface's points are cut off from the light; empty if none is.
+// Returns lines that tell how many of the surface's points do not count, and why; empty if all count.
 std::string cut_off_text(const SurfaceIlluminance& surface);
 
 // Returns a sentence that names quantity and unit, and what the numbers are relative to.

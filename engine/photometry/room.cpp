@@ -261,6 +261,22 @@ std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points
     return room;
 }
 
+double Room::area(const Scene& scene) const {
+    constexpr int kPoints = 100;  // along each side
+    const int a = (up_axis_ + 1) % 3, b = (up_axis_ + 2) % 3;
+    const V3d size = bounds_.size();
+    int inside = 0;
+    for (int i = 0; i < kPoints; ++i) {
+        for (int j = 0; j < kPoints; ++j) {
+            V3d p = bounds_.min;
+            p[a] += (i + 0.5) / kPoints * size[a];
+            p[b] += (j + 0.5) / kPoints * size[b];
+            inside += holds(scene, p) ? 1 : 0;
+        }
+    }
+    return size[a] * size[b] * inside / (kPoints * kPoints);
+}
+
 Room::Reflectances Room::reflectances(const Scene& scene) const {
     constexpr int kPoints = 16;  // along each side of a surface
     V3d up(0);

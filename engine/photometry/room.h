@@ -36,6 +36,8 @@ class Room {
     const std::vector<Wall>& walls() const { return walls_; }
     // Bounds in plan, from the floor to the ceiling; world.
     const Imath::Box<V3d>& bounds() const { return bounds_; }
+    // Returns the area in plan, exact to a hundredth of the bounds' area.
+    double area(const Scene& scene) const;
     // Returns the mean reflectance (luminance of the albedo) of the floor, the walls and the ceiling, as
     // light that comes straight at them meets them, furniture before the walls and luminaires included.
     struct Reflectances {

@@ -76,6 +76,7 @@ TEST(Room, OfAnL_HasSixWalls_AndHoldsNeitherItsNotchNorTheNextRoom) {
                                            DoubleNear(6, 1e-3), DoubleNear(8, 1e-3), DoubleNear(9, 1e-3)));
     EXPECT_TRUE(room->holds(job.scene, {1, 8.5, 0}));
     EXPECT_FALSE(room->holds(job.scene, {6, 6, 0}));
+    EXPECT_NEAR(room->area(job.scene), 8 * 3 + 3 * 6, 0.72);
 }
 
 TEST(Room, WithSlantedWalls_HasTheirWidths) {

@@ -100,11 +100,23 @@ Examples:
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
+// Returns the middles of the walls, in the order of their surfaces.
+std::vector<std::pair<V3d, std::string>> walls_of(const std::vector<Room>& rooms) {
+    std::vector<std::pair<V3d, std::string>> walls;
+    for (const Room& room : rooms) {
+        for (std::size_t i = 0; i < room.walls().size(); ++i) {
+            const Wall& wall = room.walls()[i];
+            walls.emplace_back((wall.from + wall.to) / 2, fmt::format("wall {}", i + 1));
+        }
+    }
+    return walls;
+}
+
 RoomText room_text(const Room& room, const Scene& scene) {
     const V3d size = room.bounds().size();
     const int up = room.up_axis();
     return {V3d(size[(up + 1) % 3], size[(up + 2) % 3], size[up]), room.walls().size(),
-            room.reflectances(scene)};
+            room.reflectances(scene), room.area(scene)};
 }
 
 constexpr std::string_view kErrorMap = "error", kOpeningErrorMap = "opening-error",
@@ -217,7 +229,8 @@ LuxPage page_of(const LuxCommand& command, const RoomSurfaces& room, const Job& 
     const int up = command.up_axis(job);
     for (const CalculationSurface& surface : room.surfaces) {
         const bool is_drawn = command.has_page() || !command.plan.empty();
-        page.model.push_back(is_drawn ? model_lines(job.scene, surface, up) : std::vector<PlanDrawing>());
+        page.model.push_back(is_drawn ? model_lines(job.scene, surface, up, room.rooms)
+                                      : std::vector<PlanDrawing>());
     }
     if (!command.has_page()) return page;
     page.facts = picture_facts(job, command.options.seed);
@@ -225,6 +238,7 @@ LuxPage page_of(const LuxCommand& command, const RoomSurfaces& room, const Job& 
     page.tasks = static_cast<std::size_t>(std::ranges::count(room.areas, Area::task));
     page.luminaires = luminaire_types(job.scene, command.options.workers, monitor);
     for (const Room& each : room.rooms) page.rooms.push_back(room_text(each, job.scene));
+    page.walls = walls_of(room.rooms);
     return page;
 }
 

@@ -15,6 +15,10 @@
 namespace lucerna {
 namespace {
 
+constexpr const char* kPlanKey =
+    " Thin lines: furniture just below the surface; thick lines: walls and what else is higher. Crossed "
+    "circles "
+    "and dashed outlines: luminaires.";
 constexpr double kFurtherPlan = 620;  // pixels, width of the plans that are not of task areas
 
 // Returns a table of text cells; the first row is the heading, and numbers are right-aligned.
@@ -22,12 +26,12 @@ std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t
     std::string html = "<table>\n";
     for (std::size_t r = 0; r < rows.size(); ++r) {
         const std::string cell = r == 0 ? "th" : "td";
-        html += "<tr>";
+        html += r == 0 ? "<thead><tr>" : "<tr>";
         for (std::size_t c = 0; c < rows[r].size(); ++c) {
             html += fmt::format("<{0}{1}>{2}</{0}>", cell, c < text_columns ? "" : " class=\"number\"",
                                 html_text(rows[r][c]));
         }
-        html += "</tr>\n";
+        html += r == 0 ? "</tr></thead>\n" : "</tr>\n";
     }
     return html + "</table>\n";
 }
@@ -71,7 +75,7 @@ std::string uncertainty(const IlluminanceReport& report, const MeasurementUncert
 
 // Formats a unit vector to two decimals.
 std::string direction_text(const V3d& axis) {
-    if (axis == V3d(0)) return "all around";
+    if (axis == V3d(0)) return "–";
     const auto rounded = [](double x) { return std::round(100 * x) / 100 + 0.0; };  // turns -0 into 0
     return fmt::format("({:g}, {:g}, {:g})", rounded(axis.x), rounded(axis.y), rounded(axis.z));
 }
@@ -108,9 +112,10 @@ std::string beam_text(const LuminaireType& type) {
 std::string luminaires(const IlluminanceReport& report, const std::vector<LuminaireType>& types) {
     if (types.empty()) return "<p>None with a position in the scene.</p>";
     const std::string& unit = report.flux_unit;
-    std::vector<std::vector<std::string>> rows{
-        {"luminaire", "kind", "number", "flux of each [" + unit + "]", "flux of all [" + unit + "]",
-         "power of each [W]", "peak intensity [cd]", "CCT [K]", "beam angle C0 × C90", "size [m]"}};
+    std::vector<std::vector<std::string>> rows{{"luminaire", "kind", "number", "flux of each [" + unit + "]",
+                                                "flux of all [" + unit + "]", "power of each [W]",
+                                                "efficacy [lm/W]", "peak intensity [cd]", "CCT [K]",
+                                                "beam angle C0 × C90", "size [m]"}};
     double all = 0, watts = 0;
     std::string figures;
     for (std::size_t i = 0; i < types.size(); ++i) {
@@ -121,6 +126,7 @@ std::string luminaires(const IlluminanceReport& report, const std::vector<Lumina
         rows.push_back({fmt::format("L{} {}", i + 1, plain_line(type.file)), type.kind,
                         std::to_string(type.count), flux_text(type.flux), flux_text(flux),
                         type.watts > 0 ? fmt::format("{:.4g}", type.watts) : "–",
+                        type.watts > 0 ? fmt::format("{:.0f}", type.flux / type.watts) : "–",
                         type.beam.peak > 0 ? fmt::format("{:.4g}", type.beam.peak) : "–",
                         type.kelvin > 0 ? fmt::format("{:.0f}", type.kelvin) : "–", beam_text(type),
                         fmt::format("{:.2g} × {:.2g} × {:.2g}", type.size.x, type.size.y, type.size.z)});
@@ -129,19 +135,20 @@ std::string luminaires(const IlluminanceReport& report, const std::vector<Lumina
         figures += fmt::format("<figure>{}<figcaption>L{}: {}</figcaption></figure>\n", type.polar, i + 1,
                                html_text(plain_line(source)));
     }
-    rows.push_back(
-        {"all", "", "", "", flux_text(all), watts > 0 ? fmt::format("{:.4g}", watts) : "–", "", "", "", ""});
+    rows.push_back({"all", "", "", "", flux_text(all), watts > 0 ? fmt::format("{:.4g}", watts) : "–",
+                    watts > 0 ? fmt::format("{:.0f}", all / watts) : "–", "", "", "", ""});
     return "<div class=\"wide\">" + table(rows, 2) + "</div>\n<div class=\"row\">" + figures + "</div>";
 }
 
 std::string rooms(const std::vector<RoomText>& rooms) {
     if (rooms.empty()) return {};
-    std::vector<std::vector<std::string>> rows{{"room", "length × width [m]", "clear height [m]", "walls",
-                                                "reflectance of floor", "of walls", "of ceiling"}};
+    std::vector<std::vector<std::string>> rows{{"room", "area [m²]", "bounds [m]", "clear height [m]",
+                                                "walls", "reflectance of floor", "of walls", "of ceiling"}};
     for (std::size_t i = 0; i < rooms.size(); ++i) {
         const RoomText& room = rooms[i];
         const auto& [floor, walls, ceiling] = room.reflectances;
-        rows.push_back({std::to_string(i + 1), fmt::format("{:.2f} × {:.2f}", room.size.x, room.size.y),
+        rows.push_back({std::to_string(i + 1), fmt::format("{:.1f}", room.area),
+                        fmt::format("{:.2f} × {:.2f}", room.size.x, room.size.y),
                         fmt::format("{:.2f}", room.size.z), std::to_string(room.walls),
                         fmt::format("{:.2f}", floor), fmt::format("{:.2f}", walls),
                         fmt::format("{:.2f}", ceiling)});
@@ -155,7 +162,15 @@ std::string requirements(const std::vector<Judgement>& judgements) {
     if (judgements.empty()) return {};
     std::string html = fmt::format("<h2>Requirements (EN 12464-1:2021)</h2>\n<p class=\"verdict\">{}.</p>\n",
                                    html_text(judgements_summary(judgements)));
-    std::string rows = table(judgement_rows(judgements), 3);
+    // Missed requirements come first, then undecided ones.
+    std::vector<Judgement> sorted = judgements;
+    const auto rank = [](const Judgement& one) {
+        return one.verdict == Verdict::missed ? 0 : one.verdict == Verdict::undecided ? 1 : 2;
+    };
+    std::ranges::stable_sort(sorted, {}, rank);
+    std::string rows = table(judgement_rows(sorted), 3);
+    const std::string heading = "<th class=\"number\">result</th>";
+    rows.replace(rows.find(heading), heading.size(), "<th>result</th>");
     // Marks the results, which are the last cells of their rows.
     for (std::size_t i = 0; i < std::size(kVerdicts); ++i) {
         constexpr const char* kMarks[] = {"✔ ", "✘ ", "? "};
@@ -277,6 +292,15 @@ std::string facts(const Facts& facts) {
     return table(rows, 2);
 }
 
+// Names the walls in a plan of a level surface.
+void label_walls(const LuxPage& page, const CalculationSurface& surface, PlanFigure& plan) {
+    const V3d u = surface.u.normalized(), v = surface.v.normalized();
+    for (const auto& [middle, name] : page.walls) {
+        const V3d from = middle - surface.corner;
+        plan.labels.push_back({{from.dot(u), from.dot(v)}, name});
+    }
+}
+
 }  // namespace
 
 PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report,
@@ -298,11 +322,13 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
         const SurfaceIlluminance& surface = report.surfaces[i];
         PlanFigure plan = plan_of(surface, report, page.model[i]);
         plan.title.clear();  // the heading says it
-        if (i >= page.tasks) plan.width = kFurtherPlan;
-        (i < page.tasks ? plans : further) +=
-            fmt::format("<figure><h2>{}</h2>{}<figcaption>{}</figcaption></figure>\n",
-                        html_text(plain_text(surface.surface.name)), plan_svg(plan),
-                        html_text(place_text(surface.surface)));
+        const bool is_wide = surface.surface.u.length() > 2.5 * surface.surface.v.length();
+        if (i >= page.tasks && !is_wide) plan.width = kFurtherPlan;
+        if (!page.model[i].empty()) label_walls(page, surface.surface, plan);
+        (i < page.tasks ? plans : further) += fmt::format(
+            "<figure{}><h2>{}</h2>{}<figcaption>{}{}</figcaption></figure>\n",
+            is_wide ? " class=\"broad\"" : "", html_text(plain_text(surface.surface.name)), plan_svg(plan),
+            html_text(place_text(surface.surface)), page.model[i].empty() ? "" : kPlanKey);
     }
     if (!further.empty()) plans += "<div class=\"row plans\">" + further + "</div>\n";
     for (const PlanFigure& plan : page.more_plans)

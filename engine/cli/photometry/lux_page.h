@@ -22,6 +22,7 @@ struct RoomText {
     V3d size;  // length, width and clear height [m]
     std::size_t walls = 0;
     Room::Reflectances reflectances;
+    double area = 0;  // of the floor [m²]
 };
 
 struct LuxPage {
@@ -34,8 +35,9 @@ struct LuxPage {
     std::vector<std::pair<std::string, std::string>> about = {};  // lines of the heading: project, author
     std::vector<RoomText> rooms = {};
     std::vector<LuminaireType> luminaires = {};
-    std::vector<std::vector<PlanDrawing>> model = {};  // of each surface
-    std::size_t tasks = 0;                             // how many of the surfaces, the first, are task areas
+    std::vector<std::vector<PlanDrawing>> model = {};     // of each surface
+    std::vector<std::pair<V3d, std::string>> walls = {};  // middles of their lower edges, and names
+    std::size_t tasks = 0;  // how many of the surfaces, the first, are task areas
 };
 // Returns one self-contained HTML file without scripts.
 std::string lux_page(const LuxResults& results, const LuxPage& page);

@@ -18,6 +18,22 @@ bool is_png(const std::filesystem::path& file) {
     return suffix_of(file) == ".png";
 }
 
+// Names the axes after those of the scene if the surface's sides lie along these.
+void name_axes(const CalculationSurface& surface, PlanFigure& plan) {
+    const V3d sides[] = {surface.u.normalized(), surface.v.normalized()};
+    int along[2] = {-1, -1};
+    for (int side = 0; side < 2; ++side) {
+        for (int axis = 0; axis < 3; ++axis) {
+            if (sides[side][axis] > 1 - 1e-9) along[side] = axis;
+        }
+    }
+    if (along[0] < 0 || along[1] < 0) return;
+    for (int side = 0; side < 2; ++side) {
+        plan.axes[static_cast<std::size_t>(side)] = std::string(1, "xyz"[along[side]]);
+        plan.origin[side] = surface.corner[along[side]];
+    }
+}
+
 }  // namespace
 
 PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> values, const std::string& unit,
@@ -35,6 +51,7 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
     }
     plan.spacing = {width / columns, height / rows};
     plan.first = {plan.spacing.x / 2, height - plan.spacing.y / 2};
+    name_axes(surface, plan);
     plan.outlines.push_back({{{0, 0}, {width, 0}, {width, height}, {0, height}}, true});
     for (const LuminairePlace& lamp : lamps) {
         const V3d from = lamp.place - surface.corner;
@@ -50,8 +67,9 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
     return plan;
 }
 
-std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis) {
-    constexpr double kBelow = 0.03, kAbove = 0.75, kAround = 0.6, kSpacing = 0.02;  // m
+std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis,
+                                     std::span<const Room> rooms) {
+    constexpr double kBelow = 0.03, kAbove = 0.75, kAround = 0.6, kWall = 0.1, kSpacing = 0.02;  // m
     const V3d up = surface.u.cross(surface.v).normalized();
     if (std::fabs(up[up_axis]) < 0.999) return {};
     Imath::Box<V3d> box;
@@ -59,8 +77,13 @@ std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurfac
         for (const double v : {0.0, 1.0}) box.extendBy(surface.corner + u * surface.u + v * surface.v);
     }
     const double height = box.center()[up_axis];
-    box.min -= V3d(kAround);
-    box.max += V3d(kAround);
+    const V3d middle = surface.corner + 0.5 * (surface.u + surface.v);
+    const auto room = std::ranges::find_if(rooms, [&](const Room& each) {
+        return each.bounds().intersects(middle) && each.holds(scene, middle);
+    });
+    if (room != rooms.end()) box.extendBy(room->bounds());
+    box.min -= V3d(room != rooms.end() ? kWall : kAround);
+    box.max += V3d(room != rooms.end() ? kWall : kAround);
     const V3d u = surface.u.normalized(), v = surface.v.normalized();
     std::vector<PlanDrawing> drawings;
     for (const auto& [at, width] : {std::pair(height - kBelow, 0.8), std::pair(height + kAbove, 2.2)}) {

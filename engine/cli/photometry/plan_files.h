@@ -9,6 +9,7 @@
 #include "engine/cli/command_files.h"
 #include "engine/figures/figure.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/photometry/room.h"
 
 namespace lucerna {
 
@@ -18,8 +19,10 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
                    std::span<const LuminairePlace> lamps);
 
 // Returns the lines of the model in the plan of a level surface: furniture, cut 3 cm below the surface, and
-// walls, cut 75 cm above it, with 60 cm around. Other surfaces have none.
-std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis);
+// walls, cut 75 cm above it: those of the room that holds the surface, or else of 60 cm around it. Other
+// surfaces have none.
+std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis,
+                                     std::span<const Room> rooms = {});
 
 // Returns "lux.exr" for the first surface and "lux-2.exr" for the second.
 std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t surface);
