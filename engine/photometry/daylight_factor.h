@@ -1,6 +1,6 @@
-// The daylight factor: the illuminance at a point by the light of the sky, direct or over surfaces, divided by
-// that of an unobstructed horizontal plane under the same sky. By definition the sun is left out
-// [CIE S 017:2020].
+// The daylight factor: the illuminance at a point by the light of the sky, direct or over surfaces, divided
+// by that of an unobstructed horizontal plane under the same sky. By definition the sun is left out [CIE S
+// 017:2020].
 #pragma once
 
 #include "engine/photometry/illuminance.h"
