@@ -57,7 +57,7 @@ class Builder {
             const auto room = room_of(task);
             if (!room) continue;
             if (needs(Requirement::surround)) add(Area::surround, surround(task, *room));
-            if (needs(Requirement::background) && is_level(task))
+            if (needs(Requirement::background) && task.is_level(axis_))
                 add(Area::background, background(task, *room));
         }
         for (std::size_t i = 0; i < made_.rooms.size(); ++i)
@@ -67,9 +67,6 @@ class Builder {
 
   private:
     bool needs(Requirement one) const { return required(requirements_, one).has_value(); }
-    bool is_level(const CalculationSurface& surface) const {
-        return std::fabs(surface.u.cross(surface.v).normalized()[axis_]) > 0.999;
-    }
     bool needs_room() const {
         return std::any_of(requirements_.begin() + static_cast<std::ptrdiff_t>(Requirement::surround),
                            requirements_.end(), [](const auto& limits) { return limits.has_value(); });
@@ -121,10 +118,7 @@ class Builder {
                 surface.excluded.push_back(out);
             }
         }
-        if (std::ranges::none_of(surface.excluded, [](bool out) { return out; }))
-            surface.excluded.clear();
-        else
-            crop(surface);
+        crop(surface);
     }
 
     // Crops the surface to the rows and columns with points that count.
@@ -172,10 +166,8 @@ class Builder {
         CalculationSurface inner = widened(task, kSurround);
         inner.corner[axis_] = room.floor();
         inner.u[axis_] = inner.v[axis_] = 0;
-        CalculationSurface band = inner;
-        const V2i points = default_points(inner.u.length(), inner.v.length());
-        band.points = points;
-        band = widened(band, kBackground);
+        inner.points = default_points(inner.u.length(), inner.v.length());
+        CalculationSurface band = widened(inner, kBackground);
         band.name = task.name + ": background";
         band.normal = band.up = V3f(up_);
         band.kind = ReceiverKind::planar;
@@ -246,7 +238,6 @@ class Builder {
                     surface.excluded[surface.index(x, y)] = true;
             }
         }
-        if (std::ranges::none_of(surface.excluded, [](bool out) { return out; })) surface.excluded.clear();
     }
 
     // Luminaires may be above each point of a grid; then one with more points meets what is between them.
@@ -303,8 +294,8 @@ constexpr AreaRule kRules[] = {{Area::task, Requirement::em, 0},
                                {Area::ceiling, Requirement::ceiling, kUniformElsewhere},
                                {Area::cylindrical, Requirement::ez, kUniformElsewhere}};
 
-// Returns the uniformity, whose interval is all below its value if no light was found at the darkest point:
-// it is not known then how little there is.
+// Judges the uniformity of a surface. It is undecided if no light was found at the darkest point, because it
+// is not known then how little there is.
 Verdict verdict_of_uniformity(const SurfaceIlluminance& surface, const RequiredRange& range) {
     const bool is_found = surface.least.value > 0;
     return is_found ? verdict_of(surface.uniformity, range) : Verdict::undecided;

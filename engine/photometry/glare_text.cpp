@@ -16,17 +16,17 @@ std::string short_text(const Reading95& reading) {
     return std::isfinite(reading.value) ? fmt::format("{:.4g}", reading.value) : "none";
 }
 
-std::string rating_text(const Reading95& rating) {
-    if (std::isnan(rating.value)) return "undefined";
-    return std::isfinite(rating.value) ? reading_text(rating) : "none";
-}
-
 // Formats a number for a table; numbers that are not finite give an empty cell.
 std::string csv_number(double value, int digits) {
     return std::isfinite(value) ? fmt::format("{:.{}g}", value, digits) : std::string();
 }
 
 }  // namespace
+
+std::string rating_text(const Reading95& rating) {
+    if (std::isnan(rating.value)) return "undefined";
+    return std::isfinite(rating.value) ? reading_text(rating) : "none";
+}
 
 std::string glare_text(std::span<const GlareReport> reports) {
     const bool daylight = std::any_of(reports.begin(), reports.end(),

@@ -8,6 +8,8 @@
 
 namespace lucerna {
 
+// Formats a rating with its interval; "none" where no luminaire is seen, or "undefined".
+std::string rating_text(const Reading95& rating);
 // Returns a table with one line for each observer.
 std::string glare_text(std::span<const GlareReport> reports);
 // Returns one line for each observer under a line of column names (RFC 4180).

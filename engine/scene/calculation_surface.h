@@ -2,6 +2,7 @@
 // not part of the scene's geometry; light passes through it.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct CalculationSurface {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(points.x) + static_cast<std::size_t>(x);
     }
     bool counts(int x, int y) const { return excluded.empty() || !excluded[index(x, y)]; }
+    // Tells whether the surface is level within 2.5 degrees, for an upward axis of 0 to 2.
+    bool is_level(int up_axis) const { return std::fabs(u.cross(v).normalized()[up_axis]) > 0.999; }
     // Returns the centre of a grid cell. v grows with y.
     V3d position(int x, int y) const { return corner + (x + 0.5) / points.x * u + (y + 0.5) / points.y * v; }
     Receiver receiver(int x, int y) const { return {position(x, y), normal, up, kind}; }

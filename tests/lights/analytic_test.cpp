@@ -300,7 +300,7 @@ TEST(AreaLight, RectangleAnywhere_EqualsLambertsContourFormula) {
     }
 }
 
-// Of a disc that lies above the horizon, a tilted plane receives the cosine at its middle times E.
+// A tilted plane receives E times the cosine at the middle of a disc that is all above its horizon.
 TEST(SunLight, Irradiance_IsThatOfItsMiddle) {
     const double radius = 0.00465;
     const V3f towards = V3f(0, 3, 4).normalized();

@@ -51,7 +51,7 @@ TEST(SunPosition, Geocentric_IsThatOfTheNavalObservatory) {
     EXPECT_GT(worst_of_geocentric(1), kTolerance) << "an error of an hour is refused";
 }
 
-// The same for an observer in Atlanta, of 26 September 2007, 0 h UT1. The place above the horizon follows
+// The tables also have the sun for an observer in Atlanta on 26 September 2007, 0 h UT1. The place above the horizon follows
 // from Greenwich mean sidereal time and the equation of the equinoxes, 0 h 18 m 19.7 s.
 TEST(SunPosition, Topocentric_IsThatOfTheNavalObservatory) {
     const GeographicPlace atlanta{33.76, -84.41};

@@ -16,6 +16,7 @@ import signal
 import subprocess
 import tempfile
 import time
+import unittest
 
 # The exit code if there is no browser: 77 skips the test, but if CI is set, the test fails.
 SKIPPED = 1 if os.environ.get("CI") else 77
@@ -148,3 +149,17 @@ class Page:
         typed = {"text": text} if len(text) == 1 else {}
         self._call("Input.dispatchKeyEvent", type="keyDown", key=text, **typed)
         self._call("Input.dispatchKeyEvent", type="keyUp", key=text)
+
+
+class PageCase(unittest.TestCase):
+    """Tests of a page in the temporary folder `folder`, which setUpClass makes and enters as `page`. No test may cause trouble
+    or requests."""
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.page.__exit__()
+        cls.folder.cleanup()
+
+    def tearDown(self):
+        self.assertEqual(self.page.troubles, [])
+        self.assertEqual(self.page.requests, [])

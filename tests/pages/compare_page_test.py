@@ -35,7 +35,7 @@ t.drawImage(v, -Math.floor(%g * v.width), -Math.floor(%g * v.height));
 return [...t.getImageData(0, 0, 1, 1).data].slice(0, 3); })()"""
 
 
-class ComparePage(unittest.TestCase):
+class ComparePage(chromium.PageCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
@@ -48,15 +48,9 @@ class ComparePage(unittest.TestCase):
         cls.page = chromium.Page(folder / "page.html").__enter__()
         cls.page.evaluate("strip.ready.then(() => true)")
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.page.__exit__()
-        cls.folder.cleanup()
-
     def tearDown(self):
         self.page.evaluate("strip.whole(); strip.slide(0.5); strip.left = 0; strip.right = 1; strip.draw()")
-        self.assertEqual(self.page.troubles, [])
-        self.assertEqual(self.page.requests, [])
+        super().tearDown()
 
     def choose(self, side, name):
         found = self.page.evaluate(f"""(() => {{ const s = document.querySelector('select[name={side}]');

@@ -25,7 +25,7 @@ LightSource "point" "rgb I" [ 300 300 300 ] "point3 from" [ 0 2 0 ]
 LUCERNA = None
 
 
-class FalseColour(unittest.TestCase):
+class FalseColour(chromium.PageCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
@@ -36,15 +36,6 @@ class FalseColour(unittest.TestCase):
         subprocess.run([LUCERNA, "falsecolour", "e.exr", "-o", "e.svg", "--levels", "40,60", "--size", "600"],
                        cwd=folder, check=True, stdout=subprocess.DEVNULL)
         cls.page = chromium.Page(folder / "e.svg").__enter__()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.page.__exit__()
-        cls.folder.cleanup()
-
-    def tearDown(self):
-        self.assertEqual(self.page.troubles, [])
-        self.assertEqual(self.page.requests, [])
 
     def test_it_is_a_drawing(self):
         self.assertEqual(self.page.evaluate("document.documentElement.tagName"), "svg")

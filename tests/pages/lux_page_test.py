@@ -45,7 +45,7 @@ def expect_contrast(test):
     test.page.prefer("light")
 
 
-class LuxPage(unittest.TestCase):
+class LuxPage(chromium.PageCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
@@ -57,15 +57,6 @@ class LuxPage(unittest.TestCase):
         with open(folder / "lux.csv", encoding="utf-8") as file:
             cls.points = list(csv.DictReader(file))
         cls.page = chromium.Page(folder / "lux.html").__enter__()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.page.__exit__()
-        cls.folder.cleanup()
-
-    def tearDown(self):
-        self.assertEqual(self.page.troubles, [])
-        self.assertEqual(self.page.requests, [])
 
     def test_the_table_has_the_numbers_of_the_points(self):
         rows = self.page.evaluate("[...document.querySelector('table').rows].map(r => [...r.cells].map(c => c.textContent))")
@@ -91,6 +82,10 @@ class LuxPage(unittest.TestCase):
         low = [n for n in numbers if n[0].strip() == f"{darkest:.0f}" or n[0].strip() == f"{darkest:.1f}"]
         self.assertTrue(low, numbers)
         self.assertTrue(any(b[1] > d[1] and b[2] < d[2] for b in at for d in low), (at, low))
+
+    def test_the_plan_of_a_level_surface_has_the_lamp_also_where_the_model_has_no_lines(self):
+        self.assertEqual(self.page.evaluate("document.querySelectorAll('circle.lamp').length"), 1)
+        self.assertEqual(self.page.evaluate("document.querySelectorAll('path.section').length"), 0)
 
     def test_drawings_and_texts_stay_inside_the_page(self):
         self.assertTrue(self.page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"))
@@ -137,7 +132,7 @@ TILT=NONE
 """
 
 
-class LuxReport(unittest.TestCase):
+class LuxReport(chromium.PageCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
@@ -149,15 +144,6 @@ class LuxReport(unittest.TestCase):
                        cwd=folder, check=True, stdout=subprocess.DEVNULL)
         cls.pdf = (folder / "report.pdf").read_bytes()
         cls.page = chromium.Page(folder / "report.html").__enter__()
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.page.__exit__()
-        cls.folder.cleanup()
-
-    def tearDown(self):
-        self.assertEqual(self.page.troubles, [])
-        self.assertEqual(self.page.requests, [])
 
     def count(self, selector):
         return self.page.evaluate(f"document.querySelectorAll('{selector}').length")

@@ -75,7 +75,7 @@ def make_study(folder, description=DESCRIPTION):
     return folder / "out" / "study.html", json.loads((folder / "out" / "results.json").read_text())
 
 
-class StudyPage(unittest.TestCase):
+class StudyPage(chromium.PageCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
@@ -83,17 +83,8 @@ class StudyPage(unittest.TestCase):
         cls.page = chromium.Page(file, width=1200, seconds=240).__enter__()
         cls.page.evaluate("study.ready.then(() => true)")
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.page.__exit__()
-        cls.folder.cleanup()
-
     def setUp(self):
         self.page.evaluate("window.scrollTo(0, 0); study.scenes.forEach((one) => { one.images.strip.whole(); one.images.strip.slide(0.5); })")
-
-    def tearDown(self):
-        self.assertEqual(self.page.troubles, [])
-        self.assertEqual(self.page.requests, [])
 
     def of_scene(self, name):
         return [p for p in self.results["points"] if p["scene"] == name]

@@ -51,11 +51,9 @@ def main():
         assert os.path.getsize(os.path.join(folder, "out/desk-lux.png")) > 1000
         with open(os.path.join(folder, "out/report.pdf"), "rb") as file:
             assert file.read(4) == b"%PDF"
-    # What is far from its limit is judged in little time as on the page.
-    for line in re.findall(r"^    (Em +work plane .*|Ez +cylindrical.*)$", page, re.M)[:1]:
-        name, result = line.split()[0], line.split()[-1]
-        found = re.search(rf"^{name} +work plane .* (\w+)$", ran.stdout, re.M)
-        assert found and found.group(1) == result, (line, ran.stdout)
+    # Em is far from its limit, so that little time is enough to judge it as on the page.
+    judged = re.compile(r"^ *Em +work plane .* (\w+)$", re.M)
+    assert judged.search(ran.stdout).group(1) == judged.search(page).group(1), ran.stdout
     shown = re.search(r"work plane +planar +(\d+) x (\d+) +([\d.]+) ± [\d.]+ +([\d.]+) ± [\d.]+ +([\d.]+) ±", page)
     columns, rows, mean, least, greatest = (float(number) for number in shown.groups())
     assert len(points) == columns * rows, len(points)

@@ -71,7 +71,7 @@ double under_uniform_sky(const V3d& p) {
     return 100 / kPiD * (std::atan(kHalf / d) - d / slant * std::atan(kHalf / slant));
 }
 
-// The same under the traditional overcast sky, L = (1 + 2 sin h)/3, whose horizontal illuminance is 7π/9. The
+// The traditional overcast sky has L = (1 + 2 sin h)/3 and the horizontal illuminance 7π/9. The
 // opening ends at the elevation tan γ = t cos φ above the azimuth φ, t = head / d. With ∫ sin² h cos h dh =
 // sin³ γ / 3, its second part is 2/3 ∫ sin³ γ dφ, whose antiderivative in s = sin φ is asin u - v / (1 + t²),
 // u = t s / sqrt(1 + t²), v = u / sqrt(1 - u²).

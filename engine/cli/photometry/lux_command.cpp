@@ -132,48 +132,44 @@ std::string end_text(const IlluminanceReport& report) {
                        duration_text(report.seconds));
 }
 
-PlanFigure error_plan(PlanFigure plan, const FarFieldError& error, std::string_view from) {
-    plan.title = fmt::format("error of the far field from {}: {}", from, plan.title);
-    plan.unit = "%";
-    plan.scale = {};
-    plan.scale.map = ColourMap::diverging;
+// Returns a plan of other values than illuminance, without isolines.
+PlanFigure plan_of_others(const IlluminanceReport& report, std::size_t surface,
+                          std::span<const double> values, const std::string& title, const LuxPage& page) {
+    PlanFigure plan = plan_of(report, surface, values, page);
+    plan.title = title + ": " + plan.title;
     plan.isolines.shown = false;
-    const int columns = plan.values.columns, rows = plan.values.rows;
-    for (int row = 0; row < rows; ++row) {
-        for (int x = 0; x < columns; ++x) {
-            const auto to = static_cast<std::size_t>(row * columns + x);
-            plan.values.values[to] =
-                100 * error.points[static_cast<std::size_t>((rows - 1 - row) * columns + x)].value;
-        }
-    }
     return plan;
 }
 
 // Adds plans of the errors to the page, and writes them beside the plan of illuminance.
-void draw_errors(const LuxCommand& command, const IlluminanceReport& report, const FarFieldErrors& errors,
-                 LuxPage& page) {
+void draw_errors(const LuxCommand& command, const LuxResults& results, LuxPage& page) {
     const auto draw = [&](const std::vector<FarFieldError>& surfaces, std::string_view from,
                           std::string_view map) {
         for (std::size_t i = 0; i < surfaces.size(); ++i) {
-            const PlanFigure plan =
-                error_plan(plan_of(report.surfaces[i], report, page.model[i]), surfaces[i], from);
+            std::vector<double> values;
+            for (const Reading95& point : surfaces[i].points) values.push_back(100 * point.value);
+            PlanFigure plan = plan_of_others(results.report, i, values,
+                                             fmt::format("error of the far field from {}", from), page);
+            plan.unit = "%";
+            plan.scale.map = ColourMap::diverging;
             page.more_plans.push_back(plan);
             if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), map), plan);
         }
     };
-    draw(errors.from_point, "a point", kErrorMap);
-    draw(errors.from_opening, "the luminous opening", kOpeningErrorMap);
+    draw(results.errors.from_point, "a point", kErrorMap);
+    draw(results.errors.from_opening, "the luminous opening", kOpeningErrorMap);
 }
 
-PlanFigure uncertainty_plan(const IlluminanceReport& report, const MeasurementUncertainty& uncertainty,
-                            std::size_t surface) {
-    std::vector<double> values;
-    for (const LampUncertainty& point : uncertainty.surfaces[surface].points)
-        values.push_back(point.expanded);
-    PlanFigure plan = plan_of(report.surfaces[surface].surface, values, report.unit, report.lamps);
-    plan.title = "uncertainty by the lamps' measurement (k = 2): " + plan.title;
-    plan.isolines.shown = false;
-    return plan;
+void draw_uncertainties(const LuxCommand& command, const LuxResults& results, LuxPage& page) {
+    for (std::size_t i = 0; i < results.uncertainty.surfaces.size(); ++i) {
+        std::vector<double> values;
+        for (const LampUncertainty& point : results.uncertainty.surfaces[i].points)
+            values.push_back(point.expanded);
+        const PlanFigure plan =
+            plan_of_others(results.report, i, values, "uncertainty by the lamps' measurement (k = 2)", page);
+        page.more_plans.push_back(plan);
+        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), plan);
+    }
 }
 
 // Replaces R, G and B by the denoised image if there is one.
@@ -226,10 +222,10 @@ void warn_of_points_outside(std::span<const CalculationSurface> surfaces, const 
 LuxPage page_of(const LuxCommand& command, const RoomSurfaces& room, const Job& job, Monitor& monitor) {
     LuxPage page{command.common.scene, {}, {}, command.options.seed};
     page.maintenance = command.maintenance;
-    const int up = command.up_axis(job);
+    page.up_axis = command.up_axis(job);
     for (const CalculationSurface& surface : room.surfaces) {
         const bool is_drawn = command.has_page() || !command.plan.empty();
-        page.model.push_back(is_drawn ? model_lines(job.scene, surface, up, room.rooms)
+        page.model.push_back(is_drawn ? model_lines(job.scene, surface, page.up_axis, room.rooms)
                                       : std::vector<PlanDrawing>());
     }
     if (!command.has_page()) return page;
@@ -248,15 +244,10 @@ void write_images(const LuxCommand& command, const LuxResults& results, LuxPage&
     for (std::size_t i = 0; i < report.surfaces.size(); ++i) {
         if (!command.image.empty())
             write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
-        if (!command.plan.empty())
-            write_plan(of_surface(command.plan, i), plan_of(report.surfaces[i], report, page.model[i]));
+        if (!command.plan.empty()) write_plan(of_surface(command.plan, i), plan_of(report, i, page));
     }
-    draw_errors(command, report, results.errors, page);
-    for (std::size_t i = 0; i < results.uncertainty.surfaces.size(); ++i) {
-        const PlanFigure plan = uncertainty_plan(report, results.uncertainty, i);
-        page.more_plans.push_back(plan);
-        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), plan);
-    }
+    draw_errors(command, results, page);
+    draw_uncertainties(command, results, page);
 }
 
 void print(const LuxCommand& command, const LuxResults& results, std::ostream& out) {

@@ -8,6 +8,7 @@
 #include "engine/cli/page_parts.h"
 #include "engine/cli/photometry/plan_files.h"
 #include "engine/figures/markup.h"
+#include "engine/photometry/glare_text.h"
 #include "engine/photometry/illuminance_text.h"
 #include "engine/text/plain_text.h"
 #include "engine/text/units.h"
@@ -21,18 +22,24 @@ constexpr const char* kPlanKey =
     "and dashed outlines: luminaires.";
 constexpr double kFurtherPlan = 620;  // pixels, width of the plans that are not of task areas
 
+// Returns a row of cells <th> or <td>, the first `text_columns` of text and the others of the style of
+// numbers, but for the last one, which has the style `last`.
+std::string row(const std::vector<std::string>& cells, std::string_view cell, std::size_t text_columns,
+                std::string_view last = "number") {
+    std::string html = "<tr>";
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+        const std::string_view style = c < text_columns ? "" : c + 1 < cells.size() ? "number" : last;
+        html += fmt::format("<{0}{1}>{2}</{0}>", cell,
+                            style.empty() ? std::string() : fmt::format(" class=\"{}\"", style),
+                            html_text(cells[c]));
+    }
+    return html + "</tr>\n";
+}
+
 // Returns a table of text cells; the first row is the heading, and numbers are right-aligned.
 std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t text_columns) {
-    std::string html = "<table>\n";
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-        const std::string cell = r == 0 ? "th" : "td";
-        html += r == 0 ? "<thead><tr>" : "<tr>";
-        for (std::size_t c = 0; c < rows[r].size(); ++c) {
-            html += fmt::format("<{0}{1}>{2}</{0}>", cell, c < text_columns ? "" : " class=\"number\"",
-                                html_text(rows[r][c]));
-        }
-        html += r == 0 ? "</tr></thead>\n" : "</tr>\n";
-    }
+    std::string html = "<table>\n<thead>" + row(rows.front(), "th", text_columns) + "</thead>\n";
+    for (std::size_t r = 1; r < rows.size(); ++r) html += row(rows[r], "td", text_columns);
     return html + "</table>\n";
 }
 
@@ -73,11 +80,16 @@ std::string uncertainty(const IlluminanceReport& report, const MeasurementUncert
     return html;
 }
 
+// Rounds to multiples of 1 / `parts`, without -0.
+double rounded(double x, double parts) {
+    return std::round(parts * x) / parts + 0.0;
+}
+
 // Formats a unit vector to two decimals.
 std::string direction_text(const V3d& axis) {
     if (axis == V3d(0)) return "–";
-    const auto rounded = [](double x) { return std::round(100 * x) / 100 + 0.0; };  // turns -0 into 0
-    return fmt::format("({:g}, {:g}, {:g})", rounded(axis.x), rounded(axis.y), rounded(axis.z));
+    return fmt::format("({:g}, {:g}, {:g})", rounded(axis.x, 100), rounded(axis.y, 100),
+                       rounded(axis.z, 100));
 }
 
 std::string flux_text(double flux) {
@@ -158,6 +170,12 @@ std::string rooms(const std::vector<RoomText>& rooms) {
            "included.</p>\n";
 }
 
+// How a verdict is shown, in the order of Verdict.
+struct Mark {
+    const char *style, *sign;
+};
+constexpr Mark kMarks[] = {{"met", "✔ "}, {"missed", "✘ "}, {"undecided", "? "}};
+
 std::string requirements(const std::vector<Judgement>& judgements) {
     if (judgements.empty()) return {};
     std::string html = fmt::format("<h2>Requirements (EN 12464-1:2021)</h2>\n<p class=\"verdict\">{}.</p>\n",
@@ -168,22 +186,15 @@ std::string requirements(const std::vector<Judgement>& judgements) {
         return one.verdict == Verdict::missed ? 0 : one.verdict == Verdict::undecided ? 1 : 2;
     };
     std::ranges::stable_sort(sorted, {}, rank);
-    std::string rows = table(judgement_rows(sorted), 3);
-    const std::string heading = "<th class=\"number\">result</th>";
-    rows.replace(rows.find(heading), heading.size(), "<th>result</th>");
-    // Marks the results, which are the last cells of their rows.
-    for (std::size_t i = 0; i < std::size(kVerdicts); ++i) {
-        constexpr const char* kMarks[] = {"✔ ", "✘ ", "? "};
-        const std::string cell = fmt::format("<td class=\"number\">{}</td>", kVerdicts[i]);
-        const std::string marked = fmt::format("<td class=\"{}\">{}{}</td>",
-                                               i == 0   ? "met"
-                                               : i == 1 ? "missed"
-                                                        : "undecided",
-                                               kMarks[i], kVerdicts[i]);
-        for (std::size_t at = rows.find(cell); at != rows.npos; at = rows.find(cell, at + marked.size()))
-            rows.replace(at, cell.size(), marked);
+    const std::vector<std::vector<std::string>> rows = judgement_rows(sorted);
+    html += "<div class=\"wide\"><table>\n<thead>" + row(rows.front(), "th", 3, "") + "</thead>\n";
+    for (std::size_t i = 0; i < sorted.size(); ++i) {
+        const Mark& mark = kMarks[static_cast<std::size_t>(sorted[i].verdict)];
+        std::vector<std::string> cells = rows[i + 1];
+        cells.back() = mark.sign + cells.back();
+        html += row(cells, "td", 3, mark.style);
     }
-    return html + "<div class=\"wide\">" + rows + "</div>\n";
+    return html + "</table>\n</div>\n";
 }
 
 std::string glare(const std::vector<GlareReport>& reports) {
@@ -194,10 +205,7 @@ std::string glare(const std::vector<GlareReport>& reports) {
         const Observer& by = report.observer;
         const auto metres = [](double x) { return fmt::format("{:.2f}", x); };
         rows.push_back({plain_text(by.name), metres(by.eye.x), metres(by.eye.y), metres(by.eye.z),
-                        direction_text(V3d(by.view)),
-                        std::isfinite(report.ugr.value) ? reading_text(report.ugr)
-                        : std::isnan(report.ugr.value)  ? "undefined"
-                                                        : "none in sight",
+                        direction_text(V3d(by.view)), rating_text(report.ugr),
                         reading_text(report.background), reading_text(report.vertical)});
     }
     return "<h2>Glare</h2>\n<div class=\"wide\">" + table(rows, 1) + "</div>\n";
@@ -269,9 +277,8 @@ std::string settings(const IlluminanceReport& report, const LuxPage& page) {
 
 // Describes the position of a plan's axes in the scene.
 std::string place_text(const CalculationSurface& surface) {
-    const auto rounded = [](double x) { return std::round(1e4 * x) / 1e4 + 0.0; };  // turns -0 into 0
     const auto point = [&](const V3d& p) {
-        return fmt::format("({:g}, {:g}, {:g})", rounded(p.x), rounded(p.y), rounded(p.z));
+        return fmt::format("({:g}, {:g}, {:g})", rounded(p.x, 1e4), rounded(p.y, 1e4), rounded(p.z, 1e4));
     };
     const V3d& corner = surface.corner;
     return fmt::format(
@@ -303,16 +310,20 @@ void label_walls(const LuxPage& page, const CalculationSurface& surface, PlanFig
 
 }  // namespace
 
-PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report,
-                   const std::vector<PlanDrawing>& model) {
-    std::vector<double> values;
-    for (const PointIlluminance& point : surface.points) values.push_back(point.all.value);
-    // Luminaires have a place in a plan alone, not in the view of a wall.
-    const bool is_plan = !model.empty();
-    PlanFigure plan = plan_of(surface.surface, values, report.unit,
-                              is_plan ? std::span(report.lamps) : std::span<const LuminairePlace>());
-    plan.drawings = model;
+PlanFigure plan_of(const IlluminanceReport& report, std::size_t surface, std::span<const double> values,
+                   const LuxPage& page) {
+    const CalculationSurface& grid = report.surfaces[surface].surface;
+    const bool is_level = grid.is_level(page.up_axis);
+    PlanFigure plan = plan_of(grid, values, report.unit,
+                              is_level ? std::span(report.lamps) : std::span<const LuminairePlace>());
+    plan.drawings = page.model[surface];
     return plan;
+}
+
+PlanFigure plan_of(const IlluminanceReport& report, std::size_t surface, const LuxPage& page) {
+    std::vector<double> values;
+    for (const PointIlluminance& point : report.surfaces[surface].points) values.push_back(point.all.value);
+    return plan_of(report, surface, values, page);
 }
 
 std::string lux_page(const LuxResults& results, const LuxPage& page) {
@@ -320,15 +331,16 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
     std::string plans, further;
     for (std::size_t i = 0; i < report.surfaces.size(); ++i) {
         const SurfaceIlluminance& surface = report.surfaces[i];
-        PlanFigure plan = plan_of(surface, report, page.model[i]);
+        PlanFigure plan = plan_of(report, i, page);
+        const bool is_level = surface.surface.is_level(page.up_axis);
         plan.title.clear();  // the heading says it
         const bool is_wide = surface.surface.u.length() > 2.5 * surface.surface.v.length();
         if (i >= page.tasks && !is_wide) plan.width = kFurtherPlan;
-        if (!page.model[i].empty()) label_walls(page, surface.surface, plan);
-        (i < page.tasks ? plans : further) += fmt::format(
-            "<figure{}><h2>{}</h2>{}<figcaption>{}{}</figcaption></figure>\n",
-            is_wide ? " class=\"broad\"" : "", html_text(plain_text(surface.surface.name)), plan_svg(plan),
-            html_text(place_text(surface.surface)), page.model[i].empty() ? "" : kPlanKey);
+        if (is_level) label_walls(page, surface.surface, plan);
+        (i < page.tasks ? plans : further) +=
+            fmt::format("<figure{}><h2>{}</h2>{}<figcaption>{}{}</figcaption></figure>\n",
+                        is_wide ? " class=\"broad\"" : "", html_text(plain_text(surface.surface.name)),
+                        plan_svg(plan), html_text(place_text(surface.surface)), is_level ? kPlanKey : "");
     }
     if (!further.empty()) plans += "<div class=\"row plans\">" + further + "</div>\n";
     for (const PlanFigure& plan : page.more_plans)

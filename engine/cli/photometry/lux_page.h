@@ -12,11 +12,6 @@
 
 namespace lucerna {
 
-// Returns a plan of a surface: u to the right, v upwards, in metres from its corner, with the luminaires
-// above it.
-PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report,
-                   const std::vector<PlanDrawing>& model);
-
 // A room as a report describes it.
 struct RoomText {
     V3d size;  // length, width and clear height [m]
@@ -37,8 +32,15 @@ struct LuxPage {
     std::vector<LuminaireType> luminaires = {};
     std::vector<std::vector<PlanDrawing>> model = {};     // of each surface
     std::vector<std::pair<V3d, std::string>> walls = {};  // middles of their lower edges, and names
+    int up_axis = 1;
     std::size_t tasks = 0;  // how many of the surfaces, the first, are task areas
 };
+// Returns a plan of values at the points of a surface: u to the right, v upwards, in metres from its corner.
+// That of a level surface has the luminaires above it and the lines of the model.
+PlanFigure plan_of(const IlluminanceReport& report, std::size_t surface, std::span<const double> values,
+                   const LuxPage& page);
+// Returns the plan of illuminance.
+PlanFigure plan_of(const IlluminanceReport& report, std::size_t surface, const LuxPage& page);
 // Returns one self-contained HTML file without scripts.
 std::string lux_page(const LuxResults& results, const LuxPage& page);
 

@@ -158,6 +158,7 @@ LuxRuns::LuxRuns(const LuxCommand& command, const Stopwatch& clock,
                  const std::set<std::filesystem::path>& lamps, const Job& job, CommandFiles& files,
                  Monitor& monitor)
     : command_(command), clock_(clock), lamps_(lamps), monitor_(monitor) {
+    if (command.has_page() && !command.has_precision) command_.options.precision = kPrecisionOfReports;
     if (command.daylight_factor) sky_ = sky_of(command, job.scene);
     room_ = room_of(command, job);
     if (command.replicates) replicates_ = replicates_of(lamps, command.common.scene, files, monitor);
@@ -179,7 +180,6 @@ LuxResults LuxRuns::compute(Job job) const {
     LuxResults results;
     results.glare = glare();
     IlluminanceOptions options = command_.options;
-    if (command_.has_page() && !command_.has_precision) options.precision = kPrecisionOfReports;
     const int runs = 1 + (command_.far_field_error ? 2 : 0) + (command_.computes_colour() ? kColourRuns : 0);
     RunTimes times(clock_, command_.options.seconds, runs, replicates_);
     options.seconds = times.by_lamps();

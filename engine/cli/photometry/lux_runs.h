@@ -54,7 +54,7 @@ struct LuxResults {
 class LuxRuns {
   public:
     // Finds the surfaces of the command and of its requirements, and declares the replicates of the lamps as
-    // inputs. All arguments but `job` must outlive this object. `clock` began with the command. Throws
+    // inputs. `clock`, `lamps` and `monitor` must outlive this object. `clock` began with the command. Throws
     // InputError for options that do not go together or that the scene has nothing for.
     LuxRuns(const LuxCommand& command, const Stopwatch& clock, const std::set<std::filesystem::path>& lamps,
             const Job& job, CommandFiles& files, Monitor& monitor);
@@ -68,7 +68,7 @@ class LuxRuns {
   private:
     std::vector<GlareReport> glare() const;
 
-    const LuxCommand& command_;
+    LuxCommand command_;  // with the precision that its outputs ask for
     const Stopwatch& clock_;
     const std::set<std::filesystem::path>& lamps_;
     Monitor& monitor_;

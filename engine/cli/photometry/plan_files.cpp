@@ -70,8 +70,7 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
 std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis,
                                      std::span<const Room> rooms) {
     constexpr double kBelow = 0.03, kAbove = 0.75, kAround = 0.6, kWall = 0.1, kSpacing = 0.02;  // m
-    const V3d up = surface.u.cross(surface.v).normalized();
-    if (std::fabs(up[up_axis]) < 0.999) return {};
+    if (!surface.is_level(up_axis)) return {};
     Imath::Box<V3d> box;
     for (const double u : {0.0, 1.0}) {
         for (const double v : {0.0, 1.0}) box.extendBy(surface.corner + u * surface.u + v * surface.v);
