@@ -17,6 +17,7 @@ constexpr double kRecess = 0.6;         // m
 constexpr double kSamePlane = 0.05;     // m
 constexpr double kSameFacing = 0.9986;  // cos 3°
 constexpr int kDirections = 128;        // of the rays around a point
+constexpr double kFarEdge = 100;        // m, at most, of an edge of the ceiling from a place
 constexpr double kApart = 1;            // m, between places from which rays start
 constexpr std::size_t kMostPlaces = 400;
 
@@ -83,12 +84,20 @@ class Walls {
             const double angle = 2 * kPiD * (i + 0.37) / kDirections;
             const V3d d = cos(angle) * first + sin(angle) * second;
             const auto found = caster_.cast(from, d);
-            if (!found || std::fabs(found->n.dot(up_)) > 0.2) continue;
+            if (!found || !is_roofed(found->at - std::min(kRecess, 0.5 * found->distance) * d)) {
+                edges_.push_back(from + roofed(from, d, found ? found->distance : kFarEdge) * d);
+                if ((edges_.back() - from).length() > 2 * kRecess)
+                    next.push_back(edges_.back() - kRecess * d);
+                continue;
+            }
+            if (std::fabs(found->n.dot(up_)) > 0.2) continue;
             add(*found);
             if (found->distance > 2 * kRecess) next.push_back(found->at - kRecess * d);
         }
         return next;
     }
+    // Where the room ends without a wall, as the ceiling does.
+    const std::vector<V3d>& edges() const { return edges_; }
 
     std::vector<Wall> all() {
         std::vector<Piece> pieces;
@@ -106,6 +115,23 @@ class Walls {
     }
 
   private:
+    bool is_roofed(const V3d& point) const { return caster_.cast(point, up_).has_value(); }
+    // Returns the distance along d at which there is nothing above for the first time, at most `most`.
+    double roofed(const V3d& from, const V3d& d, double most) const {
+        constexpr double kStep = 0.25, kExact = 1e-3;  // m
+        double inside = 0, outside = 0;
+        do {
+            inside = outside;
+            outside = std::min(inside + kStep, most);
+            if (outside >= most) return most;
+        } while (is_roofed(from + outside * d));
+        while (outside - inside > kExact) {
+            const double middle = (inside + outside) / 2;
+            (is_roofed(from + middle * d) ? inside : outside) = middle;
+        }
+        return inside;
+    }
+
     void add(const Caster::Found& found) {
         const V3d n = (found.n - found.n.dot(up_) * up_).normalized();
         const double offset = n.dot(found.at);
@@ -172,6 +198,7 @@ class Walls {
     V3d up_;
     double floor_, sight_;
     std::vector<Plane> planes_;
+    std::vector<V3d> edges_;
 };
 
 // Returns what is met straight along `to`, up or down, from places all around a point and in sight of it.
@@ -257,7 +284,14 @@ std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points
         room.bounds_.extendBy(wall.to);
     }
     if (room.walls_.empty()) return std::nullopt;
+    for (V3d edge : walls.edges()) {
+        edge[up_axis] = room.floor_;
+        room.bounds_.extendBy(edge);
+    }
     room.bounds_.max[up_axis] = room.ceiling_;
+    for (const int axis : {(up_axis + 1) % 3, (up_axis + 2) % 3}) {
+        if (!(room.bounds_.size()[axis] >= kLeastWidth)) return std::nullopt;
+    }
     return room;
 }
 

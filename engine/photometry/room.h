@@ -27,7 +27,8 @@ class Room {
     // Horizontal rays a little below the ceiling, above furniture, doors and windows, find the sides of the
     // room, also around corners: the rays start again from wherever they arrived. Upright surfaces are walls
     // if they continue downwards, as luminaires on the ceiling do not, and if they are at least 0.5 m wide.
-    // Recesses of up to 0.6 m, such as windows, belong to the wall around them.
+    // Recesses of up to 0.6 m, such as windows, belong to the wall around them. An open side has no wall:
+    // there the room ends with its ceiling, and what stands beyond is outside.
     static std::optional<Room> around(const Scene& scene, std::span<const V3d> points, int up_axis);
 
     int up_axis() const { return up_axis_; }

@@ -79,6 +79,42 @@ TEST(Room, OfAnL_HasSixWalls_AndHoldsNeitherItsNotchNorTheNextRoom) {
     EXPECT_NEAR(room->area(job.scene), 8 * 3 + 3 * 6, 0.72);
 }
 
+TEST(Room, WithAnOpenSide_EndsWithItsCeiling_NotAtTheHouseOpposite) {
+    const Job job =
+        scene_of(level({-40, -40}, {40, 40}, 0) + level({0, 0}, {8, 5}, 3) + upright({0, 0}, {0, 5}) +
+                 upright({0, 5}, {8, 5}) + upright({8, 5}, {8, 0}) + upright({-20, -15}, {30, -15}, 0, 12));
+    const auto room = Room::around(job.scene, std::vector<V3d>{{4, 2, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_THAT(widths(*room), ElementsAre(DoubleNear(5, 1e-3), DoubleNear(5, 1e-3), DoubleNear(8, 1e-3)));
+    EXPECT_NEAR(room->bounds().min.y, 0, 0.01);
+    EXPECT_NEAR(room->area(job.scene), 40, 0.5);
+}
+
+TEST(Room, WithOneWall_HasTheAreaOfItsCeiling) {
+    const Job job =
+        scene_of(level({-40, -40}, {40, 40}, 0) + level({0, 0}, {4, 5}, 3) + upright({0, 5}, {4, 5}));
+    const auto room = Room::around(job.scene, std::vector<V3d>{{2, 2, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_THAT(widths(*room), ElementsAre(DoubleNear(4, 1e-3)));
+    EXPECT_NEAR(room->area(job.scene), 20, 0.3);
+}
+
+TEST(Room, WithAHoleInTheCeiling_KeepsItsWalls) {
+    std::string world = level({-20, -20}, {20, 20}, 0);
+    for (const V2d& corner :
+         {V2d(0, 0), V2d(2.5, 0), V2d(5, 0), V2d(0, 2.5), V2d(5, 2.5), V2d(0, 5), V2d(2.5, 5), V2d(5, 5)})
+        world += level(corner, corner + V2d(2.5), 3);
+    for (int i = 0; i < 4; ++i) {
+        const V2d corners[] = {{0, 0}, {7.5, 0}, {7.5, 7.5}, {0, 7.5}};
+        world += upright(corners[i], corners[(i + 1) % 4]);
+    }
+    const Job job = scene_of(world);
+    const auto room = Room::around(job.scene, std::vector<V3d>{{1, 1, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_THAT(widths(*room), ElementsAre(DoubleNear(7.5, 1e-3), DoubleNear(7.5, 1e-3),
+                                           DoubleNear(7.5, 1e-3), DoubleNear(7.5, 1e-3)));
+}
+
 TEST(Room, WithSlantedWalls_HasTheirWidths) {
     const Job job = scene_of(shell({{0, 0}, {6, 0}, {7, 4}, {1, 5}}));
     const auto room = Room::around(job.scene, std::vector<V3d>{{3, 2, 0.75}}, 2);
