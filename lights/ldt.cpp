@@ -64,7 +64,8 @@ void read_lamps(LdtValues& values, LdtHeader& header, PhotometricInfo& info, Mon
         const double count = values.number("the number of lamps (negative: absolute)", -1e6, 1e6, 1);
         info.keywords.emplace_back("lamp", values.text("the lamps' type"));
         const double stated = values.number("the lamps' lumens", 0, 1e12);
-        for (const char* key : {"colour", "colour rendering"}) values.text(key);
+        for (const char* key : {"colour", "colour rendering"})
+            info.keywords.emplace_back(key, values.text(key));
         const double watts = values.number("the lamps' watts", 0, 1e9, 0);
         if (i > 0) continue;
         lumens = stated;

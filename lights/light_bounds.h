@@ -12,8 +12,9 @@
 namespace lucerna {
 
 struct LightBounds {
-    Box3f box;          // scene units
-    V3f axis{0, 0, 1};  // unit; axis of the cone of emitting normals
+    Box3f box;  // scene units
+    // Unit: the axis of the cone of emitting normals, and of a lamp with a frame of its own, its +z.
+    V3f axis{0, 0, 1};
     // All normals lie within theta_o of the axis, and all light leaves within theta_e of some normal [rad].
     float theta_o = kPi, theta_e = kPi / 2;
     bool two_sided = false;  // the same light also leaves to the opposite side of the axis

@@ -158,7 +158,7 @@ class OpeningLight final : public Light {
         Box3d box;
         for (int i = 0; i < kBoxCorners; ++i)
             box.extendBy(origin_ + to_world(box_corner({-body_.half(), body_.half()}, i)));
-        return LightBounds{Box3f(V3f(box.min), V3f(box.max))};
+        return LightBounds{.box = Box3f(V3f(box.min), V3f(box.max)), .axis = V3f(axis_[2])};
     }
 
   private:

@@ -45,7 +45,9 @@ class ShapedPointLight final : public Light {
         if (!(r > 0)) return std::nullopt;
         return sample_Li_from_point(position_, x, scale_ * shape_->at(axes_.to_local(V3f(way / r))));
     }
-    std::optional<LightBounds> bounds() const override { return LightBounds{Box3f(position_)}; }
+    std::optional<LightBounds> bounds() const override {
+        return LightBounds{.box = Box3f(position_), .axis = axes_.to_world(V3f(0, 0, 1)).normalized()};
+    }
 
   private:
     std::string_view kind_;

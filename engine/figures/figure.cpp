@@ -308,9 +308,11 @@ class Plan {
         for (const PlanLamp& lamp : figure_.lamps) draw(lamp);
         draw_plan_isolines();
         if (figure_.numbers) write_numbers();
-        for (const PlanLabel& label : figure_.labels)
-            drawing_.label(on_paper(label.place) + V2d(0, 0.36 * kSmallFont), label.text, "middle",
-                           kSmallFont);
+        for (const PlanLabel& label : figure_.labels) {
+            const V2d& at = label.place;
+            if (at.x < low_.x || at.x > high_.x || at.y < low_.y || at.y > high_.y) continue;
+            drawing_.label(on_paper(at) + V2d(0, 0.36 * kSmallFont), label.text, "middle", kSmallFont);
+        }
         axes();
         const double legend = std::max(extent_.y, kLeastLegend);
         draw_legend(drawing_, {corner_.x + extent_.x + kLegendGap, corner_.y}, legend, shown_);

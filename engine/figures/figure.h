@@ -59,7 +59,7 @@ struct PlanFigure : FigureValues {
     std::vector<PlanOutline> outlines;
     std::vector<PlanDrawing> drawings;
     std::vector<PlanLamp> lamps;
-    std::vector<PlanLabel> labels;
+    std::vector<PlanLabel> labels;  // those outside the plan are left out
     // Names of the axes, and the coordinates of the origin in their numbers [m].
     std::array<std::string, 2> axes{"x", "y"};
     Imath::V2d origin{0, 0};

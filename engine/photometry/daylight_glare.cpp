@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "engine/base/elementary.h"
 #include "engine/base/error.h"
@@ -208,8 +209,10 @@ ViewDirection view_direction(int pixels, int x, int y) {
 }
 
 bool has_daylight(const Scene& scene) {
-    return std::any_of(scene.lights().begin(), scene.lights().end(),
-                       [](const auto& light) { return !light->bounds() && light->power() > 0; });
+    constexpr std::array<std::string_view, 3> kKinds{"infinite", "sun", "distant"};
+    return std::ranges::any_of(scene.lights(), [&](const auto& light) {
+        return light->power() > 0 && std::ranges::find(kKinds, light->kind()) != kKinds.end();
+    });
 }
 
 double dgp_of(double vertical, double sum) {

@@ -26,6 +26,8 @@
 namespace lucerna {
 namespace {
 
+constexpr float kOffLamp = 0.01F;  // m, beyond a lamp's bounds
+
 // A point has enough sensor replicas for a reliable interval, and an image enough pixels for tiles for all
 // threads.
 constexpr int kLeastSensors = 16;
@@ -493,6 +495,15 @@ void warn_of_blurred_light(const std::vector<SurfaceIlluminance>& surfaces, doub
         most->surface->by_light_paths, unit, most->surface->blur, unit, most->others));
 }
 
+// Returns where the axis of a lamp meets the first surface that is not part of the lamp.
+std::optional<V3d> aim_of(const Scene& scene, const LightBounds& lamp) {
+    const V3f centre = lamp.box.center();
+    const float beyond = 0.5F * lamp.box.size().length() + kOffLamp;
+    const auto hit = scene.intersect(Ray{centre + beyond * lamp.axis, lamp.axis});
+    if (!hit) return std::nullopt;
+    return V3d(centre) + double{beyond + hit->t} * V3d(lamp.axis) + scene.origin();
+}
+
 }  // namespace
 
 void sum_up(SurfaceIlluminance& done) {
@@ -524,16 +535,23 @@ void sum_up(SurfaceIlluminance& done) {
 
 std::vector<LuminairePlace> luminaires_of(const Scene& scene) {
     std::vector<LuminairePlace> all;
-    for (const auto& light : scene.lights()) {
-        const auto bounds = light->bounds();
-        if (!bounds || !(light->power() > 0)) continue;
+    for (std::size_t i = 0; i < scene.lights().size(); ++i) {
+        const Light& light = *scene.lights()[i];
+        const auto bounds = light.bounds();
+        if (!bounds || !(light.power() > 0)) continue;
+        // A photometric file has a direction of its own, to however many sides it shines.
         const bool one_sided = !bounds->two_sided && bounds->theta_o + bounds->theta_e < 0.75F * kPi;
-        all.push_back({.kind = std::string(light->kind()),
-                       .file = light->file().filename().string(),
-                       .place = V3d(bounds->box.center()) + scene.origin(),
-                       .axis = one_sided ? V3d(bounds->axis) : V3d(0),
-                       .flux = light->power(),
-                       .size = V3d(bounds->box.size())});
+        const bool has_axis = one_sided || light.kind() == "photometric";
+        LuminairePlace& lamp =
+            all.emplace_back(LuminairePlace{.kind = std::string(light.kind()),
+                                            .file = light.file().filename().string(),
+                                            .place = V3d(bounds->box.center()) + scene.origin(),
+                                            .axis = has_axis ? V3d(bounds->axis) : V3d(0),
+                                            .flux = light.power(),
+                                            .size = V3d(bounds->box.size()),
+                                            .aim = {},
+                                            .light = i});
+        if (has_axis) lamp.aim = aim_of(scene, *bounds);
     }
     return all;
 }

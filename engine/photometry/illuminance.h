@@ -92,6 +92,9 @@ struct LuminairePlace {
     V3d axis;           // unit vector along which it shines; 0 where it shines all around or to two sides
     double flux = 0;    // in the scene's unit
     V3d size{0, 0, 0};  // of its bounds
+    // The first surface beyond its bounds along the axis; world. None without an axis or a surface.
+    std::optional<V3d> aim;
+    std::size_t light = 0;  // index in the scene's lights
 };
 std::vector<LuminairePlace> luminaires_of(const Scene& scene);
 

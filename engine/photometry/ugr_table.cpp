@@ -106,6 +106,15 @@ double UgrTable::correction() const {
     return 8 * log10(lamp_flux / kLumens);
 }
 
+UgrLuminaire ugr_luminaire(const PhotometricWeb& web, bool axis_is_c90) {
+    UgrLuminaire luminaire;
+    luminaire.intensity = [&web](const V3d& w) { return web.intensity(w); };
+    luminaire.projected_area = [&web](const V3d& w) { return web.info().opening.projected_area(w); };
+    luminaire.lamp_flux = web.info().lamp_lumens > 0 ? web.info().lamp_lumens : web.flux();
+    if (!axis_is_c90) luminaire.facing = {90, 0};
+    return luminaire;
+}
+
 UgrTable ugr_table(const UgrLuminaire& luminaire, int per_height) {
     assert(per_height >= 1 && luminaire.lamp_flux > 0);
     UgrTable table;

@@ -26,6 +26,7 @@
 #include <functional>
 
 #include "engine/base/vec.h"
+#include "lights/photometric.h"
 
 namespace lucerna {
 
@@ -60,6 +61,10 @@ struct UgrLuminaire {
     // [degrees].
     std::array<double, 2> facing{0, 90};
 };
+
+// Returns the luminaire of a web with a luminous opening and light; `web` must outlive it. `axis_is_c90`: the
+// axis of a long luminaire lies along C90, not along C0.
+UgrLuminaire ugr_luminaire(const PhotometricWeb& web, bool axis_is_c90);
 
 struct UgrTable {
     // Returns what is added to a rating for 1000 lm to get that of the luminaire's own lamps, 8 log10(Φ /

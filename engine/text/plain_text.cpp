@@ -87,6 +87,25 @@ std::string csv_field(const std::string& text) {
     return quoted + '"';
 }
 
+std::vector<std::string> csv_fields(std::string_view line) {
+    std::vector<std::string> fields(1);
+    bool quoted = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        const char c = line[i];
+        const bool is_doubled = quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"';
+        if (c == '"' && !is_doubled) {
+            quoted = !quoted;
+        } else if (c == ',' && !quoted) {
+            fields.emplace_back();
+        } else {
+            fields.back() += c;
+            i += is_doubled ? 1 : 0;
+        }
+    }
+    for (std::string& field : fields) field = std::string(trimmed(field));
+    return fields;
+}
+
 std::string one_line(std::string_view text) {
     std::string folded;
     for (const char c : text) {

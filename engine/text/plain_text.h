@@ -4,6 +4,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace lucerna {
 
@@ -13,6 +14,9 @@ std::string plain_text(std::string_view text);
 
 // Returns a field of a CSV line (RFC 4180), in quotes where they are necessary.
 std::string csv_field(const std::string& text);
+// Returns the fields of a CSV line (RFC 4180) without line breaks in fields, each without white space at its
+// ends.
+std::vector<std::string> csv_fields(std::string_view line);
 
 // Returns a library's message with spaces in place of line breaks.
 std::string one_line(std::string_view text);

@@ -2,6 +2,7 @@
 """Tests the report of `lucerna lux` in a browser: its numbers are those of the CSV, its plan shows them at their places, all
 text is legible in light and dark, and the page makes no network requests.  Usage: lux_page_test.py LUCERNA"""
 import csv
+import json
 import pathlib
 import subprocess
 import sys
@@ -66,7 +67,8 @@ class LuxPage(chromium.PageCase):
         for point, value in zip(self.points, values):
             x, y = float(point["x"]) - 1, float(point["y"]) - 0.5
             self.assertAlmostEqual(value, 300 * 2 / (x * x + y * y + 4) ** 1.5, delta=1e-3 * value)
-        for text, value in zip(rows[1][3:7], (sum(values) / 32, min(values), max(values), min(values) / (sum(values) / 32))):
+        for text, value in zip(rows[1][3:8], (sum(values) / 32, min(values), max(values), min(values) / (sum(values) / 32),
+                                              min(values) / max(values))):
             self.assertAlmostEqual(float(text.split()[0]), value, delta=0.01 * value)
 
     def test_the_plan_has_a_cell_for_each_point_and_its_number_in_it(self):
@@ -139,8 +141,10 @@ class LuxReport(chromium.PageCase):
         folder = pathlib.Path(cls.folder.name)
         (folder / "room.pbrt").write_text(ROOM)
         (folder / "lamp.ies").write_text(LAMP)
-        subprocess.run([LUCERNA, "lux", "room.pbrt", "--samples", "4", "--require", "Em=20,U0=0.1,UGR=1,walls=1,ceiling=1,Ez=1,modelling=0.1-5",
-                        "--maintenance-factor", "0.8", "--about", "Project=<i>Hall</i>", "--html", "report.html", "--pdf", "report.pdf"],
+        (folder / "tasks.csv").write_text("reference,task,Em,U0,UGR,walls,ceiling,Ez,modelling\n9.9,<reading>,20,0.1,99,1,1,1,0.1-5\n")
+        subprocess.run([LUCERNA, "light", "ugr", "lamp.ies", "-o", "ugr.csv", "--quiet"], cwd=folder, check=True)
+        subprocess.run([LUCERNA, "lux", "room.pbrt", "--samples", "4", "--require", "tasks.csv#9.9,UGR=1", "--hours", "2000",
+                        "--maintenance-factor", "0.8", "--json", "lux.json", "--about", "Project=<i>Hall</i>", "--html", "report.html", "--pdf", "report.pdf"],
                        cwd=folder, check=True, stdout=subprocess.DEVNULL)
         cls.pdf = (folder / "report.pdf").read_bytes()
         cls.page = chromium.Page(folder / "report.html").__enter__()
@@ -156,6 +160,35 @@ class LuxReport(chromium.PageCase):
         # Em and U0 of the desk, mean and uniformity of 4 walls, the ceiling and the cylinders, modelling, 4 observers.
         self.assertEqual(self.count("td.met") + self.count("td.missed") + self.count("td.undecided"), 2 + 2 * 6 + 1 + 4)
         self.assertEqual(self.count("td.missed"), 4)  # UGR above 1
+
+    def rows(self):
+        return self.page.evaluate("[...document.querySelectorAll('tr')].map(r => [...r.cells].map(c => c.textContent))")
+
+    def row_under(self, heading):
+        rows = self.rows()
+        return rows[[row[-1] for row in rows].index(heading) + 1]
+
+    def test_the_task_of_the_table_is_named(self):
+        self.assertIn("Required: 9.9 <reading>.", self.page.evaluate("document.body.textContent"))
+
+    def test_the_luminaire_has_its_article_height_rating_and_aim(self):
+        facts = dict(row for row in self.rows() if len(row) == 2)
+        self.assertEqual(facts["article"], "<Panel>")
+        self.assertEqual(facts["mounting height"], "2.45 m")
+        with open(pathlib.Path(self.folder.name) / "ugr.csv", encoding="utf-8") as file:
+            stated = {row["view"]: float(row["UGR for the lamp flux"]) for row in csv.DictReader(file)
+                      if (row["X [H]"], row["Y [H]"], row["ceiling"], row["walls"]) == ("4", "8", "0.7", "0.5")}
+        self.assertEqual(facts["UGR, 4H × 8H, 70/50/20"],
+                         f"{stated['crosswise']:.1f} crosswise, {stated['endwise']:.1f} endwise")
+        place = next(row for row in self.rows() if len(row) == 8 and row[1] == "lamp.ies")
+        self.assertEqual(place[5], "(0, 0, -1)")
+        self.assertIn(place[6], ("(2, 1.5, 0)", "(2, 1.5, 0.74)"))  # at the edge of the table
+
+    def test_the_energy_is_that_of_25_watts_in_12_square_metres(self):
+        room, luminaires, power, density, of_100_lx, year, leni = self.row_under("LENI [kWh/(m² a)]")
+        self.assertEqual((luminaires, power, density, year, leni), ("1", "25", "2.08", "50", "4.2"))
+        lux = json.loads((pathlib.Path(self.folder.name) / "lux.json").read_text())["surfaces"][0]["mean"]["value"]
+        self.assertAlmostEqual(float(of_100_lx), 25 / 12 / lux * 100, delta=0.006)
 
     def test_the_luminaire_has_a_polar_diagram_its_power_and_its_number(self):
         self.assertEqual(self.count("path.polar"), 2)

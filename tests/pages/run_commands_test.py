@@ -33,7 +33,7 @@ ENDS = ("--time", "--error", "--spp", "--passes", "--samples", "--precision")
 ENDED_BY = {"render": ["--spp", "2"], "lux": ["--samples", "4"], "glare": ["--precision", "50%"]}
 OUTPUTS = ("-o", "--output", "--html", "--json", "--plan", "--signed", "--save-maps", "--checkpoint", "--resume",
            "--photographs", "--csv")
-FILE = re.compile(r"(?:[\w./-]*/)?[\w.-]+\.(?:pbrt|toml|exr|tm25ray|dat|ray|ies|ldt|glb|gltf|obj|photons)$")
+FILE = re.compile(r"(?:[\w./-]*/)?[\w.-]+\.(?:pbrt|toml|exr|tm25ray|dat|ray|ies|ldt|glb|gltf|obj|photons)$|^tasks\.csv(?=#)")
 
 ROOM = """Option "string unit" "photometric"
 LookAt 2 1.5 0.5  2 1.2 4  0 1 0
@@ -120,6 +120,7 @@ class Stage:
         run("light", "farfield", "lamp.exr", "-o", "lamp.ies")
         run("light", "assemble", "shots/manifest.toml", "--side=-x=shots/manifest.toml", "-o", "bulb.exr")
         (folder / "lamp.ldt").write_text(LDT)
+        (folder / "tasks.csv").write_text("reference,task,Em,U0,UGR\n34.2,reading,500,0.6,19\n")
         self.with_groups([])
         run("render", "room.pbrt", "-o", "maps.exr", "--integrator", "photonmap", "--set", "photons=2000", "--spp", 1,
             "--save-maps", "maps.photons")
@@ -150,7 +151,7 @@ class Stage:
             return self.folder / {"acquire": "rig.toml", "assemble": "shots/manifest.toml", "study": "study.toml"}[command[-1]]
         return self.folder / {".pbrt": "room.pbrt", ".tm25ray": "rays.tm25ray", ".dat": "rays.dat", ".ray": "rays.tm25ray",
                               ".ies": "lamp.ies", ".ldt": "lamp.ldt", ".glb": "model.glb", ".gltf": "model.gltf",
-                              ".obj": "model.obj", ".photons": "maps.photons"}[kind]
+                              ".obj": "model.obj", ".photons": "maps.photons", ".csv": "tasks.csv"}[kind]
 
 
 def command_of(words):
@@ -187,7 +188,7 @@ def shortened(words):
 def is_to_be_run(words):
     """Tells whether a command is neither a mention nor a usage line: it has a file, or an option such as --help."""
     text = " ".join(words)
-    if re.search(r"\$|…|\.\.\.|\b[A-Z]{3,}\b|\b[NK]\b|\bWxH\b", text):
+    if re.search(r"\$|…|\.\.\.|\b(?!UGR\b)[A-Z]{3,}\b|\b[NK]\b|\bWxH\b", text):
         return False
     return (any(FILE.search(word) for word in words) or words[0] in ("--version", "--manual") or
             words[-1] in ("--help", "--integrators"))

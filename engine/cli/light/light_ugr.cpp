@@ -89,15 +89,6 @@ PhotometricWeb rated_web(const UgrCommand& command, Monitor& monitor) {
     return scaled(lamp.web, efficacy);
 }
 
-UgrLuminaire luminaire_of(const PhotometricWeb& web, bool axis_is_c90) {
-    UgrLuminaire luminaire;
-    luminaire.intensity = [&web](const V3d& w) { return web.intensity(w); };
-    luminaire.projected_area = [&web](const V3d& w) { return web.info().opening.projected_area(w); };
-    luminaire.lamp_flux = web.info().lamp_lumens > 0 ? web.info().lamp_lumens : web.flux();
-    if (!axis_is_c90) luminaire.facing = {90, 0};
-    return luminaire;
-}
-
 // Warns if the luminaire is so asymmetric that its rating depends on which of two opposite sides the observer
 // sees.
 void warn_of_asymmetry(const UgrLuminaire& luminaire, const UgrTable& table, Monitor& monitor) {
@@ -128,7 +119,7 @@ void act(const UgrCommand& command, const CommandContext& context) {
                            {context.process.terminal, command.quiet, context.process.stop, {}});
     const PhotometricWeb web = naming(command.lamp, [&] { return rated_web(command, monitor); });
     const bool axis_is_c90 = command.axis_is_c90.value_or(web.info().axis_along_c90);
-    const UgrLuminaire luminaire = luminaire_of(web, axis_is_c90);
+    const UgrLuminaire luminaire = ugr_luminaire(web, axis_is_c90);
     const UgrTable table = ugr_table(luminaire, command.per_height);
     warn_of_asymmetry(luminaire, table, monitor);
     if (!command.csv.empty()) write_text(command.csv, ugr_csv(table));

@@ -7,7 +7,9 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/photometry/illuminance.h"
 #include "engine/scene/scene.h"
+#include "engine/text/facts.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/photometric.h"
 
@@ -17,17 +19,21 @@ namespace lucerna {
 struct LuminaireType {
     std::string kind, file;  // as LuminairePlace has them
     std::size_t count = 0;
-    double flux = 0;         // of each, in the scene's unit
-    V3d size{0, 0, 0};       // of the bounds of the first [m]
-    std::string polar;       // an SVG element; empty for lights without a file
-    Beam beam;               // of the file, with the flux above
-    double kelvin = 0;       // colour temperature of all its light; 0: none, or no colour is known
-    double watts = 0;        // each, as the file states; 0: not stated
-    std::string provenance;  // of a photometric file
+    double flux = 0;    // of each, in the scene's unit
+    double watts = 0;   // of each, as the file states; 0: not stated
+    std::string polar;  // an SVG element; empty for lights without a file
+    // The lines of its data sheet: article, photometry, size.
+    Facts facts;
 };
 
-// Returns the types in the order of the scene's lights. Reads the lamps' files, and throws as that does.
-std::vector<LuminaireType> luminaire_types(const Scene& scene, const Workers& workers, Monitor& monitor);
+struct Luminaires {
+    std::vector<LuminairePlace> places;
+    std::vector<LuminaireType> types;  // in the order of the places
+    std::vector<std::size_t> type_of;  // index of the type of each place
+};
+
+// Returns the luminaires of the scene. Reads the lamps' files, and throws as that does.
+Luminaires luminaires_with_types(const Scene& scene, const Workers& workers, Monitor& monitor);
 
 // Returns the far field of a light field or of a ray file.
 PhotometricWeb far_field_of(const std::filesystem::path& file, const FarFieldGrid& grid,

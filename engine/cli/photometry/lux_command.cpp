@@ -20,9 +20,11 @@
 #include "engine/colour/tone.h"
 #include "engine/image/displayed.h"
 #include "engine/image/image.h"
+#include "engine/photometry/daylight_glare.h"
 #include "engine/photometry/illuminance_text.h"
 #include "engine/system/printed_page.h"
 #include "engine/text/plain_text.h"
+#include "engine/text/units.h"
 
 namespace lucerna {
 namespace {
@@ -61,6 +63,9 @@ cylindrical illuminance at --eye-height. UGR is rated from the middle of each si
 all illuminances into maintained ones; --maintenance-factor spots=0.7 is that of a light group. The requirements:
 
 {}
+--require tasks.csv#34.2 takes them from the row 34.2 of a table of your own, whose first line names the columns: "reference",
+"task" and requirements, for example reference,task,Em,U0,UGR,Ra. Values may follow and replace those of the row:
+--require tasks.csv#34.2,UGR=16.
 
 --daylight-factor divides by the illuminance of an unobstructed horizontal plane under the scene's sky, and prints per cent.
 The scene's light must be one sky, for example LightSource "sky" "string type" "cie-16"; the sky's own sun is left out.
@@ -112,11 +117,44 @@ std::vector<std::pair<V3d, std::string>> walls_of(const std::vector<Room>& rooms
     return walls;
 }
 
-RoomText room_text(const Room& room, const Scene& scene) {
+// Tells whether a luminaire hangs in the room, whose own shape may hide its middle.
+bool is_in(const Room& room, const LuminairePlace& lamp, const Scene& scene) {
+    constexpr double kAboveCeiling = 0.5, kBeside = 0.1;  // m
+    const int up = room.up_axis();
+    if (!(lamp.place[up] > room.floor() && lamp.place[up] < room.ceiling() + kAboveCeiling)) return false;
+    if (room.holds(scene, lamp.place)) return true;
+    for (const int axis : {(up + 1) % 3, (up + 2) % 3}) {
+        for (const double side : {-1.0, 1.0}) {
+            V3d beside = lamp.place;
+            beside[axis] += side * (lamp.size[axis] / 2 + kBeside);
+            if (room.holds(scene, beside)) return true;
+        }
+    }
+    return false;
+}
+
+RoomText room_text(const Room& room, const Scene& scene, const Luminaires& luminaires,
+                   std::span<const CalculationSurface> tasks) {
     const V3d size = room.bounds().size();
     const int up = room.up_axis();
-    return {V3d(size[(up + 1) % 3], size[(up + 2) % 3], size[up]), room.walls().size(),
-            room.reflectances(scene), room.area(scene)};
+    RoomText text{.size = V3d(size[(up + 1) % 3], size[(up + 2) % 3], size[up]),
+                  .walls = room.walls().size(),
+                  .reflectances = room.reflectances(scene),
+                  .area = room.area(scene),
+                  .tasks = {}};
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+        if (room.holds(scene, tasks[i].corner + (tasks[i].u + tasks[i].v) / 2)) text.tasks.push_back(i);
+    }
+    bool is_stated = true;
+    for (std::size_t i = 0; i < luminaires.places.size(); ++i) {
+        if (!is_in(room, luminaires.places[i], scene)) continue;
+        const double watts = luminaires.types[luminaires.type_of[i]].watts;
+        is_stated = is_stated && watts > 0;
+        text.watts += watts;
+        ++text.luminaires;
+    }
+    if (!is_stated) text.watts = 0;
+    return text;
 }
 
 constexpr std::string_view kErrorMap = "error", kOpeningErrorMap = "opening-error",
@@ -232,9 +270,18 @@ LuxPage page_of(const LuxCommand& command, const RoomSurfaces& room, const Job& 
     page.facts = picture_facts(job, command.options.seed);
     page.about = command.about;
     page.tasks = static_cast<std::size_t>(std::ranges::count(room.areas, Area::task));
-    page.luminaires = luminaire_types(job.scene, command.options.workers, monitor);
-    for (const Room& each : room.rooms) page.rooms.push_back(room_text(each, job.scene));
+    page.luminaires = luminaires_with_types(job.scene, command.options.workers, monitor);
+    const auto tasks = std::span(room.surfaces).first(page.tasks);
+    page.floor = NAN;
+    for (const Room& each : room.rooms) {
+        page.rooms.push_back(room_text(each, job.scene, page.luminaires, tasks));
+        page.floor = std::fmin(page.floor, each.floor());
+    }
     page.walls = walls_of(room.rooms);
+    page.hours = command.hours;
+    page.margin = command.surfaces.margin;
+    page.has_daylight = has_daylight(job.scene);
+    page.task = command.requirements.task;
     return page;
 }
 
@@ -269,6 +316,9 @@ void act(const LuxCommand& command, const CommandContext& context) {
     command.common.declare(files);
     if (!command.html.empty()) files.writes(command.html, ".html", "--html");
     if (!command.pdf.empty()) files.writes(command.pdf, ".pdf", "--pdf");
+    if (!command.requirements.table.empty()) files.reads(command.requirements.table);
+    if (command.hours > 0 && !command.has_page())
+        throw InputError({"--hours"}, "applies only together with --html or --pdf");
     const std::string browser = command.pdf.empty() ? std::string() : printing_browser("--pdf");
     std::optional<Image> picture = picture_of(command, files);
     ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
@@ -340,9 +390,16 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
     add_surface_options(app, command->surfaces);
     add_word(app, "--require", "NAME=VALUE,...",
              "judge by EN 12464-1 whether the lighting meets these requirements, for example "
-             "Em=500,U0=0.6,UGR=19,Ez=150,walls=150,ceiling=100",
+             "Em=500,U0=0.6,UGR=19,Ez=150,walls=150,ceiling=100, or those of a row of your own table, "
+             "tasks.csv#34.2",
              [command](const std::string& word) {
-                 command->requirements = parse_requirements({"--require"}, word);
+                 command->requirements = parse_required_lighting({"--require"}, word);
+             });
+    add_word(app, "--hours", "NUMBER",
+             "hours of use in a year, for the energy that the report states: at full power, without controls",
+             [command](const std::string& word) {
+                 constexpr double kYear = 8784;
+                 command->hours = parse_number({"--hours"}, word, 0, kYear);
              });
     add_word(app, "--eye-height", "LENGTH",
              "height of eyes above the floor for Ez, modelling and UGR (default 1.2, for people who sit)",

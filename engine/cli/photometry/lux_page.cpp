@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "engine/base/elementary.h"
 #include "engine/base/version.h"
 #include "engine/cli/page_parts.h"
 #include "engine/cli/photometry/plan_files.h"
@@ -43,15 +45,23 @@ std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t
     return html + "</table>\n";
 }
 
+// To first order, as if the darkest and the brightest point were independent.
+Reading95 least_over_greatest(const SurfaceIlluminance& of) {
+    const double greatest = of.greatest.value;
+    if (!(greatest > 0)) return {0, 0};
+    const double ratio = of.least.value / greatest;
+    return {ratio, hypot(of.least.half_width, ratio * of.greatest.half_width) / greatest};
+}
+
 std::string summary(const IlluminanceReport& report) {
     const std::string unit = " [" + unit_as_written(report.unit) + "]";
-    std::vector<std::vector<std::string>> rows{
-        {"surface", "kind", "points", "mean" + unit, "least" + unit, "greatest" + unit, "U₀", "direct"}};
+    std::vector<std::vector<std::string>> rows{{"surface", "kind", "points", "mean" + unit, "least" + unit,
+                                                "greatest" + unit, "U₀", "least / greatest", "direct"}};
     for (const SurfaceIlluminance& of : report.surfaces) {
         rows.push_back({plain_text(of.surface.name), std::string(receiver_kind_name(of.surface.kind)),
                         fmt::format("{} × {}", of.surface.points.x, of.surface.points.y),
                         reading_text(of.mean), reading_text(of.least), reading_text(of.greatest),
-                        reading_text(of.uniformity),
+                        reading_text(of.uniformity), reading_text(least_over_greatest(of)),
                         of.mean.value > 0 ? fmt::format("{:.1f} %", 100 * of.direct / of.mean.value) : "–"});
     }
     std::string html = table(rows, 2);
@@ -85,11 +95,14 @@ double rounded(double x, double parts) {
     return std::round(parts * x) / parts + 0.0;
 }
 
-// Formats a unit vector to two decimals.
+// Formats a vector to two decimals.
+std::string point_text(const V3d& point) {
+    return fmt::format("({:g}, {:g}, {:g})", rounded(point.x, 100), rounded(point.y, 100),
+                       rounded(point.z, 100));
+}
+
 std::string direction_text(const V3d& axis) {
-    if (axis == V3d(0)) return "–";
-    return fmt::format("({:g}, {:g}, {:g})", rounded(axis.x, 100), rounded(axis.y, 100),
-                       rounded(axis.z, 100));
+    return axis == V3d(0) ? "–" : point_text(axis);
 }
 
 std::string flux_text(double flux) {
@@ -99,57 +112,126 @@ std::string flux_text(double flux) {
 // Lists where the luminaires are and to where they shine.
 std::string places(const IlluminanceReport& report) {
     if (report.lamps.empty()) return "<p>None with a position in the scene.</p>";
-    std::vector<std::vector<std::string>> rows{
-        {"kind", "file", "x [m]", "y [m]", "z [m]", "direction", fmt::format("flux [{}]", report.flux_unit)}};
+    std::vector<std::vector<std::string>> rows{{"kind", "file", "x [m]", "y [m]", "z [m]", "direction",
+                                                "aims at [m]", fmt::format("flux [{}]", report.flux_unit)}};
     constexpr std::size_t kMost = 200;
     for (const LuminairePlace& lamp : report.lamps) {
         if (rows.size() > kMost) break;
         rows.push_back({lamp.kind, plain_line(lamp.file), fmt::format("{:.3f}", lamp.place.x),
                         fmt::format("{:.3f}", lamp.place.y), fmt::format("{:.3f}", lamp.place.z),
-                        direction_text(lamp.axis), flux_text(lamp.flux)});
+                        direction_text(lamp.axis), lamp.aim ? point_text(*lamp.aim) : "–",
+                        flux_text(lamp.flux)});
     }
     std::string html = table(rows, 2);
     if (report.lamps.size() > kMost) html += fmt::format("<p>And {} more.</p>", report.lamps.size() - kMost);
     return html;
 }
 
-std::string beam_text(const LuminaireType& type) {
-    if (!(type.beam.peak > 0)) return {};
-    const auto angle = [](double degrees) {
-        return degrees > 0 ? fmt::format("{:.0f}°", degrees) : std::string("–");
-    };
-    return fmt::format("{} × {}", angle(type.beam.beam_angle[0]), angle(type.beam.beam_angle[1]));
+// Returns the heights of a type's luminaires above the floor, of their middles; empty without a room.
+std::string mounting_text(const LuxPage& page, std::size_t type) {
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t i = 0; i < page.luminaires.places.size(); ++i) {
+        if (page.luminaires.type_of[i] != type) continue;
+        const double height = page.luminaires.places[i].place[page.up_axis] - page.floor;
+        low = std::min(low, height);
+        high = std::max(high, height);
+    }
+    if (!std::isfinite(low)) return {};
+    const bool is_one = high - low < 5e-3;
+    return is_one ? fmt::format("{:.2f} m", low) : fmt::format("{:.2f} to {:.2f} m", low, high);
 }
 
-std::string luminaires(const IlluminanceReport& report, const std::vector<LuminaireType>& types) {
+// Returns the data sheet of a type: its polar diagram and its facts.
+std::string sheet(const LuxPage& page, std::size_t type) {
+    const LuminaireType& of = page.luminaires.types[type];
+    std::string rows;
+    const auto add = [&rows](std::string_view name, std::string_view text) {
+        rows += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(plain_line(name)),
+                            html_text(plain_line(text)));
+    };
+    for (const auto& [name, text] : of.facts) add(name, text);
+    if (const std::string height = mounting_text(page, type); !height.empty()) add("mounting height", height);
+    return fmt::format(
+        "<figure class=\"sheet\">{}<figcaption><strong>L{} "
+        "{}</strong><table>{}</table></figcaption></figure>\n",
+        of.polar, type + 1, html_text(plain_line(of.file.empty() ? of.kind : of.file)), rows);
+}
+
+std::string luminaires(const IlluminanceReport& report, const LuxPage& page) {
+    const std::vector<LuminaireType>& types = page.luminaires.types;
     if (types.empty()) return "<p>None with a position in the scene.</p>";
     const std::string& unit = report.flux_unit;
     std::vector<std::vector<std::string>> rows{{"luminaire", "kind", "number", "flux of each [" + unit + "]",
                                                 "flux of all [" + unit + "]", "power of each [W]",
-                                                "efficacy [lm/W]", "peak intensity [cd]", "CCT [K]",
-                                                "beam angle C0 × C90", "size [m]"}};
-    double all = 0, watts = 0;
-    std::string figures;
+                                                "power of all [W]", "efficacy [lm/W]"}};
+    // Efficacy is that of the luminaires whose power is known.
+    double all = 0, known = 0, watts = 0;
+    std::string sheets;
+    const auto number = [](double x) { return x > 0 ? fmt::format("{:.4g}", x) : std::string("–"); };
+    const auto efficacy = [](double flux, double power) {
+        return power > 0 ? fmt::format("{:.0f}", flux / power) : std::string("–");
+    };
     for (std::size_t i = 0; i < types.size(); ++i) {
         const LuminaireType& type = types[i];
-        const double flux = static_cast<double>(type.count) * type.flux;
-        all += flux;
-        watts += static_cast<double>(type.count) * type.watts;
+        const auto count = static_cast<double>(type.count);
+        all += count * type.flux;
+        watts += count * type.watts;
+        if (type.watts > 0) known += count * type.flux;
         rows.push_back({fmt::format("L{} {}", i + 1, plain_line(type.file)), type.kind,
-                        std::to_string(type.count), flux_text(type.flux), flux_text(flux),
-                        type.watts > 0 ? fmt::format("{:.4g}", type.watts) : "–",
-                        type.watts > 0 ? fmt::format("{:.0f}", type.flux / type.watts) : "–",
-                        type.beam.peak > 0 ? fmt::format("{:.4g}", type.beam.peak) : "–",
-                        type.kelvin > 0 ? fmt::format("{:.0f}", type.kelvin) : "–", beam_text(type),
-                        fmt::format("{:.2g} × {:.2g} × {:.2g}", type.size.x, type.size.y, type.size.z)});
-        if (type.polar.empty()) continue;
-        const std::string& source = type.provenance.empty() ? type.file : type.provenance;
-        figures += fmt::format("<figure>{}<figcaption>L{}: {}</figcaption></figure>\n", type.polar, i + 1,
-                               html_text(plain_line(source)));
+                        std::to_string(type.count), flux_text(type.flux), flux_text(count * type.flux),
+                        number(type.watts), number(count * type.watts), efficacy(type.flux, type.watts)});
+        sheets += sheet(page, i);
     }
-    rows.push_back({"all", "", "", "", flux_text(all), watts > 0 ? fmt::format("{:.4g}", watts) : "–",
-                    watts > 0 ? fmt::format("{:.0f}", all / watts) : "–", "", "", "", ""});
-    return "<div class=\"wide\">" + table(rows, 2) + "</div>\n<div class=\"row\">" + figures + "</div>";
+    rows.push_back({"all", "", "", "", flux_text(all), "", number(watts), efficacy(known, watts)});
+    return "<div class=\"wide\">" + table(rows, 2) + "</div>\n<div class=\"row\">" + sheets + "</div>";
+}
+
+// Returns the mean illuminance of the task areas in a room, weighted by their areas [lx].
+double mean_of_tasks(const IlluminanceReport& report, const RoomText& room) {
+    double sum = 0, area = 0;
+    for (const std::size_t task : room.tasks) {
+        const SurfaceIlluminance& of = report.surfaces[task];
+        const double size = of.surface.u.cross(of.surface.v).length();
+        sum += size * of.mean.value;
+        area += size;
+    }
+    return area > 0 ? sum / area : 0;
+}
+
+std::string energy(const IlluminanceReport& report, const LuxPage& page) {
+    if (page.rooms.empty()) return {};
+    std::vector<std::vector<std::string>> rows{
+        {"room", "luminaires", "power [W]", "power density [W/m²]", "[W/m²] per 100 lx of the task areas"}};
+    if (page.hours > 0) {
+        rows.front().emplace_back("energy of a year [kWh]");
+        rows.front().emplace_back("LENI [kWh/(m² a)]");
+    }
+    bool is_known = true;
+    for (std::size_t i = 0; i < page.rooms.size(); ++i) {
+        const RoomText& room = page.rooms[i];
+        const double density = room.watts / room.area, lux = mean_of_tasks(report, room);
+        const double kilowatt_hours = room.watts * page.hours / 1000;
+        is_known = is_known && room.watts > 0;
+        const auto number = [&](double x, const char* digits) {
+            return room.watts > 0 && std::isfinite(x) ? fmt::format(fmt::runtime(digits), x)
+                                                      : std::string("–");
+        };
+        std::vector<std::string> row{std::to_string(i + 1), std::to_string(room.luminaires),
+                                     number(room.watts, "{:.4g}"), number(density, "{:.2f}"),
+                                     number(density / lux * 100, "{:.2f}")};
+        if (page.hours > 0) {
+            row.push_back(number(kilowatt_hours, "{:.0f}"));
+            row.push_back(number(kilowatt_hours / room.area, "{:.1f}"));
+        }
+        rows.push_back(std::move(row));
+    }
+    std::string html = "<h2>Energy</h2>\n<div class=\"wide\">" + table(rows, 1) + "</div>\n";
+    if (!is_known)
+        html += "<p>–: the electrical power of a luminaire in the room is not stated by its file.</p>\n";
+    if (page.hours > 0)
+        html +=
+            fmt::format("<p>For {:g} h of use in a year at full power, without controls.</p>\n", page.hours);
+    return html;
 }
 
 std::string rooms(const std::vector<RoomText>& rooms) {
@@ -176,10 +258,11 @@ struct Mark {
 };
 constexpr Mark kMarks[] = {{"met", "✔ "}, {"missed", "✘ "}, {"undecided", "? "}};
 
-std::string requirements(const std::vector<Judgement>& judgements) {
+std::string requirements(const std::vector<Judgement>& judgements, const std::string& task) {
     if (judgements.empty()) return {};
     std::string html = fmt::format("<h2>Requirements (EN 12464-1:2021)</h2>\n<p class=\"verdict\">{}.</p>\n",
                                    html_text(judgements_summary(judgements)));
+    if (!task.empty()) html += fmt::format("<p>Required: {}.</p>\n", html_text(plain_line(task)));
     // Missed requirements come first, then undecided ones.
     std::vector<Judgement> sorted = judgements;
     const auto rank = [](const Judgement& one) {
@@ -233,6 +316,11 @@ std::string assumptions(const LuxResults& results, const LuxPage& page) {
         "wide, with the longer side d of the surface in metres (EN 12464-1)."};
     if (const std::string text = maintenance_text(results.report, page.maintenance); !text.empty())
         lines.push_back(text);
+    if (page.margin > 0) {
+        lines.push_back(
+            fmt::format("Surfaces across the model or a floor keep {:g} m from its sides.", page.margin));
+    }
+    if (page.has_daylight) lines.emplace_back("Illuminances include the light of the sky or the sun.");
     if (!page.rooms.empty()) lines.emplace_back("Surfaces reflect as the model says.");
     if (!results.judgements.empty()) {
         lines.emplace_back(
@@ -357,14 +445,15 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
          {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",
                                                 data_url(*page.picture))
                                   : std::string()},
-         {"requirements", requirements(results.judgements)},
+         {"requirements", requirements(results.judgements, page.task)},
          {"rooms", rooms(page.rooms)},
          {"colour", colours(report, results.colour)},
          {"uncertainty", uncertainty(report, results.uncertainty)},
          {"plans", plans},
          {"glare", glare(results.glare)},
          {"assumptions", assumptions(results, page)},
-         {"luminaires", luminaires(report, page.luminaires)},
+         {"luminaires", luminaires(report, page)},
+         {"energy", energy(report, page)},
          {"places", places(report)},
          {"settings", settings(report, page)},
          {"files", facts(page.facts)}});

@@ -17,7 +17,10 @@ struct RoomText {
     V3d size;  // length, width and clear height [m]
     std::size_t walls = 0;
     Room::Reflectances reflectances;
-    double area = 0;  // of the floor [m²]
+    double area = 0;                 // of the floor [m²]
+    std::vector<std::size_t> tasks;  // indices of the task areas in it
+    std::size_t luminaires = 0;
+    double watts = 0;  // of all of them, as their files state; 0: not known of each
 };
 
 struct LuxPage {
@@ -29,7 +32,12 @@ struct LuxPage {
     MaintenanceFactors maintenance = {};
     std::vector<std::pair<std::string, std::string>> about = {};  // lines of the heading: project, author
     std::vector<RoomText> rooms = {};
-    std::vector<LuminaireType> luminaires = {};
+    Luminaires luminaires = {};
+    double floor = 0;   // height of the lowest room's floor; NaN if there is no room
+    double hours = 0;   // of use in a year; 0: not given
+    double margin = 0;  // m, between planes across rooms and their sides
+    bool has_daylight = false;
+    std::string task = {};                                // what is required, by the name of a table's row
     std::vector<std::vector<PlanDrawing>> model = {};     // of each surface
     std::vector<std::pair<V3d, std::string>> walls = {};  // middles of their lower edges, and names
     int up_axis = 1;

@@ -37,8 +37,8 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
 
 RoomSurfaces room_of(const LuxCommand& command, const Job& job) {
     const bool right_handed = job.camera.settings().world_from_camera.determinant() < 0;
-    return room_surfaces(job.scene, surfaces_of(command, job), command.requirements, command.eye_height,
-                         command.up_axis(job), right_handed);
+    return room_surfaces(job.scene, surfaces_of(command, job), command.requirements.limits,
+                         command.eye_height, command.up_axis(job), right_handed);
 }
 
 // Returns the illuminance that daylight factors are relative to.
@@ -191,7 +191,8 @@ LuxResults LuxRuns::compute(Job job) const {
         results.errors = far_field_errors_of(command_, surfaces(), report, times, monitor_);
     if (command_.computes_colour() && report.ended_by != "user")
         results.colour = colour_of(command_, lamps_, report, times, monitor_);
-    results.judgements = judge(room_, report.surfaces, results.glare, results.colour, command_.requirements);
+    results.judgements =
+        judge(room_, report.surfaces, results.glare, results.colour, command_.requirements.limits);
     if (replicates_ == 0 || report.ended_by == "user") return results;
     std::vector<IlluminanceReport> by_replicate =
         by_replicates(command_.common, surfaces(), report, command_.options, replicates_, times, monitor_);

@@ -18,6 +18,7 @@
 #include "engine/photometry/light_colour.h"
 #include "engine/photometry/maintenance.h"
 #include "engine/photometry/measurement_uncertainty.h"
+#include "engine/photometry/requirement_table.h"
 
 namespace lucerna {
 
@@ -26,18 +27,21 @@ struct LuxCommand {
     std::string image, html, pdf, plan, picture;
     SurfaceOptions surfaces;
     IlluminanceOptions options;
-    Requirements requirements;
+    RequiredLighting requirements;
     MaintenanceFactors maintenance;
     std::vector<std::pair<std::string, std::string>> about;
     double eye_height = 1.2;  // m
+    double hours = 0;         // of use in a year; 0: not given
     bool daylight_factor = false, far_field_error = false, replicates = false, colour = false;
     bool has_precision = false;
 
     bool has_page() const { return !html.empty() || !pdf.empty(); }
     bool requires_any() const {
-        return std::ranges::any_of(requirements, [](const auto& range) { return range.has_value(); });
+        return std::ranges::any_of(requirements.limits, [](const auto& range) { return range.has_value(); });
     }
-    bool computes_colour() const { return colour || required(requirements, Requirement::ra).has_value(); }
+    bool computes_colour() const {
+        return colour || required(requirements.limits, Requirement::ra).has_value();
+    }
     // Returns the upward axis, that of the option or the closest to the camera's.
     int up_axis(const Job& job) const { return surfaces.up_axis.value_or(up_axis_of(job.camera)); }
 };

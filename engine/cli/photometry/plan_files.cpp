@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -70,6 +71,7 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
 std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis,
                                      std::span<const Room> rooms) {
     constexpr double kBelow = 0.03, kAbove = 0.75, kAround = 0.6, kWall = 0.1, kSpacing = 0.02;  // m
+    constexpr double kSmall = 0.3;  // share of the room's length: the plan of a smaller surface is its own
     if (!surface.is_level(up_axis)) return {};
     Imath::Box<V3d> box;
     for (const double u : {0.0, 1.0}) {
@@ -77,8 +79,10 @@ std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurfac
     }
     const double height = box.center()[up_axis];
     const V3d middle = surface.corner + 0.5 * (surface.u + surface.v);
+    const auto length = [](const V3d& size) { return std::max({size.x, size.y, size.z}); };
     const auto room = std::ranges::find_if(rooms, [&](const Room& each) {
-        return each.bounds().intersects(middle) && each.holds(scene, middle);
+        return length(box.size()) > kSmall * length(each.bounds().size()) &&
+               each.bounds().intersects(middle) && each.holds(scene, middle);
     });
     if (room != rooms.end()) box.extendBy(room->bounds());
     box.min -= V3d(room != rooms.end() ? kWall : kAround);

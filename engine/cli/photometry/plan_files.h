@@ -19,8 +19,8 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
                    std::span<const LuminairePlace> lamps);
 
 // Returns the lines of the model in the plan of a level surface: furniture, cut 3 cm below the surface, and
-// walls, cut 75 cm above it: those of the room that holds the surface, or else of 60 cm around it. Other
-// surfaces have none.
+// walls, cut 75 cm above it: those of the room that holds the surface, or, where it is small or in no room, of
+// 60 cm around it. Other surfaces have none.
 std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis,
                                      std::span<const Room> rooms = {});
 
