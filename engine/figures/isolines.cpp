@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "engine/base/elementary.h"
@@ -138,11 +139,29 @@ double ValueGrid::between(double x, double y) const {
     const auto [column, s] = split(x, columns);
     const auto [row, t] = split(y, rows);
     const int right = std::min(column + 1, columns - 1), down = std::min(row + 1, rows - 1);
-    const auto mixed = [](double a, double b, double part) {
-        if (part == 0) return a;  // even if b is NaN
-        return part == 1 ? b : (1 - part) * a + part * b;
-    };
-    return mixed(mixed(at(column, row), at(right, row), s), mixed(at(column, down), at(right, down), s), t);
+    // On the border of two cells, the one with a value counts.
+    for (const int c : {s > 0.5 ? right : column, s < 0.5 ? column : right}) {
+        for (const int r : {t > 0.5 ? down : row, t < 0.5 ? row : down}) {
+            if (std::isnan(at(c, r))) continue;
+            const auto mixed = [](double p, double q, double part) { return (1 - part) * p + part * q; };
+            const auto seen = [&, c = c, r = r](int i, int j) { return at_or_beyond(i, j, c, r); };
+            return mixed(mixed(seen(column, row), seen(right, row), s),
+                         mixed(seen(column, down), seen(right, down), s), t);
+        }
+    }
+    return std::numeric_limits<double>::quiet_NaN();
+}
+
+double ValueGrid::at_or_beyond(int column, int row, int from_column, int from_row) const {
+    if (const double value = at(column, row); !std::isnan(value)) return value;
+    const double from = at(from_column, from_row);
+    if (column != from_column && row != from_row) {
+        return at_or_beyond(column, from_row, from_column, from_row) +
+               at_or_beyond(from_column, row, from_column, from_row) - from;
+    }
+    const int c = 2 * from_column - column, r = 2 * from_row - row;  // on the other side
+    const bool is_inside = c >= 0 && c < columns && r >= 0 && r < rows;
+    return is_inside && !std::isnan(at(c, r)) ? 2 * from - at(c, r) : from;
 }
 
 ValueGrid refined(const ValueGrid& grid, int parts) {

@@ -20,9 +20,13 @@ struct ValueGrid {
                       static_cast<std::size_t>(column)];
     }
     // Interpolates bilinearly, and extrapolates by half a cell to the edges of the outermost points' cells,
-    // to which x in columns and y in rows are clamped. Returns NaN if one of the four closest points is
-    // missing.
+    // to which x in columns and y in rows are clamped, and of those beside cells without a value. Returns NaN
+    // inside cells without a value.
     double between(double x, double y) const;
+
+  private:
+    // Returns the value at a point, or, if it is missing, the extrapolation from a neighbour that has one.
+    double at_or_beyond(int column, int row, int from_column, int from_row) const;
 };
 
 // Refines the grid to steps of 1 / `parts` from edge to edge, half a cell beyond the outermost points: point

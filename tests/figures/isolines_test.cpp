@@ -104,6 +104,26 @@ TEST(Isolines, WherePointsAreMissing_EndAndGoOnBehind) {
     EXPECT_EQ(lines_at(grid, 0.5).size(), 1U);
 }
 
+// In a refined grid the lines of an even slope stay straight, and end at the edges of a cell without a value.
+TEST(Isolines, OfARefinedGrid_EndAtTheEdgesOfAMissingCell) {
+    constexpr int kParts = 4;
+    for (const bool down : {false, true}) {
+        ValueGrid grid = grid_of(11, 11, [&](int x, int y) { return down ? y : x; });
+        grid.values[4 * 11 + 4] = NAN;
+        const auto lines = lines_at(refined(grid, kParts), 4.2);
+        ASSERT_EQ(lines.size(), 2U);
+        double length = 0;
+        for (const Isoline& line : lines) {
+            length += (line.points.front() - line.points.back()).length() / kParts;
+            for (const V2d& p : line.points) EXPECT_NEAR((down ? p.y : p.x) / kParts - 0.5, 4.2, 1e-12);
+        }
+        EXPECT_NEAR(length, 10, 1e-12);  // of 11 cells
+        // Beside a corner of the missing cell, both neighbours have the slope's value.
+        EXPECT_NEAR(grid.between(4.4, 4.6), down ? 4.6 : 4.4, 1e-12);
+        EXPECT_TRUE(std::isnan(grid.between(4.4, 4.4)));
+    }
+}
+
 // Every line is closed or ends at the border, for any values: noise has saddles everywhere, and integers have
 // points exactly at the level.
 TEST(Isolines, OfNoise_AreClosedOrEndAtTheBorder_AndLieOnTheLevel) {
