@@ -291,7 +291,6 @@ class Plan {
         for (const PlanDrawing& drawing : figure.drawings) {
             for (const auto& line : drawing.lines) std::for_each(line.begin(), line.end(), include);
         }
-        for (const PlanLamp& lamp : figure.lamps) include(lamp.place);
         const V2d size = high_ - low_;
         const double margin = 0.02 * std::max(size.x, size.y);  // keeps walls off the frame
         if (!figure.outlines.empty() || !figure.lamps.empty()) low_ -= V2d(margin), high_ += V2d(margin);
@@ -305,13 +304,15 @@ class Plan {
         fill();
         for (const PlanDrawing& drawing : figure_.drawings) draw(drawing);
         for (const PlanOutline& outline : figure_.outlines) draw(outline);
-        for (const PlanLamp& lamp : figure_.lamps) draw(lamp);
+        for (const PlanLamp& lamp : figure_.lamps) {
+            if (is_inside(lamp.place)) draw(lamp);
+        }
         draw_plan_isolines();
         if (figure_.numbers) write_numbers();
         for (const PlanLabel& label : figure_.labels) {
-            const V2d& at = label.place;
-            if (at.x < low_.x || at.x > high_.x || at.y < low_.y || at.y > high_.y) continue;
-            drawing_.label(on_paper(at) + V2d(0, 0.36 * kSmallFont), label.text, "middle", kSmallFont);
+            if (!is_inside(label.place)) continue;
+            drawing_.label(on_paper(label.place) + V2d(0, 0.36 * kSmallFont), label.text, "middle",
+                           kSmallFont);
         }
         axes();
         const double legend = std::max(extent_.y, kLeastLegend);
@@ -329,6 +330,10 @@ class Plan {
     }
     V2d on_paper(const V2d& metres) const {
         return corner_ + V2d(metres.x - low_.x, high_.y - metres.y) * scale_;
+    }
+
+    bool is_inside(const V2d& metres) const {
+        return metres.x >= low_.x && metres.x <= high_.x && metres.y >= low_.y && metres.y <= high_.y;
     }
 
     void fill() {

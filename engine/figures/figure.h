@@ -58,8 +58,9 @@ struct PlanFigure : FigureValues {
     bool numbers = true;       // writes values at their points if all of them fit into their cells
     std::vector<PlanOutline> outlines;
     std::vector<PlanDrawing> drawings;
+    // Those outside the values, outlines and drawings are left out.
     std::vector<PlanLamp> lamps;
-    std::vector<PlanLabel> labels;  // those outside the plan are left out
+    std::vector<PlanLabel> labels;
     // Names of the axes, and the coordinates of the origin in their numbers [m].
     std::array<std::string, 2> axes{"x", "y"};
     Imath::V2d origin{0, 0};

@@ -9,20 +9,12 @@
 
 #include "engine/base/elementary.h"
 #include "engine/base/vec.h"
+#include "engine/figures/false_colour.h"
 
 namespace lucerna {
 namespace {
 
 constexpr double kStep = 2.5;  // degrees
-
-// Returns the least of 1, 2, 2.5, 5 and 10 times a power of ten that is not below x, > 0.
-double round_step(double x) {
-    const double power = pow(10.0, std::floor(log10(x)));
-    for (const double digit : {1.0, 2.0, 2.5, 5.0}) {
-        if (digit * power >= x * (1 - 1e-9)) return digit * power;
-    }
-    return 10 * power;
-}
 
 // Returns the point at an angle from straight down, to the right for the first half planes (side 1).
 Imath::V2d at(const Imath::V2d& centre, double radius, double angle, double side) {
@@ -40,7 +32,7 @@ std::string polar_svg(const PolarFigure& figure) {
         for (double angle = 0; angle <= 180; angle += kStep)
             most = std::max(most, figure.intensity(plane, angle));
     }
-    const double step = round_step(most / kMostRings);
+    const double step = round_step_from(most / kMostRings).value();
     const int rings = static_cast<int>(std::ceil(most / step * (1 - 1e-9)));
     const Imath::V2d centre(figure.width / 2);
     const double scale = (figure.width / 2 - kMargin) / (rings * step);

@@ -15,8 +15,9 @@ namespace {
 constexpr double kSurround = 0.5, kBackground = 3;  // m, widths of the bands
 constexpr double kUniformSurround = 0.4, kUniformElsewhere = 0.1;
 constexpr double kOffSurface = 0.01;  // m, of points from walls and ceiling
-// m: an observer's steps from the wall behind, the most of them, and the least width of that wall
-constexpr double kOffWall = 0.25, kFarthestOffWall = 2, kLeastWall = 2;
+// m: an observer's distance from what is behind, the steps in which it is found, the farthest, and the least
+// width of the wall
+constexpr double kOffWall = 0.25, kStepOffWall = 0.05, kFarthestOffWall = 2.5, kLeastWall = 2;
 
 std::string names() {
     std::vector<std::string> all;
@@ -28,12 +29,16 @@ RequiredRange parse_range(const Location& at, Requirement requirement, std::stri
     constexpr double kMost = 1e6;
     if (requirement == Requirement::ugr) return {0, parse_number(at, word, 0, 100)};
     if (requirement == Requirement::ra) return {parse_number(at, word, 0, 100), 0};
+    if (requirement == Requirement::u0) return {parse_number(at, word, 0, 1), 0};
     if (requirement != Requirement::modelling) return {parse_number(at, word, 0, kMost), 0};
     const std::size_t dash = word.find('-');
-    if (dash == word.npos) input_error(at, "modelling={} is not a range; expected for example 0.3-0.6", word);
+    if (dash == word.npos) input_error(at, "{} is not a range; expected for example 0.3-0.6", one_line(word));
     const RequiredRange limits{parse_number(at, word.substr(0, dash), 0, 10),
                                parse_number(at, word.substr(dash + 1), 0, 10)};
-    if (!(limits.high > limits.low)) input_error(at, "modelling={} is an empty range", word);
+    if (!(limits.high > limits.low)) {
+        input_error(at, "{} is an empty range; expected the lower end first, for example 0.3-0.6",
+                    one_line(word));
+    }
     return limits;
 }
 
@@ -261,13 +266,15 @@ class Builder {
             const Wall& wall = room.walls()[i];
             if (wall.width() < kLeastWall) continue;
             const V3d middle = (wall.from + wall.to) / 2 + eye_height_ * up_;
-            for (double off = kOffWall; off < kFarthestOffWall; off += kOffWall) {
-                const V3d eye = middle + off * wall.inward;
-                if (!room.is_open(scene_, eye)) continue;
-                made_.observers.push_back({fmt::format("{}before wall {}", prefix, i + 1), eye,
-                                           V3f(wall.inward), V3f(up_), right_handed_});
-                break;
-            }
+            const auto is_open = [&](double off) { return room.is_open(scene_, middle + off * wall.inward); };
+            double off = kOffWall;
+            while (off < kFarthestOffWall && !is_open(off)) off += kStepOffWall;
+            if (off >= kFarthestOffWall) continue;
+            // Furniture is as far behind the eye as the wall is elsewhere, if there is room for that.
+            if (off > kOffWall && is_open(off + kOffWall)) off += kOffWall;
+            made_.observers.push_back({fmt::format("{}before wall {}", prefix, i + 1),
+                                       middle + off * wall.inward, V3f(wall.inward), V3f(up_),
+                                       right_handed_});
         }
     }
 
@@ -331,18 +338,24 @@ Requirements parse_requirements(const Location& at, std::string_view word) {
     Requirements all;
     for (std::string_view rest = word; !rest.empty();) {
         const std::size_t comma = rest.find(',');
-        const std::string_view one = rest.substr(0, comma);
+        const std::string_view one = trimmed(rest.substr(0, comma));
         rest.remove_prefix(comma == rest.npos ? rest.size() : comma + 1);
         const std::size_t equals = one.find('=');
         const auto found = std::find_if(kRequirements.begin(), kRequirements.end(),
                                         [&](const auto& r) { return one.substr(0, equals) == r.name; });
         if (found == kRequirements.end() || equals == one.npos) {
-            input_error(at, "\"{}\" is not a requirement; expected NAME=VALUE with the names {}",
-                        one_line(one), names());
+            input_error(
+                at,
+                "\"{}\" is not a requirement; expected NAME=VALUE with the names {}, or TABLE.csv#REFERENCE",
+                one_line(one), names());
         }
         const auto index = static_cast<std::size_t>(found - kRequirements.begin());
         if (all[index]) input_error(at, "{} is given twice", found->name);
-        all[index] = parse_range(at, static_cast<Requirement>(index), one.substr(equals + 1));
+        try {
+            all[index] = parse_range(at, static_cast<Requirement>(index), trimmed(one.substr(equals + 1)));
+        } catch (const InputError& error) {
+            throw InputError(fmt::format("{}, for {}", error.what(), found->name));
+        }
     }
     return all;
 }

@@ -41,6 +41,49 @@ void add_places(const Scene& scene, int up, const V3f& top, float depth, std::ve
     }
 }
 
+// Returns how far a floor continues from a place along d (unit, level), at most `most` [m]. Beyond a roof's
+// edge begins another.
+double reach(const Scene& scene, int up, const Place& place, const V3d& d, double most) {
+    constexpr double kExact = 1e-4;  // m
+    V3f down(0);
+    down[up] = -1;
+    const auto continues = [&](double distance) {
+        const V3f from = V3f(place.at + distance * d) - static_cast<float>(kSameHeight) * down;
+        const auto hit = scene.intersect(Ray{from, down, static_cast<float>(2 * kSameHeight)});
+        if (!hit || !(std::fabs(double{hit->at.n[up]}) >= kLevel)) return false;
+        return place.under_sky != scene.intersect(Ray{from, -down}).has_value();
+    };
+    double inside = 0, outside = most;
+    while (outside - inside > kExact) {
+        const double middle = (inside + outside) / 2;
+        (continues(middle) ? inside : outside) = middle;
+    }
+    return inside;
+}
+
+// Returns the bounds in plan of places of one floor, which are `cell` apart along each axis. Between the
+// outermost places and the next ones, where there is no floor, its sides are found exactly.
+Imath::Box<V3d> bounds_of(const Scene& scene, int up, std::span<const Place> places, const V3d& cell) {
+    constexpr double kOuter = 0.01;  // of a cell
+    Imath::Box<V3d> inner;
+    for (const Place& place : places) inner.extendBy(place.at);
+    Imath::Box<V3d> box = inner;
+    for (const int side : {(up + 1) % 3, (up + 2) % 3}) {
+        for (const double sign : {-1.0, 1.0}) {
+            const double last = sign > 0 ? inner.max[side] : inner.min[side];
+            V3d d(0);
+            d[side] = sign;
+            double most = 0;
+            for (const Place& place : places) {
+                if (std::fabs(place.at[side] - last) > kOuter * cell[side]) continue;
+                most = std::max(most, reach(scene, up, place, d, cell[side]));
+            }
+            (sign > 0 ? box.max : box.min)[side] += sign * most;
+        }
+    }
+    return box;
+}
+
 // Tells whether a place is the roof over a floor: it is under the sky and within the floor's bounds in plan.
 bool is_roof(const Place& place, std::span<const Floor> floors, const Scene& scene, int up) {
     if (!place.under_sky) return false;
@@ -93,14 +136,7 @@ std::vector<Floor> floors_of(const Scene& scene, int up_axis) {
         }
         Floor& floor = floors.emplace_back();
         floor.area = count * cell;
-        Imath::Box<V3d> box;
-        for (const Place& place : level) box.extendBy(place.at);
-        // Extends the bounds to the sides of the outer cells.
-        for (const int side : {a, b}) {
-            const double half = 0.5 * double{size[side]} / kLines;
-            box.min[side] = std::max(double{bounds.min[side]}, box.min[side] - half);
-            box.max[side] = std::min(double{bounds.max[side]}, box.max[side] + half);
-        }
+        Imath::Box<V3d> box = bounds_of(scene, up_axis, level, V3d(size) / double{kLines});
         box.min[up_axis] = box.max[up_axis] = level[level.size() / 2].height;  // median height
         floor.least = box.min + scene.origin();
         floor.most = box.max + scene.origin();

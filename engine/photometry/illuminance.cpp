@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -495,6 +496,41 @@ void warn_of_blurred_light(const std::vector<SurfaceIlluminance>& surfaces, doub
         most->surface->by_light_paths, unit, most->surface->blur, unit, most->others));
 }
 
+// Returns the pieces of a light that do not touch each other, such as the panels of one mesh, by the bounds
+// of its parts, whose powers are shares. A light without parts is one piece.
+std::vector<LightBounds> pieces_of(LightBounds whole, std::span<const LightBounds> parts) {
+    constexpr float kTouching = 1e-3F;  // m
+    whole.power = 1;
+    if (parts.size() < 2) return {whole};
+    std::vector<std::size_t> order(parts.size()), root(parts.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::iota(root.begin(), root.end(), std::size_t{0});
+    std::ranges::sort(order, {}, [&](std::size_t i) { return parts[i].box.min.x; });
+    const auto root_of = [&](std::size_t i) {
+        while (root[i] != i) i = root[i] = root[root[i]];
+        return i;
+    };
+    std::vector<std::size_t> reaching;  // the parts before that reach the place of the next one along x
+    for (const std::size_t i : order) {
+        Box3f box = parts[i].box;
+        box.min -= V3f(kTouching);
+        box.max += V3f(kTouching);
+        std::erase_if(reaching, [&](std::size_t j) { return parts[j].box.max.x < box.min.x; });
+        for (const std::size_t j : reaching) {
+            if (parts[j].box.intersects(box)) root[root_of(j)] = root_of(i);
+        }
+        reaching.push_back(i);
+    }
+    std::map<std::size_t, std::vector<LightBounds>> pieces;
+    for (std::size_t i = 0; i < parts.size(); ++i) pieces[root_of(i)].push_back(parts[i]);
+    std::vector<LightBounds> all;
+    for (const auto& [index, of] : pieces) {
+        all.push_back(union_of(of));
+        all.back().two_sided = whole.two_sided;
+    }
+    return all;
+}
+
 // Returns where the axis of a lamp meets the first surface that is not part of the lamp.
 std::optional<V3d> aim_of(const Scene& scene, const LightBounds& lamp) {
     const V3f centre = lamp.box.center();
@@ -539,19 +575,21 @@ std::vector<LuminairePlace> luminaires_of(const Scene& scene) {
         const Light& light = *scene.lights()[i];
         const auto bounds = light.bounds();
         if (!bounds || !(light.power() > 0)) continue;
-        // A photometric file has a direction of its own, to however many sides it shines.
-        const bool one_sided = !bounds->two_sided && bounds->theta_o + bounds->theta_e < 0.75F * kPi;
-        const bool has_axis = one_sided || light.kind() == "photometric";
-        LuminairePlace& lamp =
-            all.emplace_back(LuminairePlace{.kind = std::string(light.kind()),
-                                            .file = light.file().filename().string(),
-                                            .place = V3d(bounds->box.center()) + scene.origin(),
-                                            .axis = has_axis ? V3d(bounds->axis) : V3d(0),
-                                            .flux = light.power(),
-                                            .size = V3d(bounds->box.size()),
-                                            .aim = {},
-                                            .light = i});
-        if (has_axis) lamp.aim = aim_of(scene, *bounds);
+        for (const LightBounds& lamp : pieces_of(*bounds, light.part_bounds())) {
+            // A photometric file has a direction of its own, to however many sides it shines.
+            const bool one_sided = !lamp.two_sided && lamp.theta_o + lamp.theta_e < 0.75F * kPi;
+            const bool has_axis = one_sided || light.kind() == "photometric";
+            LuminairePlace& place =
+                all.emplace_back(LuminairePlace{.kind = std::string(light.kind()),
+                                                .file = light.file().filename().string(),
+                                                .place = V3d(lamp.box.center()) + scene.origin(),
+                                                .axis = has_axis ? V3d(lamp.axis) : V3d(0),
+                                                .flux = light.power() * double{lamp.power},
+                                                .size = V3d(lamp.box.size()),
+                                                .aim = {},
+                                                .light = i});
+            if (has_axis) place.aim = aim_of(scene, lamp);
+        }
     }
     return all;
 }
@@ -625,7 +663,6 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     report.unit = unit_text(Quantity::illuminance, unit);
     report.flux_unit = flux_unit_text(unit);
     report.sensors = points.sensors();
-    report.lamps = luminaires_of(job.scene);
     const bool counts = options.most_samples > 0;
     PathRounds rounds(
         job, Quantity::illuminance,

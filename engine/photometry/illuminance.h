@@ -96,6 +96,7 @@ struct LuminairePlace {
     std::optional<V3d> aim;
     std::size_t light = 0;  // index in the scene's lights
 };
+// Returns the lights with a place; the parts of a mesh that do not touch each other are luminaires each.
 std::vector<LuminairePlace> luminaires_of(const Scene& scene);
 
 struct IlluminanceReport {
@@ -104,7 +105,6 @@ struct IlluminanceReport {
     // W/m² if lights are radiometric]; 0 for other quantities.
     double sky_illuminance = 0;
     std::vector<SurfaceIlluminance> surfaces;
-    std::vector<LuminairePlace> lamps;
     std::vector<std::string> groups;  // the scene's light groups
     std::string unit;                 // "lx", "W/m^2"; "%" of a daylight factor
     std::string flux_unit;            // "lm", "W"

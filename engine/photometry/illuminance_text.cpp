@@ -206,8 +206,9 @@ std::string judgements_summary(std::span<const Judgement> judgements) {
     std::string text = fmt::format("{} of {} requirements are met", count(Verdict::met), judgements.size());
     if (count(Verdict::missed) > 0) text += fmt::format(", {} missed", count(Verdict::missed));
     if (count(Verdict::undecided) > 0)
-        text += fmt::format(", {} not decided at this precision (a smaller --precision can decide)",
-                            count(Verdict::undecided));
+        text += fmt::format(
+            ", {} not decided at this precision (a smaller --precision or more --time can decide)",
+            count(Verdict::undecided));
     return text;
 }
 

@@ -240,6 +240,31 @@ std::optional<V3d> of_lowest_height(const std::vector<V3d>& points, const V3d& u
     return std::nullopt;
 }
 
+// Returns the area within walls that form closed outlines [Green's theorem]; none if they do not.
+std::optional<double> area_within(std::span<const Wall> walls, int up_axis) {
+    constexpr double kTouching = 0.02;  // m
+    const auto is_met = [&](const V3d& end) {
+        return std::ranges::any_of(walls,
+                                   [&](const Wall& next) { return (next.from - end).length() < kTouching; });
+    };
+    const int a = (up_axis + 1) % 3, b = (up_axis + 2) % 3;
+    double twice = 0;
+    for (const Wall& wall : walls) {
+        if (!is_met(wall.to)) return std::nullopt;
+        const V3d from = wall.from - walls.front().from, to = wall.to - walls.front().from;
+        twice += from[a] * to[b] - from[b] * to[a];
+    }
+    return std::fabs(twice) / 2;
+}
+
+// Returns the median; 0 of no values.
+double median_of(std::vector<double> values) {
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
 }  // namespace
 
 std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points, int up_axis) {
@@ -284,6 +309,7 @@ std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points
         room.bounds_.extendBy(wall.to);
     }
     if (room.walls_.empty()) return std::nullopt;
+    room.is_open_sided_ = !walls.edges().empty();
     for (V3d edge : walls.edges()) {
         edge[up_axis] = room.floor_;
         room.bounds_.extendBy(edge);
@@ -296,6 +322,7 @@ std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points
 }
 
 double Room::area(const Scene& scene) const {
+    if (const auto area = area_within(walls_, up_axis_)) return *area;
     constexpr int kPoints = 100;  // along each side
     const int a = (up_axis_ + 1) % 3, b = (up_axis_ + 2) % 3;
     const V3d size = bounds_.size();
@@ -312,22 +339,19 @@ double Room::area(const Scene& scene) const {
 }
 
 Room::Reflectances Room::reflectances(const Scene& scene) const {
-    constexpr int kPoints = 16;  // along each side of a surface
+    constexpr int kPoints = 24;    // along each side of a surface
+    constexpr double kOff = 0.02;  // m, before it
     V3d up(0);
     up[up_axis_] = 1;
-    // Adds the reflectance of what is met from a point; nothing where nothing is near.
-    struct Mean {
-        double sum = 0, weight = 0;
-        void add(const Scene& scene, const V3d& from, const V3d& d, double weight_of) {
-            const auto hit = scene.intersect(Ray{V3f(from - scene.origin()), V3f(d)});
-            if (!hit || hit->t > 2 * kRecess) return;
-            sum += weight_of * double{luminance(scene.bsdf(*hit).albedo(hit->wo))};
-            weight += weight_of;
-        }
-        double value() const { return weight > 0 ? sum / weight : 0.0; }
-    } floor, ceiling, walls;
+    std::vector<double> floor, ceiling, walls;
+    const auto look = [&scene](const V3d& from, const V3d& d, std::vector<double>& met) {
+        const auto hit = scene.intersect(Ray{V3f(from - scene.origin()), V3f(d)});
+        if (hit && hit->t < 2 * kRecess) met.push_back(luminance(scene.bsdf(*hit).albedo(hit->wo)));
+    };
     const V3d size = bounds_.size();
     const int a = (up_axis_ + 1) % 3, b = (up_axis_ + 2) % 3;
+    double widest = 0;
+    for (const Wall& wall : walls_) widest = std::max(widest, wall.width());
     for (int i = 0; i < kPoints; ++i) {
         for (int j = 0; j < kPoints; ++j) {
             const double s = (i + 0.5) / kPoints, t = (j + 0.5) / kPoints;
@@ -335,18 +359,24 @@ Room::Reflectances Room::reflectances(const Scene& scene) const {
             p[a] += s * size[a];
             p[b] += t * size[b];
             if (holds(scene, p)) {
-                floor.add(scene, p + kBelowCeiling * up, -up, 1);
-                p[up_axis_] = sight_;
-                ceiling.add(scene, p, up, 1);
-            }
-            for (const Wall& wall : walls_) {
-                const V3d from = wall.from + s * (wall.to - wall.from) + t * (ceiling_ - floor_) * up +
-                                 kRecess * wall.inward;
-                walls.add(scene, from, -wall.inward, wall.width());
+                look(p + kOff * up, -up, floor);
+                p[up_axis_] = ceiling_ - kOff;
+                look(p, up, ceiling);
             }
         }
     }
-    return {floor.value(), walls.value(), ceiling.value()};
+    // Points are as close on narrow walls as on wide ones.
+    for (const Wall& wall : walls_) {
+        const int columns = std::max(1, static_cast<int>(std::lround(kPoints * wall.width() / widest)));
+        for (int i = 0; i < columns; ++i) {
+            for (int j = 0; j < kPoints; ++j) {
+                const V3d from = wall.from + (i + 0.5) / columns * (wall.to - wall.from) +
+                                 (j + 0.5) / kPoints * (ceiling_ - floor_) * up + kOff * wall.inward;
+                look(from, -wall.inward, walls);
+            }
+        }
+    }
+    return {median_of(std::move(floor)), median_of(std::move(walls)), median_of(std::move(ceiling))};
 }
 
 bool Room::is_open(const Scene& scene, const V3d& point) const {

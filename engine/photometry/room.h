@@ -37,10 +37,13 @@ class Room {
     const std::vector<Wall>& walls() const { return walls_; }
     // Bounds in plan, from the floor to the ceiling; world.
     const Imath::Box<V3d>& bounds() const { return bounds_; }
-    // Returns the area in plan, exact to a hundredth of the bounds' area.
+    // Tells whether a side is open, without a wall.
+    bool is_open_sided() const { return is_open_sided_; }
+    // Returns the area in plan: exactly that within the walls if they form closed outlines, else to a
+    // hundredth of the bounds' area.
     double area(const Scene& scene) const;
-    // Returns the mean reflectance (luminance of the albedo) of the floor, the walls and the ceiling, as
-    // light that comes straight at them meets them, furniture before the walls and luminaires included.
+    // Returns the reflectance (luminance of the albedo) of the floor, the walls and the ceiling: the median
+    // over what light meets that comes straight at them from close by.
     struct Reflectances {
         double floor = 0, walls = 0, ceiling = 0;
     };
@@ -56,6 +59,7 @@ class Room {
     double floor_ = 0, ceiling_ = 0, sight_ = 0;  // sight_: height of the horizontal rays
     std::vector<Wall> walls_;
     std::vector<V3d> seen_from_;
+    bool is_open_sided_ = false;
     Imath::Box<V3d> bounds_;
 };
 

@@ -41,7 +41,7 @@ TEST(Floors, OfAHouse_AreItsStoreysWithoutFurnitureAndRoof) {
     EXPECT_NEAR(found[0].least.x, 100, 1e-3);
     EXPECT_NEAR(found[0].most.x, 110, 1e-3);
     EXPECT_NEAR(found[1].least.x, 100, 1e-3);
-    EXPECT_NEAR(found[1].most.x, 105, 0.1);
+    EXPECT_NEAR(found[1].most.x, 105, 1e-3);
     EXPECT_NEAR(found[1].most.y, 58, 1e-3);
     EXPECT_EQ(found[1].least.z, found[1].most.z);
 }
@@ -55,6 +55,18 @@ TEST(Floors, OfOneRoomOfSingleFaces_IsItsFloor) {
     // The lower level leaves no room to stand, so only the one under the sky is a floor.
     ASSERT_EQ(floors(level(0) + level(1.8)).size(), 1U);
     EXPECT_NEAR(floors(level(0) + level(1.8))[0].height, 1.8, 1e-6);
+}
+
+// Far lights make the grid coarse: its lines are 0.8 m apart.
+TEST(Floors, OfASmallPartOfTheModel_HaveExactSides) {
+    const std::vector<Floor> found =
+        floors(box({0.37, 0.21, -0.3}, {40.11, 30.04, 0}) + box({0.37, 0.21, 3}, {40.11, 30.04, 3.3}) +
+               box({100, -2, 1}, {100.1, 98, 1.1}));
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_NEAR(found[0].least.x, 0.37, 1e-3);
+    EXPECT_NEAR(found[0].least.y, 0.21, 1e-3);
+    EXPECT_NEAR(found[0].most.x, 40.11, 1e-3);
+    EXPECT_NEAR(found[0].most.y, 30.04, 1e-3);
 }
 
 TEST(Floors, UnderTheSky_AreTheGround) {

@@ -84,7 +84,7 @@ std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) 
     const int axis = command.grid.up_axis.value_or(up_axis_of(job.camera));
     V3f up(0);
     up[axis] = 1;
-    const bool right_handed = job.camera.settings().world_from_camera.determinant() < 0;
+    const bool right_handed = is_right_handed(job);
     std::vector<Observer> observers;
     for (const Eye& eye : command.eyes)
         observers.push_back({eye.name, eye.from, V3f((eye.to - eye.from).normalized()), up, right_handed});
@@ -142,14 +142,16 @@ std::vector<double> worst_ratings(std::span<const GlareReport> of_grid, std::siz
 }
 
 void write_plans(const GlareCommand& command, std::span<const CalculationSurface> grids,
-                 std::span<const GlareReport> reports, std::span<const LuminairePlace> lamps, bool daylight) {
+                 std::span<const GlareReport> reports, std::span<const LuminairePlace> lamps, int up_axis,
+                 bool right_handed, bool daylight) {
     const std::size_t views = command.views.empty() ? kDefaultViews : command.views.size();
     std::size_t first = command.eyes.size();
     for (std::size_t i = 0; i < grids.size(); ++i) {
         const std::size_t of_grid = static_cast<std::size_t>(grids[i].points.x * grids[i].points.y) * views;
         const auto write = [&](const std::filesystem::path& file, const RatingMap& map) {
-            PlanFigure plan = plan_of(grids[i], worst_ratings(reports.subspan(first, of_grid), views, map),
-                                      map.unit, lamps);
+            std::vector<double> values = worst_ratings(reports.subspan(first, of_grid), views, map);
+            const CalculationSurface seen = as_seen(grids[i], up_axis, right_handed, &values);
+            PlanFigure plan = plan_of(seen, values, map.unit, lamps);
             plan.scale.range = map.range;
             write_plan(file, plan);
         };
@@ -180,6 +182,8 @@ void act(const GlareCommand& command, const CommandContext& context) {
     for (std::size_t i = 0; !command.image.empty() && i < observers.size(); ++i)
         files.writes(of_surface(command.image, i), ".exr", "--image");
     const std::vector<LuminairePlace> lamps = luminaires_of(job.scene);
+    const int up_axis = command.grid.up_axis.value_or(up_axis_of(job.camera));
+    const bool right_handed = is_right_handed(job);
     GlareOptions options = command.options;
     options.seconds -= clock.seconds();
     if (!command.image.empty()) {
@@ -190,7 +194,7 @@ void act(const GlareCommand& command, const CommandContext& context) {
     const StopOnSignals listening(context.process);
     const std::vector<GlareReport> reports = glare_at(observers, std::move(job), options, monitor);
     if (!command.common.csv.empty()) write_text(command.common.csv, glare_csv(reports));
-    if (!command.plan.empty()) write_plans(command, grids, reports, lamps, daylight);
+    if (!command.plan.empty()) write_plans(command, grids, reports, lamps, up_axis, right_handed, daylight);
     if (command.common.prints_json()) {
         context.out << glare_json(reports);
         return;

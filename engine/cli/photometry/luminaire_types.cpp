@@ -50,6 +50,10 @@ std::string ugr_of(const PhotometricWeb& web, double flux) {
     return fmt::format("{} crosswise, {} endwise", rating(kCrosswise), rating(kEndwise));
 }
 
+void add_size(LuminaireType& type, const V3d& size) {
+    type.facts.emplace_back("size", fmt::format("{:.3g} × {:.3g} × {:.3g} m", size.x, size.y, size.z));
+}
+
 void describe(LuminaireType& type, const PhotometricWeb& web, bool in_lumens) {
     const PhotometricInfo& info = web.info();
     const auto add = [&type](const char* name, std::string text) {
@@ -62,6 +66,10 @@ void describe(LuminaireType& type, const PhotometricWeb& web, bool in_lumens) {
     add("colour as stated", stated(info, {"colour"}));
     add("colour rendering as stated", stated(info, {"colour rendering"}));
     add("source", info.provenance);
+    if (info.opening.size != V3d(0)) {
+        add("luminous opening", std::string(info.opening.name()));
+        add_size(type, info.opening.size);
+    }
     type.watts = info.watts;
     const double flux = web.flux();
     if (!(flux > 0)) return;
@@ -100,13 +108,14 @@ PhotometricWeb far_field_of(const std::filesystem::path& file, const FarFieldGri
     return std::visit(web, read_lamp_file(file, monitor));
 }
 
-Luminaires luminaires_with_types(const Scene& scene, const Workers& workers, Monitor& monitor) {
+Luminaires with_types(std::vector<LuminairePlace> places, const Scene& scene, const Workers& workers,
+                      Monitor& monitor) {
     // Fine enough for a diagram; the time grows with the number of directions.
     FarFieldGrid of_diagrams;
     of_diagrams.polar_step = 2.5;
     of_diagrams.azimuth_step = 15;
     Monitor silent;  // what the files warn of was said when the scene was read
-    Luminaires luminaires{luminaires_of(scene), {}, {}};
+    Luminaires luminaires{std::move(places), {}, {}};
     std::vector<LuminaireType>& types = luminaires.types;
     for (const LuminairePlace& lamp : luminaires.places) {
         const auto known = std::ranges::find_if(types, [&](const LuminaireType& type) {
@@ -129,10 +138,10 @@ Luminaires luminaires_with_types(const Scene& scene, const Workers& workers, Mon
             describe(type, read_photometric(light.file(), silent), in_lumens);
         else if (lamp.kind == "lightfield" || lamp.kind == "rayfile")
             describe(type, far_field_of(light.file(), of_diagrams, workers, monitor), in_lumens);
+        else
+            add_size(type, lamp.size);
         if (const double kelvin = kelvin_of(light.flux()); kelvin > 0)
             type.facts.emplace_back("colour temperature", fmt::format("{:.0f} K", kelvin));
-        type.facts.emplace_back(
-            "size", fmt::format("{:.2g} × {:.2g} × {:.2g} m", lamp.size.x, lamp.size.y, lamp.size.z));
     }
     return luminaires;
 }

@@ -32,8 +32,9 @@ struct Luminaires {
     std::vector<std::size_t> type_of;  // index of the type of each place
 };
 
-// Returns the luminaires of the scene. Reads the lamps' files, and throws as that does.
-Luminaires luminaires_with_types(const Scene& scene, const Workers& workers, Monitor& monitor);
+// Finds the types of luminaires of the scene. Reads the lamps' files, and throws as that does.
+Luminaires with_types(std::vector<LuminairePlace> places, const Scene& scene, const Workers& workers,
+                      Monitor& monitor);
 
 // Returns the far field of a light field or of a ray file.
 PhotometricWeb far_field_of(const std::filesystem::path& file, const FarFieldGrid& grid,

@@ -1,9 +1,11 @@
 // lucerna lux: computes illuminance on calculation surfaces.
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <memory>
 #include <optional>
 #include <set>
@@ -139,6 +141,7 @@ RoomText room_text(const Room& room, const Scene& scene, const Luminaires& lumin
     const int up = room.up_axis();
     RoomText text{.size = V3d(size[(up + 1) % 3], size[(up + 2) % 3], size[up]),
                   .walls = room.walls().size(),
+                  .is_open_sided = room.is_open_sided(),
                   .reflectances = room.reflectances(scene),
                   .area = room.area(scene),
                   .tasks = {}};
@@ -157,6 +160,16 @@ RoomText room_text(const Room& room, const Scene& scene, const Luminaires& lumin
     return text;
 }
 
+// Returns the light group of each luminaire; empty if the scene has none.
+std::vector<std::string> groups_of(std::span<const LuminairePlace> places, const Scene& scene) {
+    const LightGroups& groups = scene.light_groups();
+    std::vector<std::string> names;
+    for (const LuminairePlace& lamp : places) {
+        if (!groups.empty()) names.push_back(groups.names[groups.of_light[lamp.light]]);
+    }
+    return names;
+}
+
 constexpr std::string_view kErrorMap = "error", kOpeningErrorMap = "opening-error",
                            kUncertaintyMap = "uncertainty";
 
@@ -171,9 +184,9 @@ std::string end_text(const IlluminanceReport& report) {
 }
 
 // Returns a plan of other values than illuminance, without isolines.
-PlanFigure plan_of_others(const IlluminanceReport& report, std::size_t surface,
-                          std::span<const double> values, const std::string& title, const LuxPage& page) {
-    PlanFigure plan = plan_of(report, surface, values, page);
+PlanFigure plan_of_others(const IlluminanceReport& report, std::size_t surface, std::vector<double> values,
+                          const std::string& title, const LuxPage& page) {
+    PlanFigure plan = plan_of(report, surface, std::move(values), page);
     plan.title = title + ": " + plan.title;
     plan.isolines.shown = false;
     return plan;
@@ -258,19 +271,31 @@ void warn_of_points_outside(std::span<const CalculationSurface> surfaces, const 
 
 // Describes what a report shows of the scene.
 LuxPage page_of(const LuxCommand& command, const RoomSurfaces& room, const Job& job, Monitor& monitor) {
-    LuxPage page{command.common.scene, {}, {}, command.options.seed};
+    LuxPage page{std::filesystem::path(command.common.scene).stem().string(), {}, {}, command.options.seed};
     page.maintenance = command.maintenance;
     page.up_axis = command.up_axis(job);
+    page.right_handed = is_right_handed(job);
+    if (!command.has_page() && command.plan.empty()) return page;
     for (const CalculationSurface& surface : room.surfaces) {
-        const bool is_drawn = command.has_page() || !command.plan.empty();
-        page.model.push_back(is_drawn ? model_lines(job.scene, surface, page.up_axis, room.rooms)
-                                      : std::vector<PlanDrawing>());
+        page.model.push_back(model_lines(job.scene, as_seen(surface, page.up_axis, page.right_handed),
+                                         page.up_axis, room.rooms));
+    }
+    page.luminaires.places = luminaires_of(job.scene);
+    if (!room.rooms.empty()) {
+        page.lights_outside = std::erase_if(page.luminaires.places, [&](const LuminairePlace& lamp) {
+            return std::ranges::none_of(room.rooms,
+                                        [&](const Room& each) { return is_in(each, lamp, job.scene); });
+        });
     }
     if (!command.has_page()) return page;
     page.facts = picture_facts(job, command.options.seed);
     page.about = command.about;
+    if (std::ranges::none_of(page.about, [](const auto& line) { return lower_case(line.first) == "date"; }))
+        page.about.emplace_back("Date", fmt::format("{:%Y-%m-%d}", fmt::localtime(std::time(nullptr))));
     page.tasks = static_cast<std::size_t>(std::ranges::count(room.areas, Area::task));
-    page.luminaires = luminaires_with_types(job.scene, command.options.workers, monitor);
+    page.luminaires =
+        with_types(std::move(page.luminaires.places), job.scene, command.options.workers, monitor);
+    page.groups = groups_of(page.luminaires.places, job.scene);
     const auto tasks = std::span(room.surfaces).first(page.tasks);
     page.floor = NAN;
     for (const Room& each : room.rooms) {
@@ -317,8 +342,11 @@ void act(const LuxCommand& command, const CommandContext& context) {
     if (!command.html.empty()) files.writes(command.html, ".html", "--html");
     if (!command.pdf.empty()) files.writes(command.pdf, ".pdf", "--pdf");
     if (!command.requirements.table.empty()) files.reads(command.requirements.table);
-    if (command.hours > 0 && !command.has_page())
-        throw InputError({"--hours"}, "applies only together with --html or --pdf");
+    for (const auto& [is_given, option] :
+         {std::pair(command.hours > 0, "--hours"), std::pair(!command.about.empty(), "--about")}) {
+        if (is_given && !command.has_page())
+            throw InputError({option}, "applies only together with --html or --pdf");
+    }
     const std::string browser = command.pdf.empty() ? std::string() : printing_browser("--pdf");
     std::optional<Image> picture = picture_of(command, files);
     ConsoleMonitor monitor(context.err, context.err, command.common.console(context));

@@ -22,7 +22,9 @@ constexpr const char* kPlanKey =
     " Thin lines: furniture just below the surface; thick lines: walls and what else is higher. Crossed "
     "circles "
     "and dashed outlines: luminaires.";
-constexpr double kFurtherPlan = 620;  // pixels, width of the plans that are not of task areas
+constexpr const char* kOpenSides =
+    " A side without a wall up to the ceiling is open: it is no wall, and there is no observer before it.";
+constexpr double kFurtherPlan = 460;  // pixels, width of the plans that are not of task areas
 
 // Returns a row of cells <th> or <td>, the first `text_columns` of text and the others of the style of
 // numbers, but for the last one, which has the style `last`.
@@ -45,6 +47,21 @@ std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t
     return html + "</table>\n";
 }
 
+// Rounds to multiples of 1 / `parts`, without -0.
+double rounded(double x, double parts) {
+    return std::round(parts * x) / parts + 0.0;
+}
+
+// Formats a vector to two decimals.
+std::string point_text(const V3d& point) {
+    return fmt::format("({:g}, {:g}, {:g})", rounded(point.x, 100), rounded(point.y, 100),
+                       rounded(point.z, 100));
+}
+
+std::string direction_text(const V3d& axis) {
+    return axis == V3d(0) ? "–" : point_text(axis);
+}
+
 // To first order, as if the darkest and the brightest point were independent.
 Reading95 least_over_greatest(const SurfaceIlluminance& of) {
     const double greatest = of.greatest.value;
@@ -53,12 +70,21 @@ Reading95 least_over_greatest(const SurfaceIlluminance& of) {
     return {ratio, hypot(of.least.half_width, ratio * of.greatest.half_width) / greatest};
 }
 
-std::string summary(const IlluminanceReport& report) {
+// Returns the height of a level surface above the floor, or above the origin if there is no room.
+std::string height_text(const CalculationSurface& surface, const LuxPage& page) {
+    if (!surface.is_level(page.up_axis)) return "–";
+    const double floor = std::isnan(page.floor) ? 0 : page.floor;
+    return fmt::format("{:.2f}", rounded(surface.corner[page.up_axis] - floor, 100));
+}
+
+std::string summary(const IlluminanceReport& report, const LuxPage& page) {
     const std::string unit = " [" + unit_as_written(report.unit) + "]";
-    std::vector<std::vector<std::string>> rows{{"surface", "kind", "points", "mean" + unit, "least" + unit,
-                                                "greatest" + unit, "U₀", "least / greatest", "direct"}};
+    std::vector<std::vector<std::string>> rows{{"surface", "kind", "height [m]", "points", "mean" + unit,
+                                                "least" + unit, "greatest" + unit, "U₀", "least / greatest",
+                                                "direct"}};
     for (const SurfaceIlluminance& of : report.surfaces) {
         rows.push_back({plain_text(of.surface.name), std::string(receiver_kind_name(of.surface.kind)),
+                        height_text(of.surface, page),
                         fmt::format("{} × {}", of.surface.points.x, of.surface.points.y),
                         reading_text(of.mean), reading_text(of.least), reading_text(of.greatest),
                         reading_text(of.uniformity), reading_text(least_over_greatest(of)),
@@ -90,40 +116,27 @@ std::string uncertainty(const IlluminanceReport& report, const MeasurementUncert
     return html;
 }
 
-// Rounds to multiples of 1 / `parts`, without -0.
-double rounded(double x, double parts) {
-    return std::round(parts * x) / parts + 0.0;
-}
-
-// Formats a vector to two decimals.
-std::string point_text(const V3d& point) {
-    return fmt::format("({:g}, {:g}, {:g})", rounded(point.x, 100), rounded(point.y, 100),
-                       rounded(point.z, 100));
-}
-
-std::string direction_text(const V3d& axis) {
-    return axis == V3d(0) ? "–" : point_text(axis);
-}
-
 std::string flux_text(double flux) {
-    return flux >= 1000 ? fmt::format("{:.0f}", flux) : fmt::format("{:.4g}", flux);
+    return flux >= 1e5 ? fmt::format("{:.0f}", flux) : fmt::format("{:.6g}", rounded(flux, 10));
 }
 
 // Lists where the luminaires are and to where they shine.
-std::string places(const IlluminanceReport& report) {
-    if (report.lamps.empty()) return "<p>None with a position in the scene.</p>";
-    std::vector<std::vector<std::string>> rows{{"kind", "file", "x [m]", "y [m]", "z [m]", "direction",
+std::string places(const IlluminanceReport& report, const LuxPage& page) {
+    const std::vector<LuminairePlace>& lamps = page.luminaires.places;
+    if (lamps.empty()) return "<p>None with a position in the scene.</p>";
+    std::vector<std::vector<std::string>> rows{{"luminaire", "group", "x [m]", "y [m]", "z [m]", "direction",
                                                 "aims at [m]", fmt::format("flux [{}]", report.flux_unit)}};
     constexpr std::size_t kMost = 200;
-    for (const LuminairePlace& lamp : report.lamps) {
-        if (rows.size() > kMost) break;
-        rows.push_back({lamp.kind, plain_line(lamp.file), fmt::format("{:.3f}", lamp.place.x),
-                        fmt::format("{:.3f}", lamp.place.y), fmt::format("{:.3f}", lamp.place.z),
-                        direction_text(lamp.axis), lamp.aim ? point_text(*lamp.aim) : "–",
-                        flux_text(lamp.flux)});
+    for (std::size_t i = 0; i < std::min(lamps.size(), kMost); ++i) {
+        const LuminairePlace& lamp = lamps[i];
+        rows.push_back({fmt::format("L{} {}", page.luminaires.type_of[i] + 1, plain_line(lamp.file)),
+                        page.groups.empty() ? "–" : plain_line(page.groups[i]),
+                        fmt::format("{:.3f}", lamp.place.x), fmt::format("{:.3f}", lamp.place.y),
+                        fmt::format("{:.3f}", lamp.place.z), direction_text(lamp.axis),
+                        lamp.aim ? point_text(*lamp.aim) : "–", flux_text(lamp.flux)});
     }
     std::string html = table(rows, 2);
-    if (report.lamps.size() > kMost) html += fmt::format("<p>And {} more.</p>", report.lamps.size() - kMost);
+    if (lamps.size() > kMost) html += fmt::format("<p>And {} more.</p>", lamps.size() - kMost);
     return html;
 }
 
@@ -183,14 +196,19 @@ std::string luminaires(const IlluminanceReport& report, const LuxPage& page) {
         sheets += sheet(page, i);
     }
     rows.push_back({"all", "", "", "", flux_text(all), "", number(watts), efficacy(known, watts)});
+    if (page.lights_outside > 0) {
+        sheets += fmt::format("<p>{} more lights are outside the rooms. Their light counts.</p>\n",
+                              page.lights_outside);
+    }
     return "<div class=\"wide\">" + table(rows, 2) + "</div>\n<div class=\"row\">" + sheets + "</div>";
 }
 
-// Returns the mean illuminance of the task areas in a room, weighted by their areas [lx].
-double mean_of_tasks(const IlluminanceReport& report, const RoomText& room) {
+// Returns the mean illuminance of the level task areas in a room, weighted by their areas [lx].
+double mean_of_tasks(const IlluminanceReport& report, const RoomText& room, int up_axis) {
     double sum = 0, area = 0;
     for (const std::size_t task : room.tasks) {
         const SurfaceIlluminance& of = report.surfaces[task];
+        if (!of.surface.is_level(up_axis)) continue;
         const double size = of.surface.u.cross(of.surface.v).length();
         sum += size * of.mean.value;
         area += size;
@@ -200,24 +218,27 @@ double mean_of_tasks(const IlluminanceReport& report, const RoomText& room) {
 
 std::string energy(const IlluminanceReport& report, const LuxPage& page) {
     if (page.rooms.empty()) return {};
-    std::vector<std::vector<std::string>> rows{
-        {"room", "luminaires", "power [W]", "power density [W/m²]", "[W/m²] per 100 lx of the task areas"}};
+    std::vector<std::vector<std::string>> rows{{"room", "luminaires", "power [W]", "power density [W/m²]",
+                                                "mean of the level task areas [lx]", "W/m² per 100 lx"}};
     if (page.hours > 0) {
-        rows.front().emplace_back("energy of a year [kWh]");
-        rows.front().emplace_back("LENI [kWh/(m² a)]");
+        rows.front().emplace_back("energy in a year [kWh]");
+        rows.front().emplace_back("LENI [kWh/m²]");
     }
     bool is_known = true;
     for (std::size_t i = 0; i < page.rooms.size(); ++i) {
         const RoomText& room = page.rooms[i];
-        const double density = room.watts / room.area, lux = mean_of_tasks(report, room);
+        const double density = room.watts / room.area, lux = mean_of_tasks(report, room, page.up_axis);
         const double kilowatt_hours = room.watts * page.hours / 1000;
         is_known = is_known && room.watts > 0;
         const auto number = [&](double x, const char* digits) {
             return room.watts > 0 && std::isfinite(x) ? fmt::format(fmt::runtime(digits), x)
                                                       : std::string("–");
         };
-        std::vector<std::string> row{std::to_string(i + 1), std::to_string(room.luminaires),
-                                     number(room.watts, "{:.4g}"), number(density, "{:.2f}"),
+        std::vector<std::string> row{std::to_string(i + 1),
+                                     std::to_string(room.luminaires),
+                                     number(room.watts, "{:.4g}"),
+                                     number(density, "{:.2f}"),
+                                     lux > 0 ? fmt::format("{:.1f}", lux) : "–",
                                      number(density / lux * 100, "{:.2f}")};
         if (page.hours > 0) {
             row.push_back(number(kilowatt_hours, "{:.0f}"));
@@ -229,8 +250,9 @@ std::string energy(const IlluminanceReport& report, const LuxPage& page) {
     if (!is_known)
         html += "<p>–: the electrical power of a luminaire in the room is not stated by its file.</p>\n";
     if (page.hours > 0)
-        html +=
-            fmt::format("<p>For {:g} h of use in a year at full power, without controls.</p>\n", page.hours);
+        html += fmt::format(
+            "<p>Energy and LENI are those of {:g} h of use in a year at full power, without controls.</p>\n",
+            page.hours);
     return html;
 }
 
@@ -238,8 +260,10 @@ std::string rooms(const std::vector<RoomText>& rooms) {
     if (rooms.empty()) return {};
     std::vector<std::vector<std::string>> rows{{"room", "area [m²]", "bounds [m]", "clear height [m]",
                                                 "walls", "reflectance of floor", "of walls", "of ceiling"}};
+    bool is_open_sided = false;
     for (std::size_t i = 0; i < rooms.size(); ++i) {
         const RoomText& room = rooms[i];
+        is_open_sided = is_open_sided || room.is_open_sided;
         const auto& [floor, walls, ceiling] = room.reflectances;
         rows.push_back({std::to_string(i + 1), fmt::format("{:.1f}", room.area),
                         fmt::format("{:.2f} × {:.2f}", room.size.x, room.size.y),
@@ -248,8 +272,8 @@ std::string rooms(const std::vector<RoomText>& rooms) {
                         fmt::format("{:.2f}", ceiling)});
     }
     return "<h2>Room</h2>\n<div class=\"wide\">" + table(rows, 1) +
-           "</div>\n<p>Reflectances are means over what is met at right angles, furniture before the walls "
-           "included.</p>\n";
+           "</div>\n<p>Reflectances are those of most of each surface (medians)." +
+           (is_open_sided ? kOpenSides : "") + "</p>\n";
 }
 
 // How a verdict is shown, in the order of Verdict.
@@ -269,7 +293,8 @@ std::string requirements(const std::vector<Judgement>& judgements, const std::st
         return one.verdict == Verdict::missed ? 0 : one.verdict == Verdict::undecided ? 1 : 2;
     };
     std::ranges::stable_sort(sorted, {}, rank);
-    const std::vector<std::vector<std::string>> rows = judgement_rows(sorted);
+    std::vector<std::vector<std::string>> rows = judgement_rows(sorted);
+    rows.front()[1] = "surface or observer";
     html += "<div class=\"wide\"><table>\n<thead>" + row(rows.front(), "th", 3, "") + "</thead>\n";
     for (std::size_t i = 0; i < sorted.size(); ++i) {
         const Mark& mark = kMarks[static_cast<std::size_t>(sorted[i].verdict)];
@@ -282,8 +307,9 @@ std::string requirements(const std::vector<Judgement>& judgements, const std::st
 
 std::string glare(const std::vector<GlareReport>& reports) {
     if (reports.empty()) return {};
-    std::vector<std::vector<std::string>> rows{
-        {"observer", "x [m]", "y [m]", "z [m]", "looks along", "UGR", "background [cd/m²]", "E_v [lx]"}};
+    std::vector<std::vector<std::string>> rows{{"observer", "x [m]", "y [m]", "z [m]", "looks along", "UGR",
+                                                "background luminance [cd/m²]",
+                                                "illuminance at the eye [lx]"}};
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
         const auto metres = [](double x) { return fmt::format("{:.2f}", x); };
@@ -291,7 +317,8 @@ std::string glare(const std::vector<GlareReport>& reports) {
                         direction_text(V3d(by.view)), rating_text(report.ugr),
                         reading_text(report.background), reading_text(report.vertical)});
     }
-    return "<h2>Glare</h2>\n<div class=\"wide\">" + table(rows, 1) + "</div>\n";
+    return "<h2>Glare</h2>\n<div class=\"wide\">" + table(rows, 1) +
+           "</div>\n<p>All of these are initial values, without the maintenance factor.</p>\n";
 }
 
 // A daylight factor knows no maintenance.
@@ -313,25 +340,27 @@ std::string assumptions(const LuxResults& results, const LuxPage& page) {
             unit_as_written(results.report.unit)),
         "Points lie in the middle of the cells of a grid. Where none is given, the cell is 0.2 m × "
         "5^log10(d) "
-        "wide, with the longer side d of the surface in metres (EN 12464-1)."};
+        "wide (EN 12464-1); d is the longer side of the surface in metres, or the shorter one if the longer "
+        "is "
+        "at least twice as long."};
     if (const std::string text = maintenance_text(results.report, page.maintenance); !text.empty())
         lines.push_back(text);
     if (page.margin > 0) {
         lines.push_back(
-            fmt::format("Surfaces across the model or a floor keep {:g} m from its sides.", page.margin));
+            fmt::format("Planes across the model or a floor keep {:g} m from its sides.", page.margin));
     }
     if (page.has_daylight) lines.emplace_back("Illuminances include the light of the sky or the sun.");
     if (!page.rooms.empty()) lines.emplace_back("Surfaces reflect as the model says.");
     if (!results.judgements.empty()) {
         lines.emplace_back(
             "A requirement is met or missed where the whole interval of the value is on one side of "
-            "the limit, and undecided otherwise.");
+            "the limit, and undecided otherwise: a longer computation narrows the interval.");
     }
     if (!results.glare.empty()) {
         lines.emplace_back(
             "UGR is rated for observers before the middle of each wall who look across the room, "
-            "from the luminance that each of them sees of the luminaires, filtered by 12 mm, with "
-            "the initial flux.");
+            "from the luminances that each of them sees of the luminaires, averaged over 12 mm of the "
+            "luminaire as the eye does (CIE 232:2019).");
     }
     std::string html = "<h2>Assumptions</h2>\n<ul>\n";
     for (const std::string& line : lines) html += fmt::format("<li>{}</li>\n", html_text(line));
@@ -363,16 +392,14 @@ std::string settings(const IlluminanceReport& report, const LuxPage& page) {
                  2);
 }
 
-// Describes the position of a plan's axes in the scene.
+// Describes the position of a plan in the scene.
 std::string place_text(const CalculationSurface& surface) {
-    const auto point = [&](const V3d& p) {
-        return fmt::format("({:g}, {:g}, {:g})", rounded(p.x, 1e4), rounded(p.y, 1e4), rounded(p.z, 1e4));
-    };
     const V3d& corner = surface.corner;
     return fmt::format(
-        "Positions in the scene, in metres: x from {0} to {1}, y from {0} to {2}; points {3:.3g} by "
-        "{4:.3g} m apart.",
-        point(corner), point(corner + surface.u), point(corner + surface.v),
+        "Lower left corner at {} m in the scene, lower right at {}, upper left at {}; points {:.3g} by "
+        "{:.3g} m "
+        "apart.",
+        point_text(corner), point_text(corner + surface.u), point_text(corner + surface.v),
         surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
 }
 
@@ -398,12 +425,13 @@ void label_walls(const LuxPage& page, const CalculationSurface& surface, PlanFig
 
 }  // namespace
 
-PlanFigure plan_of(const IlluminanceReport& report, std::size_t surface, std::span<const double> values,
+PlanFigure plan_of(const IlluminanceReport& report, std::size_t surface, std::vector<double> values,
                    const LuxPage& page) {
-    const CalculationSurface& grid = report.surfaces[surface].surface;
-    const bool is_level = grid.is_level(page.up_axis);
-    PlanFigure plan = plan_of(grid, values, report.unit,
-                              is_level ? std::span(report.lamps) : std::span<const LuminairePlace>());
+    const CalculationSurface seen =
+        as_seen(report.surfaces[surface].surface, page.up_axis, page.right_handed, &values);
+    PlanFigure plan = plan_of(
+        seen, values, report.unit,
+        seen.is_level(page.up_axis) ? std::span(page.luminaires.places) : std::span<const LuminairePlace>());
     plan.drawings = page.model[surface];
     return plan;
 }
@@ -411,7 +439,7 @@ PlanFigure plan_of(const IlluminanceReport& report, std::size_t surface, std::sp
 PlanFigure plan_of(const IlluminanceReport& report, std::size_t surface, const LuxPage& page) {
     std::vector<double> values;
     for (const PointIlluminance& point : report.surfaces[surface].points) values.push_back(point.all.value);
-    return plan_of(report, surface, values, page);
+    return plan_of(report, surface, std::move(values), page);
 }
 
 std::string lux_page(const LuxResults& results, const LuxPage& page) {
@@ -420,15 +448,16 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
     for (std::size_t i = 0; i < report.surfaces.size(); ++i) {
         const SurfaceIlluminance& surface = report.surfaces[i];
         PlanFigure plan = plan_of(report, i, page);
-        const bool is_level = surface.surface.is_level(page.up_axis);
+        const CalculationSurface seen = as_seen(surface.surface, page.up_axis, page.right_handed);
+        const bool is_level = seen.is_level(page.up_axis);
         plan.title.clear();  // the heading says it
-        const bool is_wide = surface.surface.u.length() > 2.5 * surface.surface.v.length();
+        const bool is_wide = seen.u.length() > 2.5 * seen.v.length();
         if (i >= page.tasks && !is_wide) plan.width = kFurtherPlan;
-        if (is_level) label_walls(page, surface.surface, plan);
+        if (is_level) label_walls(page, seen, plan);
         (i < page.tasks ? plans : further) +=
             fmt::format("<figure{}><h2>{}</h2>{}<figcaption>{}{}</figcaption></figure>\n",
                         is_wide ? " class=\"broad\"" : "", html_text(plain_text(surface.surface.name)),
-                        plan_svg(plan), html_text(place_text(surface.surface)), is_level ? kPlanKey : "");
+                        plan_svg(plan), html_text(place_text(seen)), is_level ? kPlanKey : "");
     }
     if (!further.empty()) plans += "<div class=\"row plans\">" + further + "</div>\n";
     for (const PlanFigure& plan : page.more_plans)
@@ -441,7 +470,7 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
          {"quantity", capitalised(report.quantity)},
          {"verdict", html_text(fmt::format("{}. {}", capitalised(unit_as_written(quantity_text(report))),
                                            maintenance_text(report, page.maintenance)))},
-         {"summary", summary(report)},
+         {"summary", summary(report, page)},
          {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",
                                                 data_url(*page.picture))
                                   : std::string()},
@@ -454,7 +483,7 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
          {"assumptions", assumptions(results, page)},
          {"luminaires", luminaires(report, page)},
          {"energy", energy(report, page)},
-         {"places", places(report)},
+         {"places", places(report, page)},
          {"settings", settings(report, page)},
          {"files", facts(page.facts)}});
 }

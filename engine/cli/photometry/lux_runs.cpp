@@ -36,9 +36,8 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
 }
 
 RoomSurfaces room_of(const LuxCommand& command, const Job& job) {
-    const bool right_handed = job.camera.settings().world_from_camera.determinant() < 0;
     return room_surfaces(job.scene, surfaces_of(command, job), command.requirements.limits,
-                         command.eye_height, command.up_axis(job), right_handed);
+                         command.eye_height, command.up_axis(job), is_right_handed(job));
 }
 
 // Returns the illuminance that daylight factors are relative to.

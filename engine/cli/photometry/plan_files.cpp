@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <set>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/image/image.h"
@@ -19,23 +23,50 @@ bool is_png(const std::filesystem::path& file) {
     return suffix_of(file) == ".png";
 }
 
-// Names the axes after those of the scene if the surface's sides lie along these.
+// Names the axes after those of the scene along which the surface's sides lie.
 void name_axes(const CalculationSurface& surface, PlanFigure& plan) {
     const V3d sides[] = {surface.u.normalized(), surface.v.normalized()};
-    int along[2] = {-1, -1};
-    for (int side = 0; side < 2; ++side) {
+    for (std::size_t side = 0; side < 2; ++side) {
         for (int axis = 0; axis < 3; ++axis) {
-            if (sides[side][axis] > 1 - 1e-9) along[side] = axis;
+            if (!(sides[side][axis] > 1 - 1e-9)) continue;
+            plan.axes[side] = std::string(1, "xyz"[axis]);
+            plan.origin[static_cast<int>(side)] = surface.corner[axis];
         }
-    }
-    if (along[0] < 0 || along[1] < 0) return;
-    for (int side = 0; side < 2; ++side) {
-        plan.axes[static_cast<std::size_t>(side)] = std::string(1, "xyz"[along[side]]);
-        plan.origin[side] = surface.corner[along[side]];
     }
 }
 
 }  // namespace
+
+CalculationSurface as_seen(const CalculationSurface& surface, int up_axis, bool right_handed,
+                           std::vector<double>* values) {
+    const bool is_level = surface.is_level(up_axis);
+    V3d towards_viewer(surface.normal);
+    if (is_level) {
+        towards_viewer = V3d(0);
+        towards_viewer[up_axis] = 1;
+    }
+    const bool is_turned_right = surface.u.cross(surface.v).dot(towards_viewer) >= 0;
+    if (is_turned_right == right_handed) return surface;
+    CalculationSurface seen = surface;
+    if (is_level) {
+        std::swap(seen.u, seen.v);
+        std::swap(seen.points.x, seen.points.y);
+    } else {
+        seen.corner += seen.u;
+        seen.u = -seen.u;
+    }
+    seen.excluded.clear();  // which points count is in the values
+    if (values == nullptr) return seen;
+    const std::vector<double> given = std::exchange(*values, {});
+    for (int y = 0; y < seen.points.y; ++y) {
+        for (int x = 0; x < seen.points.x; ++x) {
+            const std::size_t from =
+                is_level ? surface.index(y, x) : surface.index(surface.points.x - 1 - x, y);
+            values->push_back(given[from]);
+        }
+    }
+    return seen;
+}
 
 PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> values, const std::string& unit,
                    std::span<const LuminairePlace> lamps) {
@@ -52,12 +83,12 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
     }
     plan.spacing = {width / columns, height / rows};
     plan.first = {plan.spacing.x / 2, height - plan.spacing.y / 2};
+    plan.axes = {"across", "up"};
     name_axes(surface, plan);
     plan.outlines.push_back({{{0, 0}, {width, 0}, {width, height}, {0, height}}, true});
     for (const LuminairePlace& lamp : lamps) {
         const V3d from = lamp.place - surface.corner;
         const Imath::V2d at(from.dot(surface.u) / width, from.dot(surface.v) / height);
-        if (!(at.x >= 0 && at.x <= width && at.y >= 0 && at.y <= height)) continue;
         const auto across = [&lamp](const V3d& side) {
             const V3d along = side.normalized();
             return std::fabs(along.x) * lamp.size.x + std::fabs(along.y) * lamp.size.y +
@@ -70,7 +101,8 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
 
 std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis,
                                      std::span<const Room> rooms) {
-    constexpr double kBelow = 0.03, kAbove = 0.75, kAround = 0.6, kWall = 0.1, kSpacing = 0.02;  // m
+    constexpr double kBelow = 0.03, kStep = 0.04, kDeepest = 0.25;  // m, of sections below the surface
+    constexpr double kAbove = 0.75, kAround = 0.6, kWall = 0.1, kSpacing = 0.02;  // m
     constexpr double kSmall = 0.3;  // share of the room's length: the plan of a smaller surface is its own
     if (!surface.is_level(up_axis)) return {};
     Imath::Box<V3d> box;
@@ -89,14 +121,25 @@ std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurfac
     box.max += V3d(room != rooms.end() ? kWall : kAround);
     const V3d u = surface.u.normalized(), v = surface.v.normalized();
     std::vector<PlanDrawing> drawings;
-    for (const auto& [at, width] : {std::pair(height - kBelow, 0.8), std::pair(height + kAbove, 2.2)}) {
+    const auto draw = [&](const std::vector<double>& heights, double width) {
+        // Lines of several heights that are the same to a millimetre are drawn once.
+        std::set<std::array<std::int64_t, 4>> known;
         PlanDrawing drawing{{}, width};
-        for (const SectionLine& line : section(scene, box, up_axis, at, kSpacing)) {
-            const V3d from = line.from - surface.corner, to = line.to - surface.corner;
-            drawing.lines.push_back({Imath::V2d(from.dot(u), from.dot(v)), Imath::V2d(to.dot(u), to.dot(v))});
+        for (const double at : heights) {
+            for (const SectionLine& line : section(scene, box, up_axis, at, kSpacing)) {
+                const V3d from = line.from - surface.corner, to = line.to - surface.corner;
+                const Imath::V2d a(from.dot(u), from.dot(v)), b(to.dot(u), to.dot(v));
+                const auto whole = [](double x) { return static_cast<std::int64_t>(std::llround(1000 * x)); };
+                if (known.insert({whole(a.x), whole(a.y), whole(b.x), whole(b.y)}).second)
+                    drawing.lines.push_back({a, b});
+            }
         }
         if (!drawing.lines.empty()) drawings.push_back(std::move(drawing));
-    }
+    };
+    std::vector<double> below;
+    for (double depth = kBelow; depth < kDeepest; depth += kStep) below.push_back(height - depth);
+    draw(below, 0.8);
+    draw({height + kAbove}, 2.2);
     return drawings;
 }
 

@@ -13,14 +13,20 @@
 
 namespace lucerna {
 
+// Returns the surface with its sides exchanged or turned so that, with u to the right and v upwards, it is as
+// one sees it from its lit side, or a level one from above, in a world whose handedness is that of the
+// images. `values`, one per point, u first, are put in order, too.
+CalculationSurface as_seen(const CalculationSurface& surface, int up_axis, bool right_handed,
+                           std::vector<double>* values = nullptr);
+
 // Returns a plan of `values`, one per point, u first; u to the right, v upwards, in metres from the surface's
-// corner, with the luminaires above it.
+// corner, with the luminaires in it.
 PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> values, const std::string& unit,
                    std::span<const LuminairePlace> lamps);
 
-// Returns the lines of the model in the plan of a level surface: furniture, cut 3 cm below the surface, and
-// walls, cut 75 cm above it: those of the room that holds the surface, or, where it is small or in no room, of
-// 60 cm around it. Other surfaces have none.
+// Returns the lines of the model in the plan of a level surface: furniture, cut 3 to 23 cm below the surface,
+// and walls, cut 75 cm above it: those of the room that holds the surface, or, where it is small or in no
+// room, of 60 cm around it. Other surfaces have none.
 std::vector<PlanDrawing> model_lines(const Scene& scene, const CalculationSurface& surface, int up_axis,
                                      std::span<const Room> rooms = {});
 

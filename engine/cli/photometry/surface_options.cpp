@@ -163,6 +163,10 @@ V3d parse_direction(const Location& at, std::string_view word) {
     return w.normalized();
 }
 
+bool is_right_handed(const Job& job) {
+    return job.camera.settings().world_from_camera.determinant() < 0;
+}
+
 int up_axis_of(const Camera& camera) {
     const M44d& m = camera.settings().world_from_camera;
     const V3d up(m[1][0], m[1][1], m[1][2]);

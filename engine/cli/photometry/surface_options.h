@@ -56,5 +56,7 @@ void warn_outside(const Scene& scene, const std::string& what, std::span<const V
 
 // Returns the axis of the world that is closest to upward in the image.
 int up_axis_of(const Camera& camera);
+// Tells whether the world is right-handed as its camera shows it.
+bool is_right_handed(const Job& job);
 
 }  // namespace lucerna
