@@ -42,23 +42,6 @@ float bounded(double square) {
 
 // --- input of the filter ---
 
-// Copies channels into planes, the values of consecutive channels from `first` on.
-template <std::size_t N>
-void copy_channels(const Image& image, int first, const std::array<Plane*, N>& planes,
-                   const Workers& workers) {
-    for (Plane* const plane : planes) *plane = Plane(image.width, image.height);
-    const std::size_t stride = image.channels.size();
-    for_each_row(workers, size_of(image), [&](int y) {
-        const float* const from = &image.data[image.index(0, y) + static_cast<std::size_t>(first)];
-        std::array<float*, N> to;
-        for (std::size_t i = 0; i < N; ++i) to[i] = planes[i]->row(y);
-        for (std::size_t x = 0; x < static_cast<std::size_t>(image.width); ++x) {
-            for (std::size_t i = 0; i < N; ++i) to[i][x] = from[stride * x + i];
-        }
-    });
-    for (Plane* const plane : planes) plane->extend();
-}
-
 float inverse_footprint(const ColourPlanes& position, int x, int y) {
     const V2i size = size_of(position[0]);
     float nearest2 = INFINITY;
@@ -73,30 +56,46 @@ float inverse_footprint(const ColourPlanes& position, int x, int y) {
 }
 
 FeaturePlanes feature_planes(const Image& features, const Workers& workers) {
+    const V2i size = size_of(features);
     FeaturePlanes planes;
     static_assert(kNormal == kAlbedo + 3 && kPosition == kNormal + 3 && kGeometricNormal == kDepth + 1 &&
                   kEmitter == kGeometricNormal + 3);
-    copy_channels<9>(
-        features, kAlbedo,
-        {&planes.albedo[0], &planes.albedo[1], &planes.albedo[2], &planes.normal[0], &planes.normal[1],
-         &planes.normal[2], &planes.position[0], &planes.position[1], &planes.position[2]},
-        workers);
-    copy_channels<4>(features, kGeometricNormal,
-                     {&planes.geometric_normal[0], &planes.geometric_normal[1], &planes.geometric_normal[2],
-                      &planes.emitter},
-                     workers);
-    planes.inverse_footprint = Plane(features.width, features.height);
-    planes.inverse_footprint.fill(workers,
-                                  [&](int x, int y) { return inverse_footprint(planes.position, x, y); });
+    constexpr std::size_t kFirst = 9, kCopied = 13;  // channels from kAlbedo and from kGeometricNormal on
+    const std::array<Plane*, kCopied> copied{&planes.albedo[0],
+                                             &planes.albedo[1],
+                                             &planes.albedo[2],
+                                             &planes.normal[0],
+                                             &planes.normal[1],
+                                             &planes.normal[2],
+                                             &planes.position[0],
+                                             &planes.position[1],
+                                             &planes.position[2],
+                                             &planes.geometric_normal[0],
+                                             &planes.geometric_normal[1],
+                                             &planes.geometric_normal[2],
+                                             &planes.emitter};
+    std::vector<Plane*> filled(copied.begin(), copied.end());
+    filled.push_back(&planes.inverse_albedo);
+    make_planes(size, filled);
+    make_planes(size, {&planes.inside, &planes.inverse_footprint});
     // Falls from 2 to 0.1 as the albedo's luminance grows from 0 to 1.
     constexpr float kSlope = 0.1F, kLeast = 0.05F;
-    planes.inverse_albedo = Plane(features.width, features.height);
-    planes.inverse_albedo.fill(workers, [&](int x, int y) {
-        const Rgb albedo(planes.albedo[0].row(y)[x], planes.albedo[1].row(y)[x], planes.albedo[2].row(y)[x]);
-        return kSlope / (luminance(albedo) + kLeast);
+    fill_rows(workers, filled, [&](int y) {
+        const float* const from = &features.data[features.index(0, y)];
+        std::array<float*, kCopied> to;
+        for (std::size_t i = 0; i < kCopied; ++i) to[i] = copied[i]->row(y);
+        float* const inverse_albedo = planes.inverse_albedo.row(y);
+        for (int x = 0; x < size.x; ++x) {
+            const float* const pixel = from + kFeatureChannels * x;
+            for (std::size_t i = 0; i < kFirst; ++i) to[i][x] = pixel[kAlbedo + i];
+            for (std::size_t i = kFirst; i < kCopied; ++i) to[i][x] = pixel[kGeometricNormal + i - kFirst];
+            const Rgb albedo(pixel[kAlbedo], pixel[kAlbedo + 1], pixel[kAlbedo + 2]);
+            inverse_albedo[x] = kSlope / (luminance(albedo) + kLeast);
+        }
+        std::fill_n(planes.inside.row(y), size.x, 1.0F);
     });
-    planes.inside = Plane(features.width, features.height);
-    for (int y = 0; y < features.height; ++y) std::fill_n(planes.inside.row(y), features.width, 1.0F);
+    planes.inverse_footprint.fill(workers,
+                                  [&](int x, int y) { return inverse_footprint(planes.position, x, y); });
     return planes;
 }
 
@@ -108,45 +107,43 @@ struct HalfLight {
     Plane samples, trust;
 };
 
-HalfLight half_light(const Image& half, double scale, const Workers& workers) {
-    const V2i size = size_of(half);
-    HalfLight planes{{}, {}, Plane(size.x, size.y), Plane(size.x, size.y)};
-    for (std::size_t c = 0; c < 3; ++c)
-        planes.light[c] = Plane(size.x, size.y), planes.variance[c] = Plane(size.x, size.y);
+std::array<HalfLight, 2> light_of(const std::array<Image, 2>& halves, double scale, const Workers& workers) {
+    const V2i size = size_of(halves[0]);
+    std::array<HalfLight, 2> result;
+    for (HalfLight& half : result) {
+        for (std::size_t c = 0; c < 3; ++c) make_planes(size, {&half.light[c], &half.variance[c]});
+        make_planes(size, {&half.samples, &half.trust});
+    }
     for_each_row(workers, size, [&](int y) {
-        const float* const from = &half.data[half.index(0, y)];
-        for (int x = 0; x < size.x; ++x) {
-            const float* const pixel = from + kHalfChannels * x;
-            for (std::size_t c = 0; c < 3; ++c) {
-                planes.light[c].row(y)[x] = static_cast<float>(
-                    std::clamp(double{pixel[kLight + c]} * scale, -double{kBrightest}, double{kBrightest}));
-                planes.variance[c].row(y)[x] = bounded(double{pixel[kVariance + c]} * sqr(scale));
+        for (std::size_t h = 0; h < 2; ++h) {
+            HalfLight& planes = result[h];
+            const float* const from = &halves[h].data[halves[h].index(0, y)];
+            for (int x = 0; x < size.x; ++x) {
+                const float* const pixel = from + kHalfChannels * x;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    planes.light[c].row(y)[x] = static_cast<float>(std::clamp(
+                        double{pixel[kLight + c]} * scale, -double{kBrightest}, double{kBrightest}));
+                    planes.variance[c].row(y)[x] = bounded(double{pixel[kVariance + c]} * sqr(scale));
+                }
+                const bool is_filled = !(pixel[kSamples] > 0);
+                planes.samples.row(y)[x] = is_filled ? kSamplesOfFilled : std::max(1.0F, pixel[kSamples]);
+                planes.trust.row(y)[x] = is_filled ? kTrustInFilled : 1;
             }
-            const bool is_filled = !(pixel[kSamples] > 0);
-            planes.samples.row(y)[x] = is_filled ? kSamplesOfFilled : std::max(1.0F, pixel[kSamples]);
-            planes.trust.row(y)[x] = is_filled ? kTrustInFilled : 1;
         }
-    });
-    return planes;
-}
-
-// Returns sums over 5 x 5 pixels without the one in the middle: if that one has much light, it would not
-// cancel exactly. The rim of `from` must be 0.
-Plane sums_of_others(const Plane& from, const Workers& workers) {
-    const V2i size = size_of(from);
-    Plane columns(size.x, size.y), result(size.x, size.y);
-    for_each_row(workers, size, [&](int y) {
-        const std::array<const float*, 5> in{from.row(y - 2), from.row(y - 1), from.row(y), from.row(y + 1),
-                                             from.row(y + 2)};
-        float *const column = columns.row(y), *const to = result.row(y);
-        for (int x = 0; x < size.x; ++x) {
-            to[x] = in[0][x] + in[1][x] + in[3][x] + in[4][x];
-            column[x] = to[x] + in[2][x];
-        }
-        for (int x = 0; x < size.x; ++x)
-            to[x] += column[x - 2] + column[x - 1] + column[x + 1] + column[x + 2];
     });
     return result;
+}
+
+// Writes sums over 5 x 5 pixels without the one in the middle: if that one has much light, it would not
+// cancel exactly. The rim of `from` must be 0.
+void sum_others(const Plane& from, int y, std::vector<float>& sums) {
+    const float *const a = from.row(y - 2), *const b = from.row(y - 1), *const here = from.row(y),
+                       *const c = from.row(y + 1), *const d = from.row(y + 2);
+    const auto rest = [=](int x) { return a[x] + b[x] + c[x] + d[x]; };
+    const auto column = [=](int x) { return rest(x) + here[x]; };
+    float* const to = sums.data();
+    for (int x = 0; x < from.width(); ++x)
+        to[x] = rest(x) + (column(x - 2) + column(x - 1) + column(x + 1) + column(x + 2));
 }
 
 // Completes variances of pixels with a single sample or none, which say nothing about their variance: they
@@ -171,32 +168,39 @@ void complete_variances(std::array<HalfLight, 2>& halves, const Workers& workers
         }
     });
     if (std::find(row_is_known.begin(), row_is_known.end(), 0) == row_is_known.end()) return;
-    const Plane freedoms = sums_of_others(freedom, workers);
-    for (std::size_t c = 0; c < 3; ++c) {
-        Plane squares(size.x, size.y);
-        for_each_row(workers, size, [&](int y) {
+    ColourPlanes squares;
+    make_planes(size, {&squares[0], &squares[1], &squares[2]});
+    for_each_row(workers, size, [&](int y) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            float* const to = squares[c].row(y);
             for (int x = 0; x < size.x; ++x) {
                 const float n_a = halves[0].samples.row(y)[x], n_b = halves[1].samples.row(y)[x];
                 float sum = sqr(halves[0].light[c].row(y)[x] - halves[1].light[c].row(y)[x]) *
                             (n_a * n_b / (n_a + n_b));
                 for (const HalfLight& half : halves)
                     sum += more(half, x, y) * half.samples.row(y)[x] * half.variance[c].row(y)[x];
-                squares.row(y)[x] = sum;
+                to[x] = sum;
             }
-        });
-        const Plane others = sums_of_others(squares, workers);
-        for_each_row(workers, size, [&](int y) {
+        }
+    });
+    for_each_row(workers, size, [&](int y) {
+        if (row_is_known[static_cast<std::size_t>(y)] != 0) return;
+        std::vector<float> freedoms(static_cast<std::size_t>(size.x)), others(freedoms.size());
+        sum_others(freedom, y, freedoms);
+        for (std::size_t c = 0; c < 3; ++c) {
+            sum_others(squares[c], y, others);
             for (int x = 0; x < size.x; ++x) {
+                const auto i = static_cast<std::size_t>(x);
                 // The pixel itself counts only if the image has no other.
-                const float variance = freedoms.row(y)[x] > 0 ? others.row(y)[x] / freedoms.row(y)[x]
-                                                              : squares.row(y)[x] / freedom.row(y)[x];
+                const float variance =
+                    freedoms[i] > 0 ? others[i] / freedoms[i] : squares[c].row(y)[x] / freedom.row(y)[x];
                 for (HalfLight& half : halves) {
                     if (!is_known(half, x, y))
                         half.variance[c].row(y)[x] = bounded(double{variance / half.samples.row(y)[x]});
                 }
             }
-        });
-    }
+        }
+    });
 }
 
 // Returns the ratio of the halves' squared difference to what their samples' variances predict: below 1 where
@@ -221,61 +225,80 @@ Plane dependence(const std::array<HalfLight, 2>& halves, const Workers& workers)
         }
         for (int x = 0; x < size.x; ++x) of_difference[x] = sqr(of_difference[x]);
     });
-    Plane ratio = sums(measured, kReach, workers);
-    stated = sums(stated, kReach, workers);
+    auto [ratio, predicted] = sums<2>({&measured, &stated}, kReach, workers);
     for_each_row(workers, size, [&](int y) {
         float* const to = ratio.row(y);
-        const float* const by = stated.row(y);
+        const float* const by = predicted.row(y);
         for (int x = 0; x < size.x; ++x) to[x] = by[x] > 0 ? std::clamp(to[x] / by[x], 1 / kMost, kMost) : 1;
     });
-    return ratio;
+    return std::move(ratio);
 }
 
-// Returns a half's light divided by the albedo, and what its variance determines: that of the pixel's own
-// samples, blended with that of its neighbours where the samples are few.
-HalfPlanes half_planes(const HalfLight& half, const ColourPlanes& albedo, const Plane& dependence,
-                       const Workers& workers) {
+// Returns the halves' light divided by the albedo, and what its variance determines: that of the pixel's own
+// samples, blended with that of its neighbours where the samples are few. Takes the trust of `halves`.
+std::array<HalfPlanes, 2> half_planes(std::array<HalfLight, 2>& halves, const ColourPlanes& albedo,
+                                      const Plane& dependence, const Workers& workers) {
     constexpr float kWorth = 4;  // number of samples that the neighbours count for
-    const V2i size = size_of(half.samples);
-    HalfPlanes planes;
-    Plane own(size.x, size.y);
-    for (std::size_t c = 0; c < 3; ++c) {
-        planes.value[c] = Plane(size.x, size.y), planes.variance[c] = Plane(size.x, size.y);
-        for_each_row(workers, size, [&](int y) {
-            const float *const light = half.light[c].row(y), *const variance = half.variance[c].row(y),
-                               *const by = albedo[c].row(y);
-            float *const value = planes.value[c].row(y), *const of_own = own.row(y);
-            for (int x = 0; x < size.x; ++x) {
-                const float factor = 1 / (by[x] + kLeastAlbedo);
-                value[x] = std::clamp(factor * light[x], -kBrightest, kBrightest);
-                of_own[x] = std::min(factor * factor * variance[x], sqr(kBrightest));
-            }
-        });
-        planes.value[c].extend(), own.extend();
-        const Plane sum = around(own, workers);
-        for_each_row(workers, size, [&](int y) {
-            const float *const samples = half.samples.row(y), *const of_own = own.row(y),
-                               *const sums = sum.row(y), *const depends = dependence.row(y);
-            float* const to = planes.variance[c].row(y);
-            for (int x = 0; x < size.x; ++x) {
-                const float known = samples[x] - 1;  // degrees of freedom
-                const float mixed = (known * of_own[x] + kWorth / 9 * sums[x]) / (known + kWorth);
-                to[x] = std::min(depends[x] * mixed, sqr(kBrightest));
-            }
-        });
-        planes.variance[c].extend();
+    const V2i size = size_of(albedo[0]);
+    std::array<HalfPlanes, 2> result;
+    std::array<ColourPlanes, 2> own;  // variances of the pixels' own samples
+    std::vector<Plane*> first, second;
+    for (std::size_t h = 0; h < 2; ++h) {
+        HalfPlanes& planes = result[h];
+        for (std::size_t c = 0; c < 3; ++c) {
+            first.insert(first.end(), {&planes.value[c], &own[h][c]});
+            second.push_back(&planes.variance[c]);
+        }
+        second.insert(second.end(), {&planes.own, &planes.own_noise});
     }
-    planes.own = Plane(size.x, size.y), planes.own_noise = Plane(size.x, size.y);
-    planes.own.fill(workers, [&](int x, int y) { return guide_of(planes.value, x, y); });
-    // The variance of few samples is often much too small.
-    planes.own_noise.fill(workers, [&](int x, int y) {
-        const float n = half.samples.row(y)[x];
-        return sqr(guide_deviation(planes.variance, x, y)) + sqr(planes.own.row(y)[x]) / (n * n * n);
+    make_planes(size, first);
+    make_planes(size, second);
+    fill_rows(workers, first, [&](int y) {
+        for (std::size_t h = 0; h < 2; ++h) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const float *const light = halves[h].light[c].row(y),
+                                   *const variance = halves[h].variance[c].row(y),
+                                   *const by = albedo[c].row(y);
+                float *const value = result[h].value[c].row(y), *const of_own = own[h][c].row(y);
+                for (int x = 0; x < size.x; ++x) {
+                    const float factor = 1 / (by[x] + kLeastAlbedo);
+                    value[x] = std::clamp(factor * light[x], -kBrightest, kBrightest);
+                    of_own[x] = std::min(factor * factor * variance[x], sqr(kBrightest));
+                }
+            }
+        }
     });
-    planes.sampled = half.trust;
-    planes.sampled.extend();
-    set_guide(planes, workers);
-    return planes;
+    for (std::size_t h = 0; h < 2; ++h) {
+        result[h].sampled = std::move(halves[h].trust);
+        second.push_back(&result[h].sampled);
+    }
+    fill_rows(workers, second, [&](int y) {
+        const float* const depends = dependence.row(y);
+        for (std::size_t h = 0; h < 2; ++h) {
+            HalfPlanes& planes = result[h];
+            const float* const samples = halves[h].samples.row(y);
+            for (std::size_t c = 0; c < 3; ++c) {
+                const float* const of_own = own[h][c].row(y);
+                const Around sum(own[h][c], y);
+                float* const to = planes.variance[c].row(y);
+                for (int x = 0; x < size.x; ++x) {
+                    const float known = samples[x] - 1;  // degrees of freedom
+                    const float mixed = (known * of_own[x] + kWorth / 9 * sum(x)) / (known + kWorth);
+                    to[x] = std::min(depends[x] * mixed, sqr(kBrightest));
+                }
+            }
+            float *const guide = planes.own.row(y), *const noise = planes.own_noise.row(y);
+            guide_of(planes.value, y, guide);
+            guide_deviation(planes.variance, y, noise);
+            // The variance of few samples is often much too small.
+            for (int x = 0; x < size.x; ++x) {
+                const float n = samples[x];
+                noise[x] = sqr(noise[x]) + sqr(guide[x]) / (n * n * n);
+            }
+        }
+    });
+    set_guides(result, workers);
+    return result;
 }
 
 // --- input of the mixture ---
@@ -313,15 +336,10 @@ struct Estimate {
     Plane error;
 };
 
-Plane luminance_of(const ColourPlanes& colours, const Workers& workers) {
-    const V2i size = size_of(colours[0]);
-    Plane result(size.x, size.y);
-    for_each_row(workers, size, [&](int y) {
-        float* const to = result.row(y);
-        const float *const r = colours[0].row(y), *const g = colours[1].row(y), *const b = colours[2].row(y);
-        for (int x = 0; x < size.x; ++x) to[x] = luminance(Rgb(r[x], g[x], b[x]));
-    });
-    return result;
+void set_luminance(const ColourPlanes& colours, int y, Plane& luminances) {
+    float* const to = luminances.row(y);
+    const float *const r = colours[0].row(y), *const g = colours[1].row(y), *const b = colours[2].row(y);
+    for (int x = 0; x < luminances.width(); ++x) to[x] = luminance(Rgb(r[x], g[x], b[x]));
 }
 
 // Standard errors by which a gain must be known before one filtered image is mixed into the other, or before
@@ -395,11 +413,11 @@ class Mixer {
     // difference d of both, it is (E₁ - E₂ + d²)/(2 d²), with both terms summed over the neighbourhood. The
     // first sum is reduced by `caution` standard errors: chance must not bring noise into the first.
     void mix(Estimate& first, const Estimate& second, float caution) const {
-        Terms terms{Plane(size_.x, size_.y), Plane(size_.x, size_.y), Plane(size_.x, size_.y), {}, {}, {}};
-        Plane share(size_.x, size_.y);
+        Plane difference_of(size_.x, size_.y), gain_of(size_.x, size_.y), square_of(size_.x, size_.y),
+            share(size_.x, size_.y);
         for_each_row(workers_, size_, [&](int y) {
-            float *const difference = terms.difference.row(y), *const gain = terms.gain.row(y),
-                         *const square = terms.square.row(y);
+            float *const difference = difference_of.row(y), *const gain = gain_of.row(y),
+                         *const square = square_of.row(y);
             const float *const inverse = inverse_scale_.row(y), *const error_1 = first.error.row(y),
                                *const error_2 = second.error.row(y);
             const float *const a_1 = first.luminance[0].row(y), *const b_1 = first.luminance[1].row(y);
@@ -410,21 +428,20 @@ class Mixer {
                 difference[x] = d, gain[x] = g, square[x] = sqr(g);
             }
         });
-        terms.differences = sums(terms.difference, kReach, workers_);
-        terms.gains = sums(terms.gain, kReach, workers_);
-        terms.squares = sums(terms.square, kReach, workers_);
+        const Terms terms{&gain_of, &square_of, &difference_of};
+        const auto about = sums(terms, kReach, workers_), nearest = sums(terms, kSmooth, workers_);
         for_each_row(workers_, size_, [&](int y) {
-            const float *const gain = terms.gains.row(y), *const square = terms.squares.row(y),
-                               *const difference = terms.differences.row(y);
+            const float *const gain = about[0].row(y), *const square = about[1].row(y),
+                               *const difference = about[2].row(y);
             float* const to = share.row(y);
             const auto rows = static_cast<float>(pixels_along(y, size_.y, kReach));
             const float* const columns = &columns_[Plane::kRim];
             for (int x = 0; x < size_.x; ++x)
                 to[x] = best(gain[x], square[x], 1 / (rows * columns[x]), difference[x], caution);
+            hold_out(y, first, second, about, nearest, caution);
         });
-        share = smoothed(share, kSmooth, workers_);
-        hold_out(first, second, terms, caution);
-        for_each_row(workers_, size_, [&](int y) { blend(y, first, second, share, terms.difference); });
+        const auto smooth = smoothed<1>({&share}, kSmooth, workers_);
+        for_each_row(workers_, size_, [&](int y) { blend(y, first, second, smooth[0], difference_of); });
     }
 
   private:
@@ -432,11 +449,9 @@ class Mixer {
     static constexpr int kReach = 8, kSmooth = 2;
     static_assert(kReach <= Plane::kRim);
 
-    // Holds the terms of shares by pixel, and their sums and the sum of the gain's square over the
-    // neighbourhood. Rims are 0.
-    struct Terms {
-        Plane gain, square, difference, gains, squares, differences;
-    };
+    // The terms of shares by pixel: the gain, its square, and the squared difference. Rims are 0.
+    using Terms = std::array<const Plane*, 3>;
+    using SumsOfTerms = std::array<Plane, 3>;
     // Returns the best share by sums over pixels: of the gain, of its square, and of the squared difference.
     static float best(float gain, float squares, float inverse_of_pixels, float difference, float caution) {
         const float variance = std::max(0.0F, squares - sqr(gain) * inverse_of_pixels);
@@ -444,28 +459,23 @@ class Mixer {
         return difference > 0 ? std::clamp(share, 0.0F, 1.0F) : 0;
     }
 
-    // Mixes the images that are held out, in shares from the neighbourhood without the pixel itself and those
-    // nearest to it, whose filtered values have samples in common with its own.
-    void hold_out(Estimate& first, const Estimate& second, const Terms& terms, float caution) const {
-        const Plane gains = sums(terms.gain, kSmooth, workers_),
-                    squares = sums(terms.square, kSmooth, workers_),
-                    differences = sums(terms.difference, kSmooth, workers_);
-        for_each_row(workers_, size_, [&](int y) {
-            const float *const all_gain = terms.gains.row(y), *const gain = gains.row(y);
-            const float *const all_square = terms.squares.row(y), *const square = squares.row(y);
-            const float *const all_difference = terms.differences.row(y), *const difference =
-                                                                              differences.row(y);
-            float *const to_a = first.held_out[0].row(y), *const to_b = first.held_out[1].row(y);
-            const float *const a = second.luminance[0].row(y), *const b = second.luminance[1].row(y);
-            for (int x = 0; x < size_.x; ++x) {
-                const int others = pixels_about(x, y, kReach) - pixels_about(x, y, kSmooth);
-                const float share = best(all_gain[x] - gain[x], all_square[x] - square[x],
-                                         1 / static_cast<float>(std::max(1, others)),
-                                         all_difference[x] - difference[x], caution);
-                to_a[x] += share * (a[x] - to_a[x]);
-                to_b[x] += share * (b[x] - to_b[x]);
-            }
-        });
+    // Mixes a row of the images that are held out, in shares from the neighbourhood without the pixel itself
+    // and those nearest to it, whose filtered values have samples in common with its own.
+    void hold_out(int y, Estimate& first, const Estimate& second, const SumsOfTerms& about,
+                  const SumsOfTerms& nearest, float caution) const {
+        const float *const all_gain = about[0].row(y), *const gain = nearest[0].row(y);
+        const float *const all_square = about[1].row(y), *const square = nearest[1].row(y);
+        const float *const all_difference = about[2].row(y), *const difference = nearest[2].row(y);
+        float *const to_a = first.held_out[0].row(y), *const to_b = first.held_out[1].row(y);
+        const float *const a = second.luminance[0].row(y), *const b = second.luminance[1].row(y);
+        for (int x = 0; x < size_.x; ++x) {
+            const int others = pixels_about(x, y, kReach) - pixels_about(x, y, kSmooth);
+            const float share =
+                best(all_gain[x] - gain[x], all_square[x] - square[x],
+                     1 / static_cast<float>(std::max(1, others)), all_difference[x] - difference[x], caution);
+            to_a[x] += share * (a[x] - to_a[x]);
+            to_b[x] += share * (b[x] - to_b[x]);
+        }
     }
     int pixels_about(int x, int y, int reach) const {
         return pixels_along(x, size_.x, reach) * pixels_along(y, size_.y, reach);
@@ -524,30 +534,40 @@ MeanError mean_error(const Numbers& errors) {
 }
 
 // Returns the filtered images, multiplied by the albedo, by whose inverse the light was multiplied.
-Estimate estimate_of(std::array<Filtered, 2>& filtered, Candidate candidate, const ColourPlanes& albedo,
-                     const V2i& size, const Workers& workers) {
-    Estimate estimate;
-    for (std::size_t half = 0; half < 2; ++half) {
-        estimate.of[half] = std::move(filtered[half][static_cast<std::size_t>(candidate)]);
-        for (std::size_t c = 0; c < 3; ++c) {
-            for_each_row(workers, size, [&](int y) {
-                float* const to = estimate.of[half][c].row(y);
-                const float* const by = albedo[c].row(y);
-                for (int x = 0; x < size.x; ++x) to[x] *= by[x] + kLeastAlbedo;
-            });
-        }
-        estimate.luminance[half] = luminance_of(estimate.of[half], workers);
+std::array<Estimate, kCandidates> estimates_of(std::array<Filtered, 2> filtered, const ColourPlanes& albedo,
+                                               const Workers& workers) {
+    const V2i size = size_of(albedo[0]);
+    std::array<Estimate, kCandidates> result;
+    for (std::size_t candidate = 0; candidate < kCandidates; ++candidate) {
+        Estimate& estimate = result[candidate];
+        make_planes(size, {&estimate.luminance[0], &estimate.luminance[1]});
+        for (std::size_t half = 0; half < 2; ++half) estimate.of[half] = std::move(filtered[half][candidate]);
     }
-    return estimate;
+    for_each_row(workers, size, [&](int y) {
+        for (Estimate& estimate : result) {
+            for (std::size_t half = 0; half < 2; ++half) {
+                for (std::size_t c = 0; c < 3; ++c) {
+                    float* const to = estimate.of[half][c].row(y);
+                    const float* const by = albedo[c].row(y);
+                    for (int x = 0; x < size.x; ++x) to[x] *= by[x] + kLeastAlbedo;
+                }
+                set_luminance(estimate.of[half], y, estimate.luminance[half]);
+            }
+        }
+    });
+    return result;
 }
 
 // Returns the halves as they are.
 Estimate measured(std::array<HalfLight, 2>& halves, const Workers& workers) {
     Estimate estimate;
-    for (std::size_t half = 0; half < 2; ++half) {
-        estimate.of[half] = std::move(halves[half].light);
-        estimate.luminance[half] = luminance_of(estimate.of[half], workers);
-    }
+    const V2i size = size_of(halves[0].samples);
+    make_planes(size, {&estimate.luminance[0], &estimate.luminance[1]});
+    for (std::size_t half = 0; half < 2; ++half) estimate.of[half] = std::move(halves[half].light);
+    for_each_row(workers, size, [&](int y) {
+        for (std::size_t half = 0; half < 2; ++half)
+            set_luminance(estimate.of[half], y, estimate.luminance[half]);
+    });
     return estimate;
 }
 
@@ -605,13 +625,11 @@ DenoiserInput denoiser_input_of(const Image& image, const std::string& file, con
 
 namespace {
 
-// Filters both halves.
-std::array<Filtered, 2> filtered(const std::array<HalfLight, 2>& halves, const FeaturePlanes& features,
+// Filters both halves. Takes the trust of `halves`.
+std::array<Filtered, 2> filtered(std::array<HalfLight, 2>& halves, const FeaturePlanes& features,
                                  const Workers& workers) {
-    const Plane dependence = lucerna::dependence(halves, workers);
-    std::array<HalfPlanes, 2> planes;
-    for (std::size_t half = 0; half < 2; ++half)
-        planes[half] = half_planes(halves[half], features.albedo, dependence, workers);
+    const std::array<HalfPlanes, 2> planes =
+        half_planes(halves, features.albedo, dependence(halves, workers), workers);
     return regress_in_scales(features, planes, workers);
 }
 
@@ -629,14 +647,9 @@ Denoised denoise(const DenoiserInput& input, const Workers& workers) {
     // Distances are relative to noise, whatever the unit. The scale puts values into float32's middle range.
     const double scale = mean > 0 ? 1 / mean : 1;
     const FeaturePlanes features = feature_planes(input.features, workers);
-    std::array<HalfLight, 2> halves{half_light(input.halves[0], scale, workers),
-                                    half_light(input.halves[1], scale, workers)};
+    std::array<HalfLight, 2> halves = light_of(input.halves, scale, workers);
     complete_variances(halves, workers);
-    std::array<Filtered, 2> candidates = filtered(halves, features, workers);
-    const auto estimate = [&](Candidate candidate) {
-        return estimate_of(candidates, candidate, features.albedo, size, workers);
-    };
-    Estimate result = estimate(Candidate::linear), constant = estimate(Candidate::constant);
+    auto [result, constant] = estimates_of(filtered(halves, features, workers), features.albedo, workers);
     const Mixer mixer(size, shares, measured(halves, workers), result, constant, workers);
     result.error = mixer.error(result.luminance);
     result.held_out = result.luminance;

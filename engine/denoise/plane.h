@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/huge_pages.h"
 #include "engine/base/parallel.h"
 
 namespace lucerna {
@@ -26,30 +27,20 @@ class Plane {
         : width_(width),
           height_(height),
           stride_(width + 2 * kRim),
-          data_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kRim)) {}
+          data_(kMostOffset +
+                static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kRim)),
+          offset_(offset_of(data_.data())) {}
 
     int width() const { return width_; }
     int height() const { return height_; }
 
-    // Fills every pixel with a function of its place, and the rim with the values at the nearest edge.
-    template <typename Value>
-    void fill(const Workers& workers, Value&& value) {
-        parallel_each(workers, static_cast<std::size_t>(height_), rows_at_a_time(width_),
-                      [&](std::size_t row_number) {
-                          const auto y = static_cast<int>(row_number);
-                          float* const to = row(y);
-                          for (int x = 0; x < width_; ++x) to[x] = value(x, y);
-                      });
-        extend();
+    // Fill the rim with the values at the nearest edge: that beside a row, and then those above and below.
+    void extend_row(int y) {
+        float* const of_row = row(y);
+        std::fill_n(of_row - kRim, kRim, of_row[0]);
+        std::fill_n(of_row + width_, kRim, of_row[width_ - 1]);
     }
-
-    // Fills the rim with the values at the nearest edge.
-    void extend() {
-        for (int y = 0; y < height_; ++y) {
-            float* const of_row = row(y);
-            std::fill_n(of_row - kRim, kRim, of_row[0]);
-            std::fill_n(of_row + width_, kRim, of_row[width_ - 1]);
-        }
+    void extend_ends() {
         const auto copy_row = [this](int from, int to) {
             std::copy_n(row(from) - kRim, stride_, row(to) - kRim);
         };
@@ -59,16 +50,38 @@ class Plane {
         }
     }
 
+    // Fills every pixel with a function of its place, and the rim with the values at the nearest edge.
+    template <typename Value>
+    void fill(const Workers& workers, Value&& value) {
+        parallel_each(workers, static_cast<std::size_t>(height_), rows_at_a_time(width_),
+                      [&](std::size_t row_number) {
+                          const auto y = static_cast<int>(row_number);
+                          float* const to = row(y);
+                          for (int x = 0; x < width_; ++x) to[x] = value(x, y);
+                          extend_row(y);
+                      });
+        extend_ends();
+    }
+
     // Returns the address of pixel (0, y). The rim before and after a row belongs to the plane.
     float* row(int y) { return &data_[start(y)]; }
     const float* row(int y) const { return &data_[start(y)]; }
 
   private:
+    // Large arrays begin at huge pages, so that the same pixel of all planes would have one place in the
+    // caches, which hold fewer lines of one place than loops read planes. Each array begins with some unused
+    // lines.
+    static constexpr std::size_t kLine = 16, kMostLines = 61, kMostOffset = kLine * (kMostLines - 1);
+    static std::size_t offset_of(const float* data) {
+        constexpr std::uintptr_t kHugePage = std::uintptr_t{1} << 21;
+        return kLine * (reinterpret_cast<std::uintptr_t>(data) / kHugePage % kMostLines);
+    }
     std::size_t start(int y) const {
-        return static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
+        return offset_ + static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
     }
     int width_ = 0, height_ = 0, stride_ = 0;
-    std::vector<float> data_;
+    ZeroedVector<float> data_;
+    std::size_t offset_ = 0;
 };
 using ColourPlanes = std::array<Plane, 3>;
 
@@ -82,45 +95,73 @@ void for_each_row(const Workers& workers, const V2i& size, Body&& body) {
                   [&body](std::size_t y) { body(static_cast<int>(y)); });
 }
 
+// Calls body(y) for every row, which fills that row of planes of one size, and fills their rims with the
+// values at the nearest edge. Planes that are filled together are read together, and threads wait for each
+// other once.
+template <typename Body>
+void fill_rows(const Workers& workers, const std::vector<Plane*>& planes, Body&& body) {
+    for_each_row(workers, size_of(*planes.front()), [&](int y) {
+        body(y);
+        for (Plane* const plane : planes) plane->extend_row(y);
+    });
+    for (Plane* const plane : planes) plane->extend_ends();
+}
+
+// Makes planes of one size, whose pixels and rims are 0.
+inline void make_planes(const V2i& size, const std::vector<Plane*>& planes) {
+    for (Plane* const plane : planes) *plane = Plane(size.x, size.y);
+}
+
 // Returns how many of the pixels within `reach` of pixel i lie in [0, end).
 inline int pixels_along(int i, int end, int reach) {
     return std::min(end - 1, i + reach) - std::max(0, i - reach) + 1;
 }
 
-// Returns sums over squares of half side `reach`. The rim of `from` must be 0, and so is that of the sums.
-inline Plane sums(const Plane& from, int reach, const Workers& workers) {
-    const V2i size = size_of(from);
-    Plane across(size.x, size.y), result(size.x, size.y);
+// Returns sums over squares of half side `reach` of each plane, and calls finish(y, sums) for each row of
+// them. The rims of `from` must be 0, and so are those of the sums.
+template <std::size_t N, typename Finish>
+std::array<Plane, N> sums(const std::array<const Plane*, N>& from, int reach, const Workers& workers,
+                          Finish&& finish) {
+    const V2i size = size_of(*from[0]);
+    std::array<Plane, N> across, result;
+    for (std::size_t i = 0; i < N; ++i) make_planes(size, {&across[i], &result[i]});
     for_each_row(workers, size, [&](int y) {
-        const float* const in = from.row(y);
-        float* const out = across.row(y);
-        for (int offset = -reach; offset <= reach; ++offset) {
-            for (int x = 0; x < size.x; ++x) out[x] += in[x + offset];
+        for (std::size_t i = 0; i < N; ++i) {
+            const float* const in = from[i]->row(y);
+            float* const out = across[i].row(y);
+            for (int offset = -reach; offset <= reach; ++offset) {
+                for (int x = 0; x < size.x; ++x) out[x] += in[x + offset];
+            }
         }
     });
     for_each_row(workers, size, [&](int y) {
-        float* const out = result.row(y);
-        for (int v = std::max(0, y - reach); v <= std::min(size.y - 1, y + reach); ++v) {
-            const float* const in = across.row(v);
-            for (int x = 0; x < size.x; ++x) out[x] += in[x];
+        for (std::size_t i = 0; i < N; ++i) {
+            float* const out = result[i].row(y);
+            for (int v = std::max(0, y - reach); v <= std::min(size.y - 1, y + reach); ++v) {
+                const float* const in = across[i].row(v);
+                for (int x = 0; x < size.x; ++x) out[x] += in[x];
+            }
+            finish(y, out);
         }
     });
     return result;
 }
+template <std::size_t N>
+std::array<Plane, N> sums(const std::array<const Plane*, N>& from, int reach, const Workers& workers) {
+    return sums(from, reach, workers, [](int /*y*/, float* /*sums*/) {});
+}
 
 // Returns means over such squares, clipped at the image's rim.
-inline Plane smoothed(const Plane& from, int reach, const Workers& workers) {
-    const V2i size = size_of(from);
-    Plane result = sums(from, reach, workers);
+template <std::size_t N>
+std::array<Plane, N> smoothed(const std::array<const Plane*, N>& from, int reach, const Workers& workers) {
+    const V2i size = size_of(*from[0]);
     std::vector<float> columns(static_cast<std::size_t>(size.x));
     for (int x = 0; x < size.x; ++x)
         columns[static_cast<std::size_t>(x)] = static_cast<float>(pixels_along(x, size.x, reach));
-    for_each_row(workers, size, [&](int y) {
-        float* const to = result.row(y);
+    return sums(from, reach, workers, [&](int y, float* to) {
         const auto rows = static_cast<float>(pixels_along(y, size.y, reach));
         for (std::size_t x = 0; x < columns.size(); ++x) to[x] /= rows * columns[x];
     });
-    return result;
 }
 
 }  // namespace lucerna

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/elementary.h"
+#include "engine/base/huge_pages.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -78,8 +79,8 @@ struct Picture {
     const FeaturePlanes& features;
     const std::array<HalfPlanes, 2>& halves;
     int width, height;
-    int stride;                // row length of `terms`, which has a rim as planes have
-    std::vector<Terms> terms;  // terms before the centre's are subtracted
+    int stride;                 // row length of `terms`, which has a rim as planes have
+    ZeroedVector<Terms> terms;  // terms before the centre's are subtracted
 
     Picture(int w, int h, const FeaturePlanes& f, const std::array<HalfPlanes, 2>& both,
             const Workers& workers)
@@ -346,7 +347,9 @@ std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& feat
                                 const std::array<HalfPlanes, 2>& halves, const Workers& workers) {
     std::array<Filtered, 2> filtered;
     for (Filtered& half : filtered) {
-        for (ColourPlanes& candidate : half) candidate.fill(Plane(width, height));
+        for (ColourPlanes& candidate : half) {
+            for (Plane& plane : candidate) plane = Plane(width, height);
+        }
     }
     Sums sums{{Plane(width, height), Plane(width, height)}, filtered};
     const Picture picture(width, height, features, halves, workers);

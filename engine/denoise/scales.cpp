@@ -12,68 +12,79 @@
 namespace lucerna {
 namespace {
 
+// Sums over rows of five pixels the variances of the three colours. The pixels are two apart, because the
+// variances are blended over 3 x 3 pixels.
+void sum_variances(const ColourPlanes& variance, int y, float* sums) {
+    const float *const r = variance[0].row(y), *const g = variance[1].row(y), *const b = variance[2].row(y);
+    const auto own = [=](int x) { return r[x] + g[x] + b[x]; };
+    for (int x = 0; x < variance[0].width(); ++x)
+        sums[x] = own(x - 4) + own(x - 2) + own(x) + own(x + 2) + own(x + 4);
+}
+
 // Reduces the trust in a pixel whose variance is much larger than the mean of those around it, of five rows
-// of five pixels: it holds light that the others have missed. The pixels are two apart, because the variances
-// are blended over 3 x 3 pixels.
-Plane trust(const ColourPlanes& variance, const Plane& sampled, const Workers& workers) {
+// of five pixels whose sums are given: it holds light that the others have missed.
+void set_trust(HalfPlanes& half, const Plane& variances, int y) {
     constexpr float kMuch = 4, kLeast = 1e-4F, kOthers = 24;
-    const int width = variance[0].width(), height = variance[0].height();
-    Plane own(width, height), of_row(width, height), trust(width, height);
-    own.fill(workers, [&](int x, int y) {
-        return variance[0].row(y)[x] + variance[1].row(y)[x] + variance[2].row(y)[x];
-    });
-    const auto sum_of_five = [](float a, float b, float c, float d, float e) { return a + b + c + d + e; };
-    of_row.fill(workers, [&](int x, int y) {
-        const float* const s = own.row(y) + x;
-        return sum_of_five(s[-4], s[-2], s[0], s[2], s[4]);
-    });
-    trust.fill(workers, [&](int x, int y) {
-        const auto at = [&of_row, x](int row) { return of_row.row(row)[x]; };
-        const float here = own.row(y)[x],
-                    all = sum_of_five(at(y - 4), at(y - 2), at(y), at(y + 2), at(y + 4));
+    const ColourPlanes& variance = half.variance;
+    const float *const r = variance[0].row(y), *const g = variance[1].row(y), *const b = variance[2].row(y);
+    const std::array<const float*, 5> rows{variances.row(y - 4), variances.row(y - 2), variances.row(y),
+                                           variances.row(y + 2), variances.row(y + 4)};
+    const float* const sampled = half.sampled.row(y);
+    float* const trust = half.trust.row(y);
+    for (int x = 0; x < variances.width(); ++x) {
+        const float here = r[x] + g[x] + b[x],
+                    all = rows[0][x] + rows[1][x] + rows[2][x] + rows[3][x] + rows[4][x];
         const float others = std::max(0.0F, all - here) / kOthers;
         const float ratio = here / (kMuch * others + std::numeric_limits<float>::min());
-        return sampled.row(y)[x] * std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
-    });
-    return trust;
+        trust[x] = sampled[x] * std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
+    }
 }
 
 }  // namespace
 
-float guide_of(const ColourPlanes& value, int x, int y) {
-    return 0.25F * (value[0].row(y)[x] + value[2].row(y)[x]) + 0.5F * value[1].row(y)[x];
+void guide_of(const ColourPlanes& value, int y, float* guide) {
+    const float *const r = value[0].row(y), *const g = value[1].row(y), *const b = value[2].row(y);
+    for (int x = 0; x < value[0].width(); ++x) guide[x] = 0.25F * (r[x] + b[x]) + 0.5F * g[x];
 }
-float guide_deviation(const ColourPlanes& variance, int x, int y) {
-    return 0.25F * (std::sqrt(variance[0].row(y)[x]) + std::sqrt(variance[2].row(y)[x])) +
-           0.5F * std::sqrt(variance[1].row(y)[x]);
-}
-
-Plane around(const Plane& plane, const Workers& workers) {
-    const int width = plane.width(), height = plane.height();
-    Plane columns(width, height), sum(width, height);
-    columns.fill(workers,
-                 [&](int x, int y) { return plane.row(y - 1)[x] + plane.row(y)[x] + plane.row(y + 1)[x]; });
-    sum.fill(workers, [&](int x, int y) {
-        const float* const row = columns.row(y) + x;
-        return row[-1] + row[0] + row[1];
-    });
-    return sum;
+void guide_deviation(const ColourPlanes& variance, int y, float* deviation) {
+    const float *const r = variance[0].row(y), *const g = variance[1].row(y), *const b = variance[2].row(y);
+    for (int x = 0; x < variance[0].width(); ++x)
+        deviation[x] = 0.25F * (std::sqrt(r[x]) + std::sqrt(b[x])) + 0.5F * std::sqrt(g[x]);
 }
 
-void set_guide(HalfPlanes& planes, const Workers& workers) {
-    const ColourPlanes& variance = planes.variance;
-    const int width = variance[0].width(), height = variance[0].height();
-    planes.trust = trust(variance, planes.sampled, workers);
-    Plane light(width, height), noise(width, height);
-    light.fill(workers, [&](int x, int y) { return planes.trust.row(y)[x] * guide_of(planes.value, x, y); });
-    noise.fill(workers, [&](int x, int y) {
-        return sqr(planes.trust.row(y)[x] * guide_deviation(planes.variance, x, y));
+void set_guides(std::array<HalfPlanes, 2>& halves, const Workers& workers) {
+    const V2i size = size_of(halves[0].sampled);
+    std::array<Plane, 2> variances, light, noise;
+    make_planes(size, {&variances[0], &variances[1], &light[0], &light[1], &noise[0], &noise[1]});
+    for (HalfPlanes& half : halves) make_planes(size, {&half.trust, &half.guide, &half.noise});
+    fill_rows(workers, {&variances[0], &variances[1]}, [&](int y) {
+        for (std::size_t h = 0; h < 2; ++h) sum_variances(halves[h].variance, y, variances[h].row(y));
     });
-    const Plane trust = around(planes.trust, workers);
-    planes.guide = around(light, workers);
-    planes.noise = around(noise, workers);
-    planes.guide.fill(workers, [&](int x, int y) { return planes.guide.row(y)[x] / trust.row(y)[x]; });
-    planes.noise.fill(workers, [&](int x, int y) { return planes.noise.row(y)[x] / sqr(trust.row(y)[x]); });
+    fill_rows(workers, {&halves[0].trust, &halves[1].trust, &light[0], &light[1], &noise[0], &noise[1]},
+              [&](int y) {
+                  for (std::size_t h = 0; h < 2; ++h) {
+                      HalfPlanes& half = halves[h];
+                      set_trust(half, variances[h], y);
+                      float *const of_light = light[h].row(y), *const of_noise = noise[h].row(y);
+                      guide_of(half.value, y, of_light);
+                      guide_deviation(half.variance, y, of_noise);
+                      const float* const trust = half.trust.row(y);
+                      for (int x = 0; x < size.x; ++x) {
+                          of_light[x] = trust[x] * of_light[x];
+                          of_noise[x] = sqr(trust[x] * of_noise[x]);
+                      }
+                  }
+              });
+    fill_rows(workers, {&halves[0].guide, &halves[1].guide, &halves[0].noise, &halves[1].noise}, [&](int y) {
+        for (std::size_t h = 0; h < 2; ++h) {
+            const Around trust(halves[h].trust, y), of_light(light[h], y), of_noise(noise[h], y);
+            float *const to_guide = halves[h].guide.row(y), *const to_noise = halves[h].noise.row(y);
+            for (int x = 0; x < size.x; ++x) {
+                to_guide[x] = of_light(x) / trust(x);
+                to_noise[x] = of_noise(x) / sqr(trust(x));
+            }
+        }
+    });
 }
 
 namespace {
@@ -90,78 +101,90 @@ constexpr int kReachOfNoise = 7;
 // The least share of a pixel's light that a change leaves: a darker surrounding must not make it negative.
 constexpr float kLeastLeft = 0.1F;
 
-// Makes a plane of half the size. body(x, left, right) gives pixel x of a row by the columns of its fine
-// pixels; of_row(upper, lower) returns such a body for the rows of these. Where the last column or row has no
-// neighbour, it counts twice.
-template <typename OfRow>
-Plane made_of_2_x_2(int width, int height, const Workers& workers, OfRow&& of_row) {
-    Plane coarse((width + 1) / 2, (height + 1) / 2);
-    for_each_row(workers, size_of(coarse), [&](int y) {
-        const auto body = of_row(2 * y, std::min(2 * y + 1, height - 1));
-        float* const to = coarse.row(y);
-        for (int x = 0; x < width / 2; ++x) to[x] = body(2 * x, 2 * x + 1);
-        if (width % 2 == 1) to[width / 2] = body(width - 1, width - 1);
-    });
-    coarse.extend();
-    return coarse;
+// Calls body(x, left, right) for each pixel x of a row of half the width, with the columns of its fine
+// pixels. Where the last column has no neighbour, it counts twice.
+template <typename Body>
+void for_each_2(int width, Body&& body) {
+    for (int x = 0; x < width / 2; ++x) body(x, 2 * x, 2 * x + 1);
+    if (width % 2 == 1) body(width / 2, width - 1, width - 1);
 }
 
-// Returns means over 2 x 2 pixels, times a factor.
-Plane halved(const Plane& fine, const Workers& workers, float factor = 1) {
+// Writes the means over 2 x 2 pixels, times a factor, to row y of a plane of half the size. Where the last
+// row has no neighbour, it counts twice.
+void halve(const Plane& fine, int y, Plane& coarse, float factor = 1) {
     const float share = 0.25F * factor;
-    return made_of_2_x_2(fine.width(), fine.height(), workers, [&fine, share](int upper, int lower) {
-        const float *const up = fine.row(upper), *const down = fine.row(lower);
-        return [up, down, share](int left, int right) {
-            return share * (up[left] + up[right] + down[left] + down[right]);
-        };
+    const float *const up = fine.row(2 * y), *const down = fine.row(std::min(2 * y + 1, fine.height() - 1));
+    float* const to = coarse.row(y);
+    for_each_2(fine.width(), [=](int x, int left, int right) {
+        to[x] = share * (up[left] + up[right] + down[left] + down[right]);
     });
 }
-ColourPlanes halved(const ColourPlanes& fine, const Workers& workers) {
-    return {halved(fine[0], workers), halved(fine[1], workers), halved(fine[2], workers)};
-}
 
-// Returns means over 2 x 2 pixels of light or, if is_variance is set, their variances. Pixels are weighted.
-Plane halved(const Plane& fine, const Plane& weight, bool is_variance, const Workers& workers) {
-    return made_of_2_x_2(fine.width(), fine.height(), workers, [&, is_variance](int upper, int lower) {
-        const float *const up = fine.row(upper), *const down = fine.row(lower);
-        const float *const of_up = weight.row(upper), *const of_down = weight.row(lower);
-        return [=](int left, int right) {
-            const float a = of_up[left], b = of_up[right], c = of_down[left], d = of_down[right];
-            const float all = 1 / (a + b + c + d);
-            return is_variance ? (sqr(a * all) * up[left] + sqr(b * all) * up[right] +
-                                  sqr(c * all) * down[left] + sqr(d * all) * down[right])
-                               : all * (a * up[left] + b * up[right] + c * down[left] + d * down[right]);
-        };
+// Writes means over 2 x 2 pixels of light, and the variances of these means. Pixels are weighted.
+void halve(const Plane& light, const Plane& variance, const Plane& weight, int y, Plane& coarse_light,
+           Plane& coarse_variance) {
+    const int upper = 2 * y, lower = std::min(upper + 1, light.height() - 1);
+    const float *const up = light.row(upper), *const down = light.row(lower);
+    const float *const noise_up = variance.row(upper), *const noise_down = variance.row(lower);
+    const float *const of_up = weight.row(upper), *const of_down = weight.row(lower);
+    float *const to = coarse_light.row(y), *const to_noise = coarse_variance.row(y);
+    for_each_2(light.width(), [=](int x, int left, int right) {
+        const float a = of_up[left], b = of_up[right], c = of_down[left], d = of_down[right];
+        const float all = 1 / (a + b + c + d);
+        to[x] = all * (a * up[left] + b * up[right] + c * down[left] + d * down[right]);
+        to_noise[x] = sqr(a * all) * noise_up[left] + sqr(b * all) * noise_up[right] +
+                      sqr(c * all) * noise_down[left] + sqr(d * all) * noise_down[right];
     });
 }
-ColourPlanes halved(const ColourPlanes& fine, const Plane& weight, bool is_variance, const Workers& workers) {
-    return {halved(fine[0], weight, is_variance, workers), halved(fine[1], weight, is_variance, workers),
-            halved(fine[2], weight, is_variance, workers)};
-}
 
-FeaturePlanes halved(const FeaturePlanes& fine, const Workers& workers) {
-    FeaturePlanes coarse{
-        halved(fine.albedo, workers),           halved(fine.normal, workers),
-        halved(fine.geometric_normal, workers), halved(fine.position, workers),
-        halved(fine.emitter, workers),          halved(fine.inverse_footprint, workers, 0.5F),
-        halved(fine.inverse_albedo, workers),   {}};
-    const int width = coarse.emitter.width(), height = coarse.emitter.height();
-    coarse.inside = Plane(width, height);
-    for (int y = 0; y < height; ++y) std::fill_n(coarse.inside.row(y), width, 1.0F);
-    return coarse;
-}
+// Holds what a scale's regression is given.
+struct Scale {
+    FeaturePlanes features;
+    std::array<HalfPlanes, 2> halves;
+};
 
-HalfPlanes halved(const HalfPlanes& fine, const Workers& workers) {
-    HalfPlanes coarse;
-    coarse.value = halved(fine.value, fine.sampled, false, workers);
-    coarse.variance = halved(fine.variance, fine.sampled, true, workers);
-    coarse.own = halved(fine.own, fine.sampled, false, workers);
-    coarse.own_noise = halved(fine.own_noise, fine.sampled, true, workers);
-    coarse.sampled = halved(fine.sampled, workers, 4);
-    coarse.sampled.fill(workers, [&](int x, int y) { return std::min(1.0F, coarse.sampled.row(y)[x]); });
-    set_guide(coarse, workers);
+Scale halved(const FeaturePlanes& fine, const std::array<HalfPlanes, 2>& fine_halves,
+             const Workers& workers) {
+    const V2i fine_size = size_of(fine.emitter), size((fine_size.x + 1) / 2, (fine_size.y + 1) / 2);
+    Scale coarse;
+    FeaturePlanes& f = coarse.features;
+    std::vector<const Plane*> from;
+    std::vector<Plane*> means, filled;
+    const auto add_mean = [&](const Plane& of, Plane& to) { from.push_back(&of), means.push_back(&to); };
+    for (std::size_t c = 0; c < 3; ++c) {
+        add_mean(fine.albedo[c], f.albedo[c]);
+        add_mean(fine.normal[c], f.normal[c]);
+        add_mean(fine.geometric_normal[c], f.geometric_normal[c]);
+        add_mean(fine.position[c], f.position[c]);
+    }
+    add_mean(fine.emitter, f.emitter);
+    add_mean(fine.inverse_albedo, f.inverse_albedo);
+    filled = means;
+    filled.push_back(&f.inverse_footprint);
+    for (HalfPlanes& half : coarse.halves) {
+        for (std::size_t c = 0; c < 3; ++c) filled.insert(filled.end(), {&half.value[c], &half.variance[c]});
+        filled.insert(filled.end(), {&half.own, &half.own_noise, &half.sampled});
+    }
+    make_planes(size, filled);
+    f.inside = Plane(size.x, size.y);
+    fill_rows(workers, filled, [&](int y) {
+        for (std::size_t i = 0; i < from.size(); ++i) halve(*from[i], y, *means[i]);
+        halve(fine.inverse_footprint, y, f.inverse_footprint, 0.5F);
+        std::fill_n(f.inside.row(y), size.x, 1.0F);
+        for (std::size_t h = 0; h < 2; ++h) {
+            const HalfPlanes& of = fine_halves[h];
+            HalfPlanes& to = coarse.halves[h];
+            for (std::size_t c = 0; c < 3; ++c)
+                halve(of.value[c], of.variance[c], of.sampled, y, to.value[c], to.variance[c]);
+            halve(of.own, of.own_noise, of.sampled, y, to.own, to.own_noise);
+            halve(of.sampled, y, to.sampled, 4);
+            float* const sampled = to.sampled.row(y);
+            for (int x = 0; x < size.x; ++x) sampled[x] = std::min(1.0F, sampled[x]);
+        }
+    });
+    set_guides(coarse.halves, workers);
     // The energy of fireflies, which finer scales distrust, is spread here.
-    coarse.trust = coarse.sampled;
+    for (HalfPlanes& half : coarse.halves) half.trust = half.sampled;
     return coarse;
 }
 
@@ -284,31 +307,43 @@ std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
     const int width = features.emitter.width(), height = features.emitter.height();
     std::array<Filtered, 2> fine = regress(width, height, features, halves, workers);
     if (scales == 1 || std::min(width, height) <= kLeastSide) return fine;
-    const FeaturePlanes coarse_features = halved(features, workers);
-    std::array<Filtered, 2> coarse = regress_in_scales(
-        coarse_features, {halved(halves[0], workers), halved(halves[1], workers)}, scales - 1, workers);
+    const Scale coarse = halved(features, halves, workers);
+    std::array<Filtered, 2> change = regress_in_scales(coarse.features, coarse.halves, scales - 1, workers);
+    const V2i size = size_of(coarse.features.emitter);
+    std::array<ColourPlanes, 2> before;
+    ColourPlanes noise;
+    std::vector<Plane*> changes;
     std::vector<std::pair<const Plane*, Plane*>> planes;
     for (std::size_t c = 0; c < 3; ++c) {
-        const std::array<Plane, 2> before{halved(fine[0][kLinear][c], workers),
-                                          halved(fine[1][kLinear][c], workers)};
-        const V2i size = size_of(before[0]);
-        Plane noise(size.x, size.y);
-        for_each_row(workers, size, [&](int y) {
-            for (int x = 0; x < size.x; ++x)
-                noise.row(y)[x] = std::fabs(before[0].row(y)[x] - before[1].row(y)[x]);
-        });
-        noise = smoothed(noise, kReachOfNoise, workers);
+        make_planes(size, {&before[0][c], &before[1][c], &noise[c]});
         for (std::size_t half = 0; half < 2; ++half) {
-            Plane &to = fine[half][kLinear][c], &change = coarse[half][kLinear][c];
-            change.fill(workers, [&](int x, int y) {
-                const float was = before[half].row(y)[x],
-                            most = kMostChange * std::fabs(was) + kMostDeviations * noise.row(y)[x];
-                return std::clamp(change.row(y)[x] - was, -most, most);
-            });
-            planes.emplace_back(&change, &to);
+            changes.push_back(&change[half][kLinear][c]);
+            planes.emplace_back(&change[half][kLinear][c], &fine[half][kLinear][c]);
         }
     }
-    const Upsampler upsampler(features, coarse_features);
+    for_each_row(workers, size, [&](int y) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            for (std::size_t half = 0; half < 2; ++half) halve(fine[half][kLinear][c], y, before[half][c]);
+            const float *const a = before[0][c].row(y), *const b = before[1][c].row(y);
+            float* const difference = noise[c].row(y);
+            for (int x = 0; x < size.x; ++x) difference[x] = std::fabs(a[x] - b[x]);
+        }
+    });
+    noise = smoothed<3>({&noise[0], &noise[1], &noise[2]}, kReachOfNoise, workers);
+    fill_rows(workers, changes, [&](int y) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float* const deviation = noise[c].row(y);
+            for (std::size_t half = 0; half < 2; ++half) {
+                const float* const was = before[half][c].row(y);
+                float* const to = change[half][kLinear][c].row(y);
+                for (int x = 0; x < size.x; ++x) {
+                    const float most = kMostChange * std::fabs(was[x]) + kMostDeviations * deviation[x];
+                    to[x] = std::clamp(to[x] - was[x], -most, most);
+                }
+            }
+        }
+    });
+    const Upsampler upsampler(features, coarse.features);
     for_each_row(workers, {width, height}, [&](int y) { upsampler.add(y, planes); });
     return fine;
 }

@@ -12,14 +12,24 @@
 
 namespace lucerna {
 
-// Return the value by which light is compared, a rough luminance, and its standard deviation. The noise of
-// all colours is taken to be the same.
-float guide_of(const ColourPlanes& value, int x, int y);
-float guide_deviation(const ColourPlanes& variance, int x, int y);
+// Write a row of the value by which light is compared, a rough luminance, and its standard deviation. The
+// noise of all colours is taken to be the same.
+void guide_of(const ColourPlanes& value, int y, float* guide);
+void guide_deviation(const ColourPlanes& variance, int y, float* deviation);
 // Sets the trust, the guide and its noise, which the value, the variance and what is sampled determine.
-void set_guide(HalfPlanes& half, const Workers& workers);
-// Returns sums over 3 x 3 pixels. Beyond the edge of the image, the pixels at the edge count once more.
-Plane around(const Plane& plane, const Workers& workers);
+void set_guides(std::array<HalfPlanes, 2>& halves, const Workers& workers);
+
+// Gives the sums over 3 x 3 pixels about those of a row. The plane's rim must be filled.
+class Around {
+  public:
+    Around(const Plane& plane, int y)
+        : above_(plane.row(y - 1)), row_(plane.row(y)), below_(plane.row(y + 1)) {}
+    float operator()(int x) const { return column(x - 1) + column(x) + column(x + 1); }
+
+  private:
+    float column(int x) const { return above_[x] + row_[x] + below_[x]; }
+    const float *above_, *row_, *below_;
+};
 
 std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
                                           const std::array<HalfPlanes, 2>& halves, const Workers& workers);
