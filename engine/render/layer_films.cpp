@@ -47,7 +47,7 @@ void LayerFilms::add_pass(int x, int y, std::span<const SampleAccount> samples,
 }
 
 Image LayerFilms::develop_films(std::size_t first, std::span<const std::string> names, float scale,
-                                const WorkingSpace& colours) const {
+                                const WorkingSpace& colours, const Workers& workers) const {
     std::vector<std::string> channels;
     for (const std::string& name : names) {
         for (const char* channel : {"R", "G", "B", "variance.R", "variance.G", "variance.B"})
@@ -56,30 +56,35 @@ Image LayerFilms::develop_films(std::size_t first, std::span<const std::string> 
     Image all(films_.front().width(), films_.front().height(), channels);
     if (!colours.is_srgb()) all.space = &colours.space();
     for (std::size_t i = 0; i < names.size(); ++i) {
-        const Image one = films_[first + i].develop(scale, colours);
-        const std::size_t width = one.channels.size(), pixels = one.data.size() / width;
-        for (std::size_t p = 0; p < pixels; ++p) {
-            std::copy_n(&one.data[width * p], width, &all.data[channels.size() * p + width * i]);
-        }
+        const Image one = films_[first + i].develop(scale, colours, workers);
+        const std::size_t width = one.channels.size();
+        parallel_chunks(workers.alone(), all.height, [&](std::int64_t row) {
+            const auto y = static_cast<int>(row);
+            const float* from = &one.data[one.index(0, y)];
+            float* to = &all.data[all.index(0, y) + width * i];
+            for (int x = 0; x < all.width; ++x, from += width, to += channels.size())
+                std::copy_n(from, width, to);
+        });
     }
     return all;
 }
 
-Image LayerFilms::develop(float scale, const WorkingSpace& colours) const {
-    Image all = develop_films(0, names_, scale, colours);
+Image LayerFilms::develop(float scale, const WorkingSpace& colours, const Workers& workers) const {
+    Image all = develop_films(0, names_, scale, colours, workers);
     for (std::size_t i = 0; i < names_.size(); ++i) {
         if (!is_group(i) || !films_[i].has_two_halves()) continue;
         for (std::size_t half = 0; half < 2; ++half) {
-            add_channels(all, films_[i].develop_half(static_cast<int>(half), scale, colours),
+            add_channels(all, films_[i].develop_half(static_cast<int>(half), scale, colours, workers),
                          kHalfNames[half] + names_[i]);
         }
     }
     return all;
 }
 
-std::optional<Image> LayerFilms::develop_chance(float scale, const WorkingSpace& colours) const {
+std::optional<Image> LayerFilms::develop_chance(float scale, const WorkingSpace& colours,
+                                                const Workers& workers) const {
     if (chance_.empty()) return std::nullopt;
-    return develop_films(names_.size(), chance_, scale, colours);
+    return develop_films(names_.size(), chance_, scale, colours, workers);
 }
 
 std::size_t LayerFilms::bytes_of_sums() const {

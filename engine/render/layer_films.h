@@ -36,10 +36,11 @@ class LayerFilms {
     // Makes channels NAME.R .G .B and NAME.variance.R .G .B of each film, like Film::develop(): layers by
     // layer_name(), groups as lightgroup.NAME, and groups in two halves also as first.lightgroup.NAME and
     // second.lightgroup.NAME, like Film::develop_half().
-    Image develop(float scale, const WorkingSpace& colours) const;
+    Image develop(float scale, const WorkingSpace& colours, const Workers& workers) const;
     // Develops SampleAccount::by_chance, if wanted: channels R .G .B, variance.R .G .B, and if layers are
     // wanted, too, those of each group behind lightgroup.NAME.
-    std::optional<Image> develop_chance(float scale, const WorkingSpace& colours) const;
+    std::optional<Image> develop_chance(float scale, const WorkingSpace& colours,
+                                        const Workers& workers) const;
 
     // Do what those of Film do, for all films.
     std::vector<std::byte> sums() const;
@@ -74,7 +75,7 @@ class LayerFilms {
     // Makes channels R, G, B and their variances of the films [first, first + names), each prefixed by its
     // name.
     Image develop_films(std::size_t first, std::span<const std::string> names, float scale,
-                        const WorkingSpace& colours) const;
+                        const WorkingSpace& colours, const Workers& workers) const;
     static std::size_t films_of(const LightGroups& groups, Wanted wanted);
 
     std::vector<std::string> names_;   // of layers, then of groups

@@ -109,10 +109,10 @@ RenderResult develop(const Job& job, const ImageInProgress& image, const RenderR
         return result;
     }
     if (job.film.parts) {
-        result.parts = image.layer_films()->develop(scale, colours);
+        result.parts = image.layer_films()->develop(scale, colours, workers);
         if (job.receivers.empty()) add_channels(*result.parts, image.features().more, "");
     }
-    if (image.layer_films()) result.chance = image.layer_films()->develop_chance(scale, colours);
+    if (image.layer_films()) result.chance = image.layer_films()->develop_chance(scale, colours, workers);
     if (image.film().has_two_halves() && job.receivers.empty()) {
         result.denoiser_input = image.denoiser_input();
         // Without features, the denoiser compares light alone.
