@@ -103,7 +103,6 @@ Finishing plan_finishing(double pixels, double seconds, const FinishingRates& ra
     if (first_features > 0) {
         const double most = kFeatures * seconds, all = kSamplesWithEdges * first_features;
         plan.feature_samples = most >= all ? kMostFeatureSamples : 1;
-        plan.feature_seconds = std::min(most, all);
         if (plan.feature_samples == 1) plan.edge_samples = most / first_features * pixels;
     }
     // Rates are measured on a small image, whose memory is in use already. Memory that a large image uses for

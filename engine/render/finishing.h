@@ -1,6 +1,6 @@
-// The work that follows the samples of an image: the features of all pixels, and denoising. Its time is
-// planned from rates that are measured on the machine as it is, so that a render with a limit of time leaves
-// enough for it.
+// The features of an image with a limit of time, and the work that follows its samples: developing, filling
+// and denoising it, and what the caller does. Its time is planned from rates that are measured on the machine
+// as it is, so that a render with a limit of time leaves enough for it.
 #pragma once
 
 #include "engine/base/parallel.h"
@@ -18,15 +18,12 @@ struct Finishing {
     int spacing = 1, least_spacing = 1;
     int feature_samples = kMostFeatureSamples;
     double edge_samples = 0;         // of refine_features(), all pixels together
-    double feature_seconds = 0;      // of the features that are still to be taken
     double fill_seconds = 0;         // of complete_halves() and FeatureFilter, while pixels have no sample
     double develop_seconds = 0;      // of the film
     double all_denoise_seconds = 0;  // of all pixels
     double denoise_seconds() const { return all_denoise_seconds / (spacing * spacing); }
     double later_seconds = 0;  // of what the caller does after the render
-    double seconds() const {
-        return feature_seconds + fill_seconds + develop_seconds + denoise_seconds() + later_seconds;
-    }
+    double seconds() const { return fill_seconds + develop_seconds + denoise_seconds() + later_seconds; }
     // Leaves out pixels as long as `left` seconds are much less than what denoising takes.
     void denoise_within(double left);
 };

@@ -114,10 +114,7 @@ class Run {
     void end_early() { end(monitor_.stopped() ? "user" : "time"); }
 
     RenderResult finish() {
-        if (ends_in_time() && !monitor_.stopped()) {
-            take_last_features();
-            render_for_the_rest();
-        }
+        if (ends_in_time() && !monitor_.stopped()) take_missing_features();
         if (options_.resume) report_.seconds.add("earlier", clock_.earlier());
         report_.seconds.add("features", looking_.seconds);
         report_.seconds.add("prepare", preparing_.seconds);
@@ -162,8 +159,8 @@ class Run {
 
     // --- Features, and the time after the samples
 
-    // Takes the features; with a limit of time only one sample of each pixel, to begin with, and no more than
-    // a share of the time. Plans what follows the samples.
+    // Takes the features, and plans what follows the samples. With a limit of time, features take no more
+    // than a share of it; their time is known before the samples begin, which have the rest.
     void plan() {
         const TimedPhase timed(looking_);
         if (!ends_in_time()) {
@@ -184,10 +181,7 @@ class Run {
         rates = agreed(options_.workers, rates);
         finishing_ =
             plan_finishing(pixels, left, rates, job_.film.two_halves && !job_.film.is_part(), options_.later);
-        if (!has_features) {
-            finishing_.feature_samples = 0;
-            finishing_.feature_seconds = finishing_.edge_samples = 0;
-        }
+        if (has_features) take_more_features();
         if (can_be_sparse()) finishing_.spacing = std::max(kSparse, finishing_.least_spacing);
         set_end();
         constexpr double kTooShort = 0.1;  // share of the time by which it is exceeded
@@ -216,6 +210,11 @@ class Run {
         image_.forget_features();
         return false;
     }
+    // Takes as many more samples as the plan has.
+    void take_more_features() {
+        image_.take_features(finishing_.feature_samples, monitor_);
+        if (finishing_.edge_samples > 0) image_.refine_features(finishing_.edge_samples, monitor_);
+    }
     // Plans for denoising in place of filling when all pixels have a sample.
     void plan_for_whole() {
         finishing_.fill_seconds = 0;
@@ -229,21 +228,16 @@ class Run {
     bool take_all_features() {
         const TimedPhase timed(looking_);
         image_.take_features(kMostFeatureSamples, monitor_);
-        finishing_.feature_seconds = finishing_.edge_samples = 0;
-        if (ends_in_time()) set_end();
         return !monitor_.stopped();
     }
-    void take_last_features() {
+    void take_missing_features() {
         const TimedPhase timed(looking_);
-        // Layers show features, however little time there is.
-        const bool must = job_.film.parts && job_.receivers.empty();
         if (image_.wants_features()) {
-            image_.take_features(std::max(finishing_.feature_samples, must ? 1 : 0), monitor_);
-            if (finishing_.edge_samples > 0) image_.refine_features(finishing_.edge_samples, monitor_);
+            // Layers show features, however little time there is.
+            if (job_.film.parts && job_.receivers.empty()) image_.take_features(1, monitor_);
         } else if (!is_whole() && can_be_sparse()) {
             take_first_features(options_.limits.seconds);
         }
-        finishing_.feature_seconds = finishing_.edge_samples = 0;
     }
 
     // --- Preparation
@@ -335,21 +329,6 @@ class Run {
                       (static_cast<double>(round) * image_.tiles());
         progress.round(clock_.elapsed());
         return swept;
-    }
-
-    // The last features often take less time than was planned for them: the rest is for more samples. A
-    // decision on these would need more features.
-    void render_for_the_rest() {
-        if (in_passes_ || !estimator_ || report_.ended_by != "time") return;
-        set_end();
-        Progress progress(monitor_, "image", span(), {ends_at_});
-        while (elapsed() < ends_at_ && report_.samples_done < job_.spp &&
-               !image_.decides_at(report_.samples_done + 1)) {
-            const Swept swept = render_round(*estimator_, 1, progress);
-            if (swept == Swept::stopped) end("user");
-            if (swept != Swept::whole) break;
-        }
-        progress.finish();
     }
 
     // --- Passes: each is prepared, serves its samples and is dropped.
