@@ -133,7 +133,13 @@ DenoiserInput ImageInProgress::denoiser_input() const {
     const auto half = [this](int h) {
         return film_.develop_half(h, job_.film.scale, job_.film.colours, workers_);
     };
-    return {{half(0), half(1)}, features_.image};
+    const Image& from = features_.image;
+    DenoiserInput input{{half(0), half(1)}, {from.width, from.height, from.channels}};
+    parallel_chunks(workers_.alone(), from.height, [&](std::int64_t row) {
+        const std::size_t begin = from.index(0, static_cast<int>(row)), size = from.index(0, 1);  // of a row
+        std::copy_n(&from.data[begin], size, &input.features.data[begin]);
+    });
+    return input;
 }
 
 // --- Sweeps

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <cmath>
 #include <vector>
 
 #include "engine/base/net.h"
@@ -83,6 +84,26 @@ TEST(Cdf, NothingPossible_SaysSo) {
     EXPECT_EQ(Cdf().size(), 0U);
     const std::vector<double> zeros(3);
     EXPECT_EQ(Cdf{std::span(zeros)}.total(), 0);
+}
+
+// Small and large tables are searched in different ways.
+TEST(Cdf, ItemOfATableOfAnySize_IsThatOfALinearSearch) {
+    Sampler sampler(33, Purpose::test, 0, 0);
+    for (const std::size_t items : {1, 2, 63, 64, 65, 100, 1023, 1024, 2047, 2048, 2049, 5000}) {
+        std::vector<double> weights(items);
+        // Sums of whole numbers are exact in any order.
+        for (double& weight : weights) weight = std::floor(4 * double{sampler.next()});
+        weights.front() = 1;
+        const Cdf cdf{std::span(weights)};
+        for (int i = 0; i < 1000; ++i) {
+            const float u = sampler.next();
+            const double x = double{u} * cdf.total();
+            std::size_t item = 0;
+            for (double upto = weights[0]; upto <= x; upto += weights[++item]) {
+            }
+            ASSERT_EQ(cdf.draw(u).item, item) << items << " items, u = " << u;
+        }
+    }
 }
 
 RC_GTEST_PROP(CdfProperties, AnyWeights_DrawsAnItemOfWeight,
