@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/base/huge_pages.h"
 #include "engine/base/parallel.h"
 
 namespace lucerna {
@@ -27,9 +26,7 @@ class Plane {
         : width_(width),
           height_(height),
           stride_(width + 2 * kRim),
-          data_(kMostOffset +
-                static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kRim)),
-          offset_(offset_of(data_.data())) {}
+          data_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kRim)) {}
 
     int width() const { return width_; }
     int height() const { return height_; }
@@ -68,20 +65,11 @@ class Plane {
     const float* row(int y) const { return &data_[start(y)]; }
 
   private:
-    // Large arrays begin at huge pages, so that the same pixel of all planes would have one place in the
-    // caches, which hold fewer lines of one place than loops read planes. Each array begins with some unused
-    // lines.
-    static constexpr std::size_t kLine = 16, kMostLines = 61, kMostOffset = kLine * (kMostLines - 1);
-    static std::size_t offset_of(const float* data) {
-        constexpr std::uintptr_t kHugePage = std::uintptr_t{1} << 21;
-        return kLine * (reinterpret_cast<std::uintptr_t>(data) / kHugePage % kMostLines);
-    }
     std::size_t start(int y) const {
-        return offset_ + static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
+        return static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
     }
     int width_ = 0, height_ = 0, stride_ = 0;
-    ZeroedVector<float> data_;
-    std::size_t offset_ = 0;
+    std::vector<float> data_;
 };
 using ColourPlanes = std::array<Plane, 3>;
 

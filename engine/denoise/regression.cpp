@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "engine/base/elementary.h"
-#include "engine/base/huge_pages.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -79,8 +78,8 @@ struct Picture {
     const FeaturePlanes& features;
     const std::array<HalfPlanes, 2>& halves;
     int width, height;
-    int stride;                 // row length of `terms`, which has a rim as planes have
-    ZeroedVector<Terms> terms;  // terms before the centre's are subtracted
+    int stride;                // row length of `terms`, which has a rim as planes have
+    std::vector<Terms> terms;  // terms before the centre's are subtracted
 
     Picture(int w, int h, const FeaturePlanes& f, const std::array<HalfPlanes, 2>& both,
             const Workers& workers)
