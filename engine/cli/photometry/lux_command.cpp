@@ -275,7 +275,7 @@ LuxPage page_of(const LuxCommand& command, const RoomSurfaces& room, const Job& 
     page.maintenance = command.maintenance;
     page.up_axis = command.up_axis(job);
     page.right_handed = is_right_handed(job);
-    if (!command.has_page() && command.plan.empty()) return page;
+    if (!command.draws_plans()) return page;
     for (const CalculationSurface& surface : room.surfaces) {
         page.model.push_back(model_lines(job.scene, as_seen(surface, page.up_axis, page.right_handed),
                                          page.up_axis, room.rooms));
@@ -318,6 +318,7 @@ void write_images(const LuxCommand& command, const LuxResults& results, LuxPage&
             write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
         if (!command.plan.empty()) write_plan(of_surface(command.plan, i), plan_of(report, i, page));
     }
+    if (!command.draws_plans()) return;
     draw_errors(command, results, page);
     draw_uncertainties(command, results, page);
 }

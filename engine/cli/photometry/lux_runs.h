@@ -36,6 +36,7 @@ struct LuxCommand {
     bool has_precision = false;
 
     bool has_page() const { return !html.empty() || !pdf.empty(); }
+    bool draws_plans() const { return has_page() || !plan.empty(); }
     bool requires_any() const {
         return std::ranges::any_of(requirements.limits, [](const auto& range) { return range.has_value(); });
     }
