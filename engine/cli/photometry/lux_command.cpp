@@ -1,11 +1,9 @@
 // lucerna lux: computes illuminance on calculation surfaces.
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <memory>
 #include <optional>
 #include <set>
@@ -14,15 +12,14 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
-#include "engine/cli/photometry/luminaire_types.h"
 #include "engine/cli/photometry/lux_page.h"
 #include "engine/cli/photometry/lux_runs.h"
+#include "engine/cli/photometry/lux_scene.h"
 #include "engine/cli/photometry/plan_files.h"
 #include "engine/cli/render/checkpointing.h"
 #include "engine/colour/tone.h"
 #include "engine/image/displayed.h"
 #include "engine/image/image.h"
-#include "engine/photometry/daylight_glare.h"
 #include "engine/photometry/illuminance_text.h"
 #include "engine/system/printed_page.h"
 #include "engine/text/plain_text.h"
@@ -106,69 +103,6 @@ Examples:
   lucerna lux room.pbrt --height 1.2 --facing 1,0,0 --colour -o eyes.csv
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
-
-// Returns the middles of the walls, in the order of their surfaces.
-std::vector<std::pair<V3d, std::string>> walls_of(const std::vector<Room>& rooms) {
-    std::vector<std::pair<V3d, std::string>> walls;
-    for (const Room& room : rooms) {
-        for (std::size_t i = 0; i < room.walls().size(); ++i) {
-            const Wall& wall = room.walls()[i];
-            walls.emplace_back((wall.from + wall.to) / 2, fmt::format("wall {}", i + 1));
-        }
-    }
-    return walls;
-}
-
-// Tells whether a luminaire hangs in the room, whose own shape may hide its middle.
-bool is_in(const Room& room, const LuminairePlace& lamp, const Scene& scene) {
-    constexpr double kAboveCeiling = 0.5, kBeside = 0.1;  // m
-    const int up = room.up_axis();
-    if (!(lamp.place[up] > room.floor() && lamp.place[up] < room.ceiling() + kAboveCeiling)) return false;
-    if (room.holds(scene, lamp.place)) return true;
-    for (const int axis : {(up + 1) % 3, (up + 2) % 3}) {
-        for (const double side : {-1.0, 1.0}) {
-            V3d beside = lamp.place;
-            beside[axis] += side * (lamp.size[axis] / 2 + kBeside);
-            if (room.holds(scene, beside)) return true;
-        }
-    }
-    return false;
-}
-
-RoomText room_text(const Room& room, const Scene& scene, const Luminaires& luminaires,
-                   std::span<const CalculationSurface> tasks) {
-    const V3d size = room.bounds().size();
-    const int up = room.up_axis();
-    RoomText text{.size = V3d(size[(up + 1) % 3], size[(up + 2) % 3], size[up]),
-                  .walls = room.walls().size(),
-                  .is_open_sided = room.is_open_sided(),
-                  .reflectances = room.reflectances(scene),
-                  .area = room.area(scene),
-                  .tasks = {}};
-    for (std::size_t i = 0; i < tasks.size(); ++i) {
-        if (room.holds(scene, tasks[i].corner + (tasks[i].u + tasks[i].v) / 2)) text.tasks.push_back(i);
-    }
-    bool is_stated = true;
-    for (std::size_t i = 0; i < luminaires.places.size(); ++i) {
-        if (!is_in(room, luminaires.places[i], scene)) continue;
-        const double watts = luminaires.types[luminaires.type_of[i]].watts;
-        is_stated = is_stated && watts > 0;
-        text.watts += watts;
-        ++text.luminaires;
-    }
-    if (!is_stated) text.watts = 0;
-    return text;
-}
-
-// Returns the light group of each luminaire; empty if the scene has none.
-std::vector<std::string> groups_of(std::span<const LuminairePlace> places, const Scene& scene) {
-    const LightGroups& groups = scene.light_groups();
-    std::vector<std::string> names;
-    for (const LuminairePlace& lamp : places) {
-        if (!groups.empty()) names.push_back(groups.names[groups.of_light[lamp.light]]);
-    }
-    return names;
-}
 
 constexpr std::string_view kErrorMap = "error", kOpeningErrorMap = "opening-error",
                            kUncertaintyMap = "uncertainty";
@@ -269,47 +203,6 @@ void warn_of_points_outside(std::span<const CalculationSurface> surfaces, const 
     }
 }
 
-// Describes what a report shows of the scene.
-LuxPage page_of(const LuxCommand& command, const RoomSurfaces& room, const Job& job, Monitor& monitor) {
-    LuxPage page{std::filesystem::path(command.common.scene).stem().string(), {}, {}, command.options.seed};
-    page.maintenance = command.maintenance;
-    page.up_axis = command.up_axis(job);
-    page.right_handed = is_right_handed(job);
-    if (!command.draws_plans()) return page;
-    for (const CalculationSurface& surface : room.surfaces) {
-        page.model.push_back(model_lines(job.scene, as_seen(surface, page.up_axis, page.right_handed),
-                                         page.up_axis, room.rooms));
-    }
-    page.luminaires.places = luminaires_of(job.scene);
-    if (!room.rooms.empty()) {
-        page.lights_outside = std::erase_if(page.luminaires.places, [&](const LuminairePlace& lamp) {
-            return std::ranges::none_of(room.rooms,
-                                        [&](const Room& each) { return is_in(each, lamp, job.scene); });
-        });
-    }
-    if (!command.has_page()) return page;
-    page.facts = picture_facts(job, command.options.seed);
-    page.about = command.about;
-    if (std::ranges::none_of(page.about, [](const auto& line) { return lower_case(line.first) == "date"; }))
-        page.about.emplace_back("Date", fmt::format("{:%Y-%m-%d}", fmt::localtime(std::time(nullptr))));
-    page.tasks = static_cast<std::size_t>(std::ranges::count(room.areas, Area::task));
-    page.luminaires =
-        with_types(std::move(page.luminaires.places), job.scene, command.options.workers, monitor);
-    page.groups = groups_of(page.luminaires.places, job.scene);
-    const auto tasks = std::span(room.surfaces).first(page.tasks);
-    page.floor = NAN;
-    for (const Room& each : room.rooms) {
-        page.rooms.push_back(room_text(each, job.scene, page.luminaires, tasks));
-        page.floor = std::fmin(page.floor, each.floor());
-    }
-    page.walls = walls_of(room.rooms);
-    page.hours = command.hours;
-    page.margin = command.surfaces.margin;
-    page.has_daylight = has_daylight(job.scene);
-    page.task = command.requirements.task;
-    return page;
-}
-
 // Writes the images and plans, and adds the further plans to the page.
 void write_images(const LuxCommand& command, const LuxResults& results, LuxPage& page) {
     const IlluminanceReport& report = results.report;
@@ -362,7 +255,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
     const LuxRuns runs(command, clock, lamps, job, files, monitor);
     declare_images(command, runs.surfaces().size(), files);
     warn_of_points_outside(runs.surfaces(), job.scene, monitor);
-    LuxPage page = page_of(command, runs.room(), job, monitor);
+    LuxPage page = described(command, runs.room(), job, monitor);
     page.picture = std::move(picture);
 
     const StopOnSignals listening(context.process);

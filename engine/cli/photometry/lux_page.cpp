@@ -8,6 +8,8 @@
 #include "engine/base/elementary.h"
 #include "engine/base/version.h"
 #include "engine/cli/page_parts.h"
+#include "engine/cli/page_tables.h"
+#include "engine/cli/photometry/lux_page_luminaires.h"
 #include "engine/cli/photometry/plan_files.h"
 #include "engine/figures/markup.h"
 #include "engine/photometry/glare_text.h"
@@ -26,42 +28,6 @@ constexpr const char* kOpenSides =
     " A side without a wall up to the ceiling is open: it is no wall, and there is no observer before it.";
 constexpr double kFurtherPlan = 460;  // pixels, width of the plans that are not of task areas
 
-// Returns a row of cells <th> or <td>, the first `text_columns` of text and the others of the style of
-// numbers, but for the last one, which has the style `last`.
-std::string row(const std::vector<std::string>& cells, std::string_view cell, std::size_t text_columns,
-                std::string_view last = "number") {
-    std::string html = "<tr>";
-    for (std::size_t c = 0; c < cells.size(); ++c) {
-        const std::string_view style = c < text_columns ? "" : c + 1 < cells.size() ? "number" : last;
-        html += fmt::format("<{0}{1}>{2}</{0}>", cell,
-                            style.empty() ? std::string() : fmt::format(" class=\"{}\"", style),
-                            html_text(cells[c]));
-    }
-    return html + "</tr>\n";
-}
-
-// Returns a table of text cells; the first row is the heading, and numbers are right-aligned.
-std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t text_columns) {
-    std::string html = "<table>\n<thead>" + row(rows.front(), "th", text_columns) + "</thead>\n";
-    for (std::size_t r = 1; r < rows.size(); ++r) html += row(rows[r], "td", text_columns);
-    return html + "</table>\n";
-}
-
-// Rounds to multiples of 1 / `parts`, without -0.
-double rounded(double x, double parts) {
-    return std::round(parts * x) / parts + 0.0;
-}
-
-// Formats a vector to two decimals.
-std::string point_text(const V3d& point) {
-    return fmt::format("({:g}, {:g}, {:g})", rounded(point.x, 100), rounded(point.y, 100),
-                       rounded(point.z, 100));
-}
-
-std::string direction_text(const V3d& axis) {
-    return axis == V3d(0) ? "–" : point_text(axis);
-}
-
 // To first order, as if the darkest and the brightest point were independent.
 Reading95 least_over_greatest(const SurfaceIlluminance& of) {
     const double greatest = of.greatest.value;
@@ -74,7 +40,7 @@ Reading95 least_over_greatest(const SurfaceIlluminance& of) {
 std::string height_text(const CalculationSurface& surface, const LuxPage& page) {
     if (!surface.is_level(page.up_axis)) return "–";
     const double floor = std::isnan(page.floor) ? 0 : page.floor;
-    return fmt::format("{:.2f}", rounded(surface.corner[page.up_axis] - floor, 100));
+    return fmt::format("{:.2f}", std::round(100 * (surface.corner[page.up_axis] - floor)) / 100 + 0.0);
 }
 
 std::string summary(const IlluminanceReport& report, const LuxPage& page) {
@@ -90,7 +56,7 @@ std::string summary(const IlluminanceReport& report, const LuxPage& page) {
                         reading_text(of.uniformity), reading_text(least_over_greatest(of)),
                         of.mean.value > 0 ? fmt::format("{:.1f} %", 100 * of.direct / of.mean.value) : "–"});
     }
-    std::string html = table(rows, 2);
+    std::string html = html_table(rows, 2);
     for (const SurfaceIlluminance& of : report.surfaces) {
         if (const std::string text = cut_off_text(of); !text.empty())
             html += fmt::format("<p>{}</p>\n", html_text(text));
@@ -101,7 +67,7 @@ std::string summary(const IlluminanceReport& report, const LuxPage& page) {
 std::string colours(const IlluminanceReport& report, const ColourReport& colour) {
     if (colour.surfaces.empty()) return {};
     std::string html = fmt::format("<h2>Colour of the light</h2>\n<p>{}.</p>\n<div class=\"wide\">{}</div>\n",
-                                   html_text(colour_heading()), table(colour_rows(report, colour), 1));
+                                   html_text(colour_heading()), html_table(colour_rows(report, colour), 1));
     for (const std::string& line : colour_lines(colour)) html += fmt::format("<p>{}.</p>\n", html_text(line));
     return html;
 }
@@ -110,149 +76,9 @@ std::string uncertainty(const IlluminanceReport& report, const MeasurementUncert
     if (lamps.replicates == 0) return {};
     std::string html = fmt::format(
         "<h2>Uncertainty of the lamps' measurement</h2>\n<p>{}.</p>\n<div class=\"wide\">{}</div>\n",
-        html_text(uncertainty_heading(lamps)), table(uncertainty_rows(report, lamps), 2));
+        html_text(uncertainty_heading(lamps)), html_table(uncertainty_rows(report, lamps), 2));
     for (const std::string& line : uncertainty_lines(lamps))
         html += fmt::format("<p>{}.</p>\n", html_text(line));
-    return html;
-}
-
-std::string flux_text(double flux) {
-    return flux >= 1e5 ? fmt::format("{:.0f}", flux) : fmt::format("{:.6g}", rounded(flux, 10));
-}
-
-// Lists where the luminaires are and to where they shine.
-std::string places(const IlluminanceReport& report, const LuxPage& page) {
-    const std::vector<LuminairePlace>& lamps = page.luminaires.places;
-    if (lamps.empty()) return "<p>None with a position in the scene.</p>";
-    std::vector<std::vector<std::string>> rows{{"luminaire", "group", "x [m]", "y [m]", "z [m]", "direction",
-                                                "aims at [m]", fmt::format("flux [{}]", report.flux_unit)}};
-    constexpr std::size_t kMost = 200;
-    for (std::size_t i = 0; i < std::min(lamps.size(), kMost); ++i) {
-        const LuminairePlace& lamp = lamps[i];
-        rows.push_back({fmt::format("L{} {}", page.luminaires.type_of[i] + 1, plain_line(lamp.file)),
-                        page.groups.empty() ? "–" : plain_line(page.groups[i]),
-                        fmt::format("{:.3f}", lamp.place.x), fmt::format("{:.3f}", lamp.place.y),
-                        fmt::format("{:.3f}", lamp.place.z), direction_text(lamp.axis),
-                        lamp.aim ? point_text(*lamp.aim) : "–", flux_text(lamp.flux)});
-    }
-    std::string html = table(rows, 2);
-    if (lamps.size() > kMost) html += fmt::format("<p>And {} more.</p>", lamps.size() - kMost);
-    return html;
-}
-
-// Returns the heights of a type's luminaires above the floor, of their middles; empty without a room.
-std::string mounting_text(const LuxPage& page, std::size_t type) {
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (std::size_t i = 0; i < page.luminaires.places.size(); ++i) {
-        if (page.luminaires.type_of[i] != type) continue;
-        const double height = page.luminaires.places[i].place[page.up_axis] - page.floor;
-        low = std::min(low, height);
-        high = std::max(high, height);
-    }
-    if (!std::isfinite(low)) return {};
-    const bool is_one = high - low < 5e-3;
-    return is_one ? fmt::format("{:.2f} m", low) : fmt::format("{:.2f} to {:.2f} m", low, high);
-}
-
-// Returns the data sheet of a type: its polar diagram and its facts.
-std::string sheet(const LuxPage& page, std::size_t type) {
-    const LuminaireType& of = page.luminaires.types[type];
-    std::string rows;
-    const auto add = [&rows](std::string_view name, std::string_view text) {
-        rows += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", html_text(plain_line(name)),
-                            html_text(plain_line(text)));
-    };
-    for (const auto& [name, text] : of.facts) add(name, text);
-    if (const std::string height = mounting_text(page, type); !height.empty()) add("mounting height", height);
-    return fmt::format(
-        "<figure class=\"sheet\">{}<figcaption><strong>L{} "
-        "{}</strong><table>{}</table></figcaption></figure>\n",
-        of.polar, type + 1, html_text(plain_line(of.file.empty() ? of.kind : of.file)), rows);
-}
-
-std::string luminaires(const IlluminanceReport& report, const LuxPage& page) {
-    const std::vector<LuminaireType>& types = page.luminaires.types;
-    if (types.empty()) return "<p>None with a position in the scene.</p>";
-    const std::string& unit = report.flux_unit;
-    std::vector<std::vector<std::string>> rows{{"luminaire", "kind", "number", "flux of each [" + unit + "]",
-                                                "flux of all [" + unit + "]", "power of each [W]",
-                                                "power of all [W]", "efficacy [lm/W]"}};
-    // Efficacy is that of the luminaires whose power is known.
-    double all = 0, known = 0, watts = 0;
-    std::string sheets;
-    const auto number = [](double x) { return x > 0 ? fmt::format("{:.4g}", x) : std::string("–"); };
-    const auto efficacy = [](double flux, double power) {
-        return power > 0 ? fmt::format("{:.0f}", flux / power) : std::string("–");
-    };
-    for (std::size_t i = 0; i < types.size(); ++i) {
-        const LuminaireType& type = types[i];
-        const auto count = static_cast<double>(type.count);
-        all += count * type.flux;
-        watts += count * type.watts;
-        if (type.watts > 0) known += count * type.flux;
-        rows.push_back({fmt::format("L{} {}", i + 1, plain_line(type.file)), type.kind,
-                        std::to_string(type.count), flux_text(type.flux), flux_text(count * type.flux),
-                        number(type.watts), number(count * type.watts), efficacy(type.flux, type.watts)});
-        sheets += sheet(page, i);
-    }
-    rows.push_back({"all", "", "", "", flux_text(all), "", number(watts), efficacy(known, watts)});
-    if (page.lights_outside > 0) {
-        sheets += fmt::format("<p>{} more lights are outside the rooms. Their light counts.</p>\n",
-                              page.lights_outside);
-    }
-    return "<div class=\"wide\">" + table(rows, 2) + "</div>\n<div class=\"row\">" + sheets + "</div>";
-}
-
-// Returns the mean illuminance of the level task areas in a room, weighted by their areas [lx].
-double mean_of_tasks(const IlluminanceReport& report, const RoomText& room, int up_axis) {
-    double sum = 0, area = 0;
-    for (const std::size_t task : room.tasks) {
-        const SurfaceIlluminance& of = report.surfaces[task];
-        if (!of.surface.is_level(up_axis)) continue;
-        const double size = of.surface.u.cross(of.surface.v).length();
-        sum += size * of.mean.value;
-        area += size;
-    }
-    return area > 0 ? sum / area : 0;
-}
-
-std::string energy(const IlluminanceReport& report, const LuxPage& page) {
-    if (page.rooms.empty()) return {};
-    std::vector<std::vector<std::string>> rows{{"room", "luminaires", "power [W]", "power density [W/m²]",
-                                                "mean of the level task areas [lx]", "W/m² per 100 lx"}};
-    if (page.hours > 0) {
-        rows.front().emplace_back("energy in a year [kWh]");
-        rows.front().emplace_back("LENI [kWh/m²]");
-    }
-    bool is_known = true;
-    for (std::size_t i = 0; i < page.rooms.size(); ++i) {
-        const RoomText& room = page.rooms[i];
-        const double density = room.watts / room.area, lux = mean_of_tasks(report, room, page.up_axis);
-        const double kilowatt_hours = room.watts * page.hours / 1000;
-        is_known = is_known && room.watts > 0;
-        const auto number = [&](double x, const char* digits) {
-            return room.watts > 0 && std::isfinite(x) ? fmt::format(fmt::runtime(digits), x)
-                                                      : std::string("–");
-        };
-        std::vector<std::string> row{std::to_string(i + 1),
-                                     std::to_string(room.luminaires),
-                                     number(room.watts, "{:.4g}"),
-                                     number(density, "{:.2f}"),
-                                     lux > 0 ? fmt::format("{:.1f}", lux) : "–",
-                                     number(density / lux * 100, "{:.2f}")};
-        if (page.hours > 0) {
-            row.push_back(number(kilowatt_hours, "{:.0f}"));
-            row.push_back(number(kilowatt_hours / room.area, "{:.1f}"));
-        }
-        rows.push_back(std::move(row));
-    }
-    std::string html = "<h2>Energy</h2>\n<div class=\"wide\">" + table(rows, 1) + "</div>\n";
-    if (!is_known)
-        html += "<p>–: the electrical power of a luminaire in the room is not stated by its file.</p>\n";
-    if (page.hours > 0)
-        html += fmt::format(
-            "<p>Energy and LENI are those of {:g} h of use in a year at full power, without controls.</p>\n",
-            page.hours);
     return html;
 }
 
@@ -271,7 +97,7 @@ std::string rooms(const std::vector<RoomText>& rooms) {
                         fmt::format("{:.2f}", floor), fmt::format("{:.2f}", walls),
                         fmt::format("{:.2f}", ceiling)});
     }
-    return "<h2>Room</h2>\n<div class=\"wide\">" + table(rows, 1) +
+    return "<h2>Room</h2>\n<div class=\"wide\">" + html_table(rows, 1) +
            "</div>\n<p>Reflectances are those of most of each surface (medians)." +
            (is_open_sided ? kOpenSides : "") + "</p>\n";
 }
@@ -295,12 +121,12 @@ std::string requirements(const std::vector<Judgement>& judgements, const std::st
     std::ranges::stable_sort(sorted, {}, rank);
     std::vector<std::vector<std::string>> rows = judgement_rows(sorted);
     rows.front()[1] = "surface or observer";
-    html += "<div class=\"wide\"><table>\n<thead>" + row(rows.front(), "th", 3, "") + "</thead>\n";
+    html += "<div class=\"wide\"><table>\n<thead>" + html_row(rows.front(), "th", 3, "") + "</thead>\n";
     for (std::size_t i = 0; i < sorted.size(); ++i) {
         const Mark& mark = kMarks[static_cast<std::size_t>(sorted[i].verdict)];
         std::vector<std::string> cells = rows[i + 1];
         cells.back() = mark.sign + cells.back();
-        html += row(cells, "td", 3, mark.style);
+        html += html_row(cells, "td", 3, mark.style);
     }
     return html + "</table>\n</div>\n";
 }
@@ -317,7 +143,7 @@ std::string glare(const std::vector<GlareReport>& reports) {
                         direction_text(V3d(by.view)), rating_text(report.ugr),
                         reading_text(report.background), reading_text(report.vertical)});
     }
-    return "<h2>Glare</h2>\n<div class=\"wide\">" + table(rows, 1) +
+    return "<h2>Glare</h2>\n<div class=\"wide\">" + html_table(rows, 1) +
            "</div>\n<p>All of these are initial values, without the maintenance factor.</p>\n";
 }
 
@@ -377,19 +203,19 @@ std::string about(const LuxPage& page) {
 }
 
 std::string settings(const IlluminanceReport& report, const LuxPage& page) {
-    return table({{"what", "value"},
-                  {"program", fmt::format("lucerna {}", program_version())},
-                  {"method", "path tracing, unbiased"},
-                  {"intervals", "95 %, Student's t, from independently sampled sensors"},
-                  {"widest interval",
-                   fmt::format("± {:.2g} % of its point's {}, or of the surface's mean if that is more",
-                               100 * report.precision, report.quantity)},
-                  {"ended by", report.ended_by},
-                  {"samples per point", fmt::format("{} sensors × {}", report.sensors, report.samples)},
-                  {"rays", fmt::format("{:.3g}", static_cast<double>(report.rays))},
-                  {"seed", std::to_string(page.seed)},
-                  {"time", duration_text(report.seconds)}},
-                 2);
+    return html_table({{"what", "value"},
+                       {"program", fmt::format("lucerna {}", program_version())},
+                       {"method", "path tracing, unbiased"},
+                       {"intervals", "95 %, Student's t, from independently sampled sensors"},
+                       {"widest interval",
+                        fmt::format("± {:.2g} % of its point's {}, or of the surface's mean if that is more",
+                                    100 * report.precision, report.quantity)},
+                       {"ended by", report.ended_by},
+                       {"samples per point", fmt::format("{} sensors × {}", report.sensors, report.samples)},
+                       {"rays", fmt::format("{:.3g}", static_cast<double>(report.rays))},
+                       {"seed", std::to_string(page.seed)},
+                       {"time", duration_text(report.seconds)}},
+                      2);
 }
 
 // Describes the position of a plan in the scene.
@@ -411,7 +237,7 @@ std::string capitalised(std::string text) {
 std::string facts(const Facts& facts) {
     std::vector<std::vector<std::string>> rows{{"name", "content"}};
     for (const auto& [name, value] : facts) rows.push_back({plain_line(name), plain_line(value)});
-    return table(rows, 2);
+    return html_table(rows, 2);
 }
 
 // Names the walls in a plan of a level surface.
@@ -481,9 +307,9 @@ std::string lux_page(const LuxResults& results, const LuxPage& page) {
          {"plans", plans},
          {"glare", glare(results.glare)},
          {"assumptions", assumptions(results, page)},
-         {"luminaires", luminaires(report, page)},
-         {"energy", energy(report, page)},
-         {"places", places(report, page)},
+         {"luminaires", luminaires_section(report, page)},
+         {"energy", energy_section(report, page)},
+         {"places", places_section(report, page)},
          {"settings", settings(report, page)},
          {"files", facts(page.facts)}});
 }
