@@ -2,16 +2,20 @@
 // cover as often as it claims.
 #include "engine/photometry/illuminance.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/pbrt/read_scene.h"
 #include "tests/photometry/stated_intervals.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lucerna {
 namespace illuminance_test {
@@ -222,6 +226,59 @@ TEST(Illuminance, OnAFloorInAWideLandscape_IsAsExactAsOfTheFloorAlone) {
                      [](const V3d& p) { return under_disc(std::hypot(p.x, p.y), 0.2, 0.1); });
     // The comparison above requires this precision: a rise of a centimetre increases the mean by a tenth.
     EXPECT_LT(report.surfaces[0].mean.half_width, 0.02 * report.surfaces[0].mean.value);
+}
+
+std::vector<LuminairePlace> luminaires_in(const std::string& world) {
+    Monitor silent;
+    const Job job = read_scene_text(
+        "Option \"string unit\" \"photometric\" Camera \"perspective\" Film \"rgb\" "
+        "WorldBegin\n" +
+            world,
+        "scene.pbrt", {}, Workers{2}, silent);
+    return luminaires_of(job.scene);
+}
+
+// One mesh of a panel of 1 m x 1 m, and one of 3 m x 1 m that is joined of three.
+TEST(Luminaires, OfAMesh_AreItsPiecesThatDoNotTouch) {
+    const auto found = luminaires_in(
+        "AreaLightSource \"diffuse\" \"rgb L\" [100 100 100]\nShape \"trianglemesh\" \"point3 P\" [0 0 3 1 0 "
+        "3 0 1 3 "
+        "1 1 3  5 0 3 6 0 3 5 1 3 6 1 3  7 0 3 7 1 3  8 0 3 8 1 3] \"integer indices\" [0 1 2 1 3 2  4 5 6 5 "
+        "7 6  5 8 7 8 "
+        "9 7  8 10 9 10 11 9]\n");
+    ASSERT_EQ(found.size(), 2U);
+    const LuminairePlace &small = found[found[0].size.x > 2], &large = found[found[0].size.x < 2];
+    EXPECT_NEAR((small.place - V3d(0.5, 0.5, 3)).length(), 0, 1e-5);
+    EXPECT_NEAR((large.place - V3d(6.5, 0.5, 3)).length(), 0, 1e-5);
+    EXPECT_NEAR(large.size.x, 3, 1e-5);
+    EXPECT_NEAR(small.flux, kPiD * 100, 1e-3);
+    EXPECT_NEAR(large.flux, 3 * kPiD * 100, 3e-3);
+}
+
+TEST(Luminaires, OfAClosedMesh_IsOne) {
+    EXPECT_EQ(
+        luminaires_in(
+            "AreaLightSource \"diffuse\" \"rgb L\" [100 100 100]\nShape \"trianglemesh\" \"point3 P\" "
+            "[0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1] \"integer indices\" [0 2 1 0 3 2 4 5 6 4 6 "
+            "7 0 1 5 0 5 4 2 3 7 2 7 6 1 2 6 1 6 5 0 4 7 0 7 3]\n")
+            .size(),
+        1U);
+}
+
+TEST(Luminaires, OfAPhotometricFile_AimAtTheFirstSurfaceBeyond) {
+    const testing::TemporaryFolder folder;
+    std::ofstream(folder / "lamp.ies")
+        << "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0.6 0.6 0\n1 1 25\n0 90 180\n0\n"
+           "900 300 100\n";
+    const auto found =
+        luminaires_in(fmt::format("Shape \"bilinearmesh\" \"point3 P\" [-9 -9 0 9 -9 0 -9 9 0 9 9 "
+                                  "0]\nLightSource \"photometric\" \"string "
+                                  "filename\" \"{}\" \"point3 from\" [1 2 4] \"point3 to\" [3 2 2]\n",
+                                  (folder / "lamp.ies").string()));
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_NEAR((found[0].axis - V3d(1, 0, -1).normalized()).length(), 0, 1e-6);
+    ASSERT_TRUE(found[0].aim);
+    EXPECT_NEAR((*found[0].aim - V3d(5, 2, 0)).length(), 0, 1e-4);
 }
 
 TEST(Illuminance, GroupsAddUp) {
