@@ -1,5 +1,6 @@
 # Measures what short renders do with their time (docs/howto/budgets.md): the method, samples per pixel (or the
-# resolution), the share of the time in the samples of the image and the time of the whole command.
+# resolution), after how long each pixel had a sample, the share of the time in the samples of the image and the time of
+# the whole command.
 #   usage: budgets.py LUCERNA OUT_FOLDER DATA_FOLDER [--busy N] [--sizes 256x256,1280x720] [--times 2,5,10] [SCENE...]
 # DATA_FOLDER is that of methods.py, whose scenes are the default; a SCENE may be a file, too. With --busy, N endless
 # processes run beside it. Run nothing else meanwhile.
@@ -37,7 +38,8 @@ def cell(lucerna, out, data, name, size, seconds):
         numbers = json.load(file)
     took = numbers["seconds"]
     samples = numbers["samples"]["done"] or resolution_said(done.stderr)
-    return f"{numbers['integrator']}, {samples}, {100 * took.get('image', 0) / seconds:.0f} %, {wall:.2f} s"
+    whole = f"{numbers['whole_after']:.1f} s, " if "whole_after" in numbers else ""
+    return f"{numbers['integrator']}, {samples}, {whole}{100 * took.get('image', 0) / seconds:.0f} %, {wall:.2f} s"
 
 
 def main():

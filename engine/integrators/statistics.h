@@ -120,12 +120,13 @@ struct RenderReport {
     PassStatistics passes;
     PhaseSeconds seconds;  // of the render itself
 
-    std::string unit;       // of the image
-    std::string flux_unit;  // of the energies
-    std::string ended_by;   // "samples", "time", "error", "user"
-    int samples_done = 0;   // per pixel
-    int passes_done = 0;    // of an integrator that works in passes
-    bool complete = true;   // false: stopped early by the user
+    std::string unit;        // of the image
+    std::string flux_unit;   // of the energies
+    std::string ended_by;    // "samples", "time", "error", "user"
+    int samples_done = 0;    // per pixel
+    double whole_after = 0;  // s from the beginning until each pixel had a sample; 0: not
+    int passes_done = 0;     // of an integrator that works in passes
+    bool complete = true;    // false: stopped early by the user
     std::uint64_t samples_not_finite = 0;
     std::uint64_t rays_total = 0, rays_invalid = 0;
     std::optional<std::uint64_t> rays_prepare;  // traced before the first ray of the image

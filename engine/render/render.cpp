@@ -102,6 +102,7 @@ class Run {
     bool render_instead_of(Run& first) {
         take_features_of(first);
         finishing_ = first.finishing_;
+        report_.whole_after = first.report_.whole_after;
         set_end();
         is_dispensable_ = !options_.workers.ranks;
         render_samples();
@@ -218,6 +219,7 @@ class Run {
     }
     // Plans for denoising in place of filling when all pixels have a sample.
     void plan_for_whole() {
+        if (report_.whole_after == 0 && !options_.resume) report_.whole_after = elapsed();
         finishing_.fill_seconds = 0;
         finishing_.spacing = finishing_.least_spacing;
         if (ends_in_time()) set_end();

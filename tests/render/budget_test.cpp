@@ -64,6 +64,7 @@ TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
             const RenderResult result = render(job, options, monitor);
             EXPECT_TRUE(result.report.complete);
             EXPECT_EQ(result.report.samples_done, 0);
+            EXPECT_EQ(result.report.whole_after, 0);
             expect_light_everywhere(result.image, "image");
             EXPECT_EQ(result.denoised.has_value(), two_halves);
             if (result.denoised) expect_light_everywhere(*result.denoised, "denoised");
@@ -74,6 +75,25 @@ TEST(Budget, NoTimeAtAll_ImageIsWholeAndTheProgramSaysThatItIsUpsampled) {
                 "there was not enough time for one sample per pixel: the image is rendered at a quarter "
                 "of its resolution and upsampled");
         }
+    }
+}
+
+// The first image counts, whichever method follows it.
+TEST(Budget, TimeOfTheFirstWholeImage_IsBeforeTheChoice) {
+    for (const bool other : {false, true}) {
+        Job job = bright_job(PathSettings{});
+        RenderOptions options{1, Workers{2}};
+        options.limits.seconds = 2;
+        Monitor silent;
+        const Stopwatch clock;
+        double chosen_after = 0;
+        const RenderResult result = render_choosing(job, options, silent, [&](const ChoiceLimits&) -> double {
+            chosen_after = clock.seconds();
+            if (other) job.integrator = PhotonMapSettings{};
+            return 0;
+        });
+        EXPECT_GT(result.report.whole_after, 0);
+        EXPECT_LT(result.report.whole_after, chosen_after);
     }
 }
 

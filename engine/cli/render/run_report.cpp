@@ -56,6 +56,7 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
     if (const auto error = picture_error(facts, report)) json["image"]["error"] = *error;
     json["samples"] = {{"asked", job.spp == kNoEndOfSamples ? Json() : Json(job.spp)},
                        {"done", report.samples_done}};
+    if (report.whole_after > 0) json["whole_after"] = facts.read_seconds + report.whole_after;
     json["complete"] = report.complete;
     Json seconds = {{"read", facts.read_seconds}};
     if (facts.choice) seconds["choose"] = facts.choose_seconds;
