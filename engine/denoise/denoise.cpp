@@ -225,7 +225,9 @@ Plane dependence(const std::array<HalfLight, 2>& halves, const Workers& workers)
         }
         for (int x = 0; x < size.x; ++x) of_difference[x] = sqr(of_difference[x]);
     });
-    auto [ratio, predicted] = sums<2>({&measured, &stated}, kReach, workers);
+    std::array<Plane, 2> both = sums<2>({&measured, &stated}, kReach, workers);
+    Plane& ratio = both[0];
+    const Plane& predicted = both[1];
     for_each_row(workers, size, [&](int y) {
         float* const to = ratio.row(y);
         const float* const by = predicted.row(y);
@@ -649,7 +651,8 @@ Denoised denoise(const DenoiserInput& input, const Workers& workers) {
     const FeaturePlanes features = feature_planes(input.features, workers);
     std::array<HalfLight, 2> halves = light_of(input.halves, scale, workers);
     complete_variances(halves, workers);
-    auto [result, constant] = estimates_of(filtered(halves, features, workers), features.albedo, workers);
+    auto estimates = estimates_of(filtered(halves, features, workers), features.albedo, workers);
+    Estimate &result = estimates[0], &constant = estimates[1];
     const Mixer mixer(size, shares, measured(halves, workers), result, constant, workers);
     result.error = mixer.error(result.luminance);
     result.held_out = result.luminance;

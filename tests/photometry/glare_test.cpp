@@ -559,7 +559,7 @@ TEST_F(OfAMeasuredDisc, Long_SolidAngleAndRating_AreTheDiscs) {
 }
 
 // Tests the intervals of both terms, of the background and of both ratings, over 40 seeds.
-TEST_F(OfAMeasuredDisc, Long_Intervals_HoldTheTruthAsOftenAsStated) {
+TEST_F(OfAMeasuredDisc, Nightly_Intervals_HoldTheTruthAsOftenAsStated) {
     constexpr std::size_t kReadings = 5;
     const auto readings = [&](std::uint64_t seed, int samples, double precision) {
         GlareOptions options = with_blur(0.012, precision);

@@ -437,7 +437,7 @@ EyeTruth eye_truth(const Lamp& lamp, const Glass& glass, const std::filesystem::
     return truth;
 }
 
-TEST(LampsAndGlass, Long_Glare_IsRatedOrSaysWhatItHasNoTermFor) {
+TEST(LampsAndGlass, Nightly_Glare_IsRatedOrSaysWhatItHasNoTermFor) {
     const TemporaryFolder folder;
     constexpr double kOfPhotons = 0.03;  // bias of density estimation
     Observer observer;

@@ -282,7 +282,7 @@ void expect_parts_of_path(bool fog) {
     }
 }
 
-TEST(LayersBesidePath, Long_OfEveryMethod_AreThoseOfPath) {
+TEST(LayersBesidePath, Nightly_OfEveryMethod_AreThoseOfPath) {
     expect_parts_of_path(false);
 }
 TEST(LayersBesidePath, Nightly_OfEveryMethodInFog_AreThoseOfPath) {
