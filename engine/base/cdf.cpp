@@ -18,8 +18,8 @@ Cdf::Cdf(std::span<const double> weights) {
 }
 
 std::vector<double>::const_iterator Cdf::first_beyond(double x) const {
-    // Items that fit into the nearest cache are searched without branches, because a random draw's branches are
-    // unpredictable.
+    // Items that fit into the nearest cache are searched without branches, because a random draw's branches
+    // are unpredictable.
     constexpr std::size_t kFew = 2048;
     const auto items = upto_.begin() + 1;
     if (size() > kFew) return std::upper_bound(items, upto_.end(), x);
