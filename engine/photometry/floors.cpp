@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/base/elementary.h"
+#include "engine/photometry/edge_between.h"
 
 namespace lucerna {
 namespace {
@@ -53,12 +54,7 @@ double reach(const Scene& scene, int up, const Place& place, const V3d& d, doubl
         if (!hit || !(std::fabs(double{hit->at.n[up]}) >= kLevel)) return false;
         return place.under_sky != scene.intersect(Ray{from, -down}).has_value();
     };
-    double inside = 0, outside = most;
-    while (outside - inside > kExact) {
-        const double middle = (inside + outside) / 2;
-        (continues(middle) ? inside : outside) = middle;
-    }
-    return inside;
+    return edge_between(0, most, kExact, continues).inside;
 }
 
 // Returns the bounds in plan of places of one floor, which are `cell` apart along each axis. Between the

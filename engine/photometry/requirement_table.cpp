@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/system/files.h"
 #include "engine/text/plain_text.h"
+#include "lights/photometric_files.h"
 
 namespace lucerna {
 namespace {
@@ -23,15 +24,10 @@ struct Row {
 
 std::vector<Row> rows_of(const std::filesystem::path& file) {
     const std::string content = read_text(file);
-    std::string_view text = without_byte_order_mark(content);
     std::vector<Row> rows;
-    int line = 0;
-    while (!text.empty()) {
-        const std::size_t end = text.find('\n');
-        const std::string_view one = trimmed(text.substr(0, end));
-        text.remove_prefix(end == text.npos ? text.size() : end + 1);
-        ++line;
-        if (!one.empty()) rows.push_back({{file.string(), line, 1}, csv_fields(one)});
+    for (const TextLine& line : lines_of(without_byte_order_mark(content))) {
+        if (!trimmed(line.text).empty())
+            rows.push_back({{file.string(), line.number, 1}, csv_fields(line.text)});
     }
     return rows;
 }

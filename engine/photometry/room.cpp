@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/base/elementary.h"
+#include "engine/photometry/edge_between.h"
 
 namespace lucerna {
 namespace {
@@ -125,11 +126,9 @@ class Walls {
             outside = std::min(inside + kStep, most);
             if (outside >= most) return most;
         } while (is_roofed(from + outside * d));
-        while (outside - inside > kExact) {
-            const double middle = (inside + outside) / 2;
-            (is_roofed(from + middle * d) ? inside : outside) = middle;
-        }
-        return inside;
+        return edge_between(inside, outside, kExact,
+                            [&](double distance) { return is_roofed(from + distance * d); })
+            .inside;
     }
 
     void add(const Caster::Found& found) {
@@ -180,12 +179,7 @@ class Walls {
         double inside = 0;
         while (inside < most && continues(std::min(inside + kStep, most)))
             inside = std::min(inside + kStep, most);
-        double outside = std::min(inside + kStep, most);
-        while (outside - inside > kExact) {
-            const double middle = (inside + outside) / 2;
-            (continues(middle) ? inside : outside) = middle;
-        }
-        return outside;
+        return edge_between(inside, std::min(inside + kStep, most), kExact, continues).outside;
     }
 
     static bool is_recess(const Piece& plane, const Piece& other) {

@@ -81,7 +81,7 @@ Eye parse_eye(const Location& at, std::string_view word) {
 }
 
 std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) {
-    const int axis = command.grid.up_axis.value_or(up_axis_of(job.camera));
+    const int axis = command.grid.up(job);
     V3f up(0);
     up[axis] = 1;
     const bool right_handed = is_right_handed(job);
@@ -182,7 +182,7 @@ void act(const GlareCommand& command, const CommandContext& context) {
     for (std::size_t i = 0; !command.image.empty() && i < observers.size(); ++i)
         files.writes(of_surface(command.image, i), ".exr", "--image");
     const std::vector<LuminairePlace> lamps = luminaires_of(job.scene);
-    const int up_axis = command.grid.up_axis.value_or(up_axis_of(job.camera));
+    const int up_axis = command.grid.up(job);
     const bool right_handed = is_right_handed(job);
     GlareOptions options = command.options;
     options.seconds -= clock.seconds();

@@ -40,7 +40,7 @@ Reading95 least_over_greatest(const SurfaceIlluminance& of) {
 std::string height_text(const CalculationSurface& surface, const LuxPage& page) {
     if (!surface.is_level(page.up_axis)) return "–";
     const double floor = std::isnan(page.floor) ? 0 : page.floor;
-    return fmt::format("{:.2f}", std::round(100 * (surface.corner[page.up_axis] - floor)) / 100 + 0.0);
+    return fmt::format("{:.2f}", rounded(surface.corner[page.up_axis] - floor, 100));
 }
 
 std::string summary(const IlluminanceReport& report, const LuxPage& page) {

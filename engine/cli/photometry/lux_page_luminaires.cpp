@@ -12,11 +12,6 @@
 namespace lucerna {
 namespace {
 
-// Rounds to multiples of 1 / `parts`, without -0.
-double rounded(double x, double parts) {
-    return std::round(parts * x) / parts + 0.0;
-}
-
 std::string flux_text(double flux) {
     return flux >= 1e5 ? fmt::format("{:.0f}", flux) : fmt::format("{:.6g}", rounded(flux, 10));
 }
@@ -65,6 +60,10 @@ double mean_of_tasks(const IlluminanceReport& report, const RoomText& room, int 
 }
 
 }  // namespace
+
+double rounded(double x, double parts) {
+    return std::round(parts * x) / parts + 0.0;
+}
 
 std::string point_text(const V3d& point) {
     return fmt::format("({:g}, {:g}, {:g})", rounded(point.x, 100), rounded(point.y, 100),

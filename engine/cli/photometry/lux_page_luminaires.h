@@ -8,6 +8,8 @@
 
 namespace lucerna {
 
+// Rounds to multiples of 1 / `parts`, without -0.
+double rounded(double x, double parts);
 // Formats a vector to two decimals.
 std::string point_text(const V3d& point);
 // Formats a unit vector to two decimals; 0 is a dash.

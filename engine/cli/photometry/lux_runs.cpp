@@ -37,7 +37,7 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
 
 RoomSurfaces room_of(const LuxCommand& command, const Job& job) {
     return room_surfaces(job.scene, surfaces_of(command, job), command.requirements.limits,
-                         command.eye_height, command.up_axis(job), is_right_handed(job));
+                         command.eye_height, command.surfaces.up(job), is_right_handed(job));
 }
 
 // Returns the illuminance that daylight factors are relative to.

@@ -43,8 +43,6 @@ struct LuxCommand {
     bool computes_colour() const {
         return colour || required(requirements.limits, Requirement::ra).has_value();
     }
-    // Returns the upward axis, that of the option or the closest to the camera's.
-    int up_axis(const Job& job) const { return surfaces.up_axis.value_or(up_axis_of(job.camera)); }
 };
 
 struct LuxResults {

@@ -43,7 +43,24 @@ bool is_in(const Room& room, const LuminairePlace& lamp, const Scene& scene) {
     return false;
 }
 
-RoomText room_text(const Room& room, const Scene& scene, const Luminaires& luminaires,
+// Keeps the luminaires that are in a room, the first that holds them; returns the index of the room of each.
+std::vector<std::size_t> keep_those_in(std::span<const Room> rooms, const Scene& scene,
+                                       std::vector<LuminairePlace>& lamps) {
+    std::vector<std::size_t> room_of;
+    std::vector<LuminairePlace> kept;
+    for (LuminairePlace& lamp : lamps) {
+        const auto room =
+            std::ranges::find_if(rooms, [&](const Room& each) { return is_in(each, lamp, scene); });
+        if (room == rooms.end()) continue;
+        room_of.push_back(static_cast<std::size_t>(room - rooms.begin()));
+        kept.push_back(std::move(lamp));
+    }
+    lamps = std::move(kept);
+    return room_of;
+}
+
+// `lamps` are the types of the luminaires in the room.
+RoomText room_text(const Room& room, const Scene& scene, std::span<const LuminaireType* const> lamps,
                    std::span<const CalculationSurface> tasks) {
     const V3d size = room.bounds().size();
     const int up = room.up_axis();
@@ -56,15 +73,9 @@ RoomText room_text(const Room& room, const Scene& scene, const Luminaires& lumin
     for (std::size_t i = 0; i < tasks.size(); ++i) {
         if (room.holds(scene, tasks[i].corner + (tasks[i].u + tasks[i].v) / 2)) text.tasks.push_back(i);
     }
-    bool is_stated = true;
-    for (std::size_t i = 0; i < luminaires.places.size(); ++i) {
-        if (!is_in(room, luminaires.places[i], scene)) continue;
-        const double watts = luminaires.types[luminaires.type_of[i]].watts;
-        is_stated = is_stated && watts > 0;
-        text.watts += watts;
-        ++text.luminaires;
-    }
-    if (!is_stated) text.watts = 0;
+    text.luminaires = lamps.size();
+    const bool is_stated = std::ranges::all_of(lamps, [](const auto* lamp) { return lamp->watts > 0; });
+    for (const LuminaireType* const lamp : lamps) text.watts += is_stated ? lamp->watts : 0;
     return text;
 }
 
@@ -83,7 +94,7 @@ std::vector<std::string> groups_of(std::span<const LuminairePlace> places, const
 LuxPage described(const LuxCommand& command, const RoomSurfaces& room, const Job& job, Monitor& monitor) {
     LuxPage page{std::filesystem::path(command.common.scene).stem().string(), {}, {}, command.options.seed};
     page.maintenance = command.maintenance;
-    page.up_axis = command.up_axis(job);
+    page.up_axis = command.surfaces.up(job);
     page.right_handed = is_right_handed(job);
     if (!command.draws_plans()) return page;
     for (const CalculationSurface& surface : room.surfaces) {
@@ -91,11 +102,11 @@ LuxPage described(const LuxCommand& command, const RoomSurfaces& room, const Job
                                          page.up_axis, room.rooms));
     }
     page.luminaires.places = luminaires_of(job.scene);
+    std::vector<std::size_t> room_of;  // of each luminaire
     if (!room.rooms.empty()) {
-        page.lights_outside = std::erase_if(page.luminaires.places, [&](const LuminairePlace& lamp) {
-            return std::ranges::none_of(room.rooms,
-                                        [&](const Room& each) { return is_in(each, lamp, job.scene); });
-        });
+        const std::size_t all = page.luminaires.places.size();
+        room_of = keep_those_in(room.rooms, job.scene, page.luminaires.places);
+        page.lights_outside = all - room_of.size();
     }
     if (!command.has_page()) return page;
     page.facts = picture_facts(job, command.options.seed);
@@ -108,9 +119,13 @@ LuxPage described(const LuxCommand& command, const RoomSurfaces& room, const Job
     page.groups = groups_of(page.luminaires.places, job.scene);
     const auto tasks = std::span(room.surfaces).first(page.tasks);
     page.floor = NAN;
-    for (const Room& each : room.rooms) {
-        page.rooms.push_back(room_text(each, job.scene, page.luminaires, tasks));
-        page.floor = std::fmin(page.floor, each.floor());
+    for (std::size_t r = 0; r < room.rooms.size(); ++r) {
+        std::vector<const LuminaireType*> lamps;
+        for (std::size_t i = 0; i < room_of.size(); ++i) {
+            if (room_of[i] == r) lamps.push_back(&page.luminaires.types[page.luminaires.type_of[i]]);
+        }
+        page.rooms.push_back(room_text(room.rooms[r], job.scene, lamps, tasks));
+        page.floor = std::fmin(page.floor, room.rooms[r].floor());
     }
     page.walls = walls_of(room.rooms);
     page.hours = command.hours;

@@ -163,6 +163,10 @@ V3d parse_direction(const Location& at, std::string_view word) {
     return w.normalized();
 }
 
+int SurfaceOptions::up(const Job& job) const {
+    return up_axis.value_or(up_axis_of(job.camera));
+}
+
 bool is_right_handed(const Job& job) {
     return job.camera.settings().world_from_camera.determinant() < 0;
 }
@@ -202,7 +206,7 @@ std::vector<CalculationSurface> SurfaceOptions::all(const Job& job) const {
     std::vector<CalculationSurface> all;
     for (const Named& named : surfaces)
         all.push_back(surface_at(*this, named.name, named.corners, {"--surface"}));
-    const int up = up_axis.value_or(up_axis_of(job.camera));
+    const int up = this->up(job);
     for (const double height : heights) all.push_back(plane_above_lowest(*this, job, up, height));
     if (!floors.empty()) {
         for (CalculationSurface& plane : planes_above_floors(*this, job, up)) all.push_back(std::move(plane));

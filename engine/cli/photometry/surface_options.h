@@ -38,6 +38,8 @@ struct SurfaceOptions {
     std::optional<V3d> facing;  // unit vector
     std::string shaped_by;      // a given option that shapes only these surfaces; empty: none
 
+    // Returns the upward axis, the given one or the closest to the camera's.
+    int up(const Job& job) const;
     // Throws InputError.
     std::vector<CalculationSurface> all(const Job& job) const;
 };
