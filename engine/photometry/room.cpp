@@ -303,7 +303,6 @@ std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points
         room.bounds_.extendBy(wall.to);
     }
     if (room.walls_.empty()) return std::nullopt;
-    room.is_open_sided_ = !walls.edges().empty();
     for (V3d edge : walls.edges()) {
         edge[up_axis] = room.floor_;
         room.bounds_.extendBy(edge);
@@ -313,6 +312,10 @@ std::optional<Room> Room::around(const Scene& scene, std::span<const V3d> points
         if (!(room.bounds_.size()[axis] >= kLeastWidth)) return std::nullopt;
     }
     return room;
+}
+
+bool Room::is_open_sided() const {
+    return !area_within(walls_, up_axis_);
 }
 
 double Room::area(const Scene& scene) const {

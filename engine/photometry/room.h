@@ -37,8 +37,8 @@ class Room {
     const std::vector<Wall>& walls() const { return walls_; }
     // Bounds in plan, from the floor to the ceiling; world.
     const Imath::Box<V3d>& bounds() const { return bounds_; }
-    // Tells whether a side is open, without a wall.
-    bool is_open_sided() const { return is_open_sided_; }
+    // Tells whether a side is open: the walls form no closed outlines.
+    bool is_open_sided() const;
     // Returns the area in plan: exactly that within the walls if they form closed outlines, else to a
     // hundredth of the bounds' area.
     double area(const Scene& scene) const;
@@ -59,7 +59,6 @@ class Room {
     double floor_ = 0, ceiling_ = 0, sight_ = 0;  // sight_: height of the horizontal rays
     std::vector<Wall> walls_;
     std::vector<V3d> seen_from_;
-    bool is_open_sided_ = false;
     Imath::Box<V3d> bounds_;
 };
 

@@ -77,6 +77,7 @@ TEST(Room, OfAnL_HasSixWalls_AndHoldsNeitherItsNotchNorTheNextRoom) {
     EXPECT_TRUE(room->holds(job.scene, {1, 8.5, 0}));
     EXPECT_FALSE(room->holds(job.scene, {6, 6, 0}));
     EXPECT_NEAR(room->area(job.scene), 8 * 3 + 3 * 6, 0.72);
+    EXPECT_FALSE(room->is_open_sided());
 }
 
 TEST(Room, WithAnOpenSide_EndsWithItsCeiling_NotAtTheHouseOpposite) {
@@ -88,6 +89,18 @@ TEST(Room, WithAnOpenSide_EndsWithItsCeiling_NotAtTheHouseOpposite) {
     EXPECT_THAT(widths(*room), ElementsAre(DoubleNear(5, 1e-3), DoubleNear(5, 1e-3), DoubleNear(8, 1e-3)));
     EXPECT_NEAR(room->bounds().min.y, 0, 0.01);
     EXPECT_NEAR(room->area(job.scene), 40, 0.5);
+    EXPECT_TRUE(room->is_open_sided());
+}
+
+// A lintel is seen below the ceiling, but it is no wall.
+TEST(Room, WithALintelOverAnOpenSide_IsOpenThere) {
+    const Job job =
+        scene_of(level({-40, -40}, {40, 40}, 0) + level({0, 0}, {8, 5}, 3) + upright({0, 0}, {0, 5}) +
+                 upright({0, 5}, {8, 5}) + upright({8, 5}, {8, 0}) + upright({0, 0}, {8, 0}, 2.7, 3));
+    const auto room = Room::around(job.scene, std::vector<V3d>{{4, 2, 0.75}}, 2);
+    ASSERT_TRUE(room);
+    EXPECT_EQ(room->walls().size(), 3U);
+    EXPECT_TRUE(room->is_open_sided());
 }
 
 TEST(Room, WithOneWall_HasTheAreaOfItsCeiling) {
