@@ -76,7 +76,9 @@ class Mpi : public ::testing::TestWithParam<Method> {
     Start on(int ranks) const {
         Start start{folder_.path(), 120};
         start.launcher = {"mpirun", "--oversubscribe", "--bind-to", "none", "-n", std::to_string(ranks)};
-        start.in_child = [] {
+        start.in_child = [own = sessions_.path().string()] {
+            // Two mpirun that make the session folder of one user at the same time can fail.
+            setenv("TMPDIR", own.c_str(), 1);
             for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"})
                 setenv(name, "1", 1);
             setenv("OMP_WAIT_POLICY", "passive", 1);
@@ -94,7 +96,7 @@ class Mpi : public ::testing::TestWithParam<Method> {
         EXPECT_TRUE(one.data == other.data) << a << ' ' << b;
     }
 
-    TemporaryFolder folder_;
+    TemporaryFolder folder_, sessions_;
 };
 
 Words with(Words words, const Words& more) {
