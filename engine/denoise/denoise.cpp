@@ -134,21 +134,10 @@ std::array<HalfLight, 2> light_of(const std::array<Image, 2>& halves, double sca
     return result;
 }
 
-// Writes sums over 5 x 5 pixels without the one in the middle: if that one has much light, it would not
-// cancel exactly. The rim of `from` must be 0.
-void sum_others(const Plane& from, int y, std::vector<float>& sums) {
-    const float *const a = from.row(y - 2), *const b = from.row(y - 1), *const here = from.row(y),
-                       *const c = from.row(y + 1), *const d = from.row(y + 2);
-    const auto rest = [=](int x) { return a[x] + b[x] + c[x] + d[x]; };
-    const auto column = [=](int x) { return rest(x) + here[x]; };
-    float* const to = sums.data();
-    for (int x = 0; x < from.width(); ++x)
-        to[x] = rest(x) + (column(x - 2) + column(x - 1) + column(x + 1) + column(x + 2));
-}
-
 // Completes variances of pixels with a single sample or none, which say nothing about their variance: they
 // get that of the surrounding pixels, estimated from their samples and the difference of their halves. The
-// pixel's own difference is excluded: where the halves agree by chance, both would stay as they are.
+// pixel's own difference is one of many: where the halves agree by chance, both would otherwise stay as they
+// are.
 void complete_variances(std::array<HalfLight, 2>& halves, const Workers& workers) {
     const V2i size = size_of(halves[0].samples);
     const auto is_known = [](const HalfLight& half, int x, int y) {
@@ -186,9 +175,9 @@ void complete_variances(std::array<HalfLight, 2>& halves, const Workers& workers
     for_each_row(workers, size, [&](int y) {
         if (row_is_known[static_cast<std::size_t>(y)] != 0) return;
         std::vector<float> freedoms(static_cast<std::size_t>(size.x)), others(freedoms.size());
-        sum_others(freedom, y, freedoms);
+        mean_of_most<2, 1>(freedom, y, freedoms);
         for (std::size_t c = 0; c < 3; ++c) {
-            sum_others(squares[c], y, others);
+            mean_of_most<2, 1>(squares[c], y, others);
             for (int x = 0; x < size.x; ++x) {
                 const auto i = static_cast<std::size_t>(x);
                 // The pixel itself counts only if the image has no other.

@@ -152,4 +152,30 @@ std::array<Plane, N> smoothed(const std::array<const Plane*, N>& from, int reach
     });
 }
 
+// Writes the means about the pixels of a row over squares of 2 kReach + 1 pixels a side, kStep apart, without
+// the two largest values: what is far above all others neither counts nor has to cancel.
+template <int kReach, int kStep>
+void mean_of_most(const Plane& from, int y, std::vector<float>& means) {
+    static_assert(kReach * kStep <= Plane::kRim);
+    constexpr float kCounted = (2 * kReach + 1) * (2 * kReach + 1) - 2;
+    constexpr std::size_t kBlock = 64;
+    for (std::size_t begin = 0; begin < means.size(); begin += kBlock) {
+        std::array<float, kBlock> sum{}, most{}, next{};  // local arrays alias no plane
+        const std::size_t pixels = std::min(kBlock, means.size() - begin);
+        for (int v = -kReach; v <= kReach; ++v) {
+            for (int u = -kReach; u <= kReach; ++u) {
+                const float* const in =
+                    from.row(y + kStep * v) + (static_cast<std::ptrdiff_t>(begin) + kStep * u);
+                for (std::size_t x = 0; x < pixels; ++x) {
+                    const float below = std::min(most[x], in[x]);
+                    most[x] = std::max(most[x], in[x]);
+                    sum[x] += std::min(next[x], below);
+                    next[x] = std::max(next[x], below);
+                }
+            }
+        }
+        for (std::size_t x = 0; x < pixels; ++x) means[begin + x] = sum[x] / kCounted;
+    }
+}
+
 }  // namespace lucerna

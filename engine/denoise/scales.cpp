@@ -12,31 +12,20 @@
 namespace lucerna {
 namespace {
 
-// Sums over rows of five pixels the variances of the three colours. The pixels are two apart, because the
-// variances are blended over 3 x 3 pixels.
-void sum_variances(const ColourPlanes& variance, int y, float* sums) {
-    const float *const r = variance[0].row(y), *const g = variance[1].row(y), *const b = variance[2].row(y);
-    const auto own = [=](int x) { return r[x] + g[x] + b[x]; };
-    for (int x = 0; x < variance[0].width(); ++x)
-        sums[x] = own(x - 4) + own(x - 2) + own(x) + own(x + 2) + own(x + 4);
-}
-
-// Reduces the trust in a pixel whose variance is much larger than the mean of those around it, of five rows
-// of five pixels whose sums are given: it holds light that the others have missed.
-void set_trust(HalfPlanes& half, const Plane& variances, int y) {
-    constexpr float kMuch = 4, kLeast = 1e-4F, kOthers = 24;
-    const ColourPlanes& variance = half.variance;
-    const float *const r = variance[0].row(y), *const g = variance[1].row(y), *const b = variance[2].row(y);
-    const std::array<const float*, 5> rows{variances.row(y - 4), variances.row(y - 2), variances.row(y),
-                                           variances.row(y + 2), variances.row(y + 4)};
-    const float* const sampled = half.sampled.row(y);
+// Reduces the trust in a pixel whose noise is much larger than that of those around it: it holds light that
+// the others have missed. The pixels around it are two apart, because noise is blended over 3 x 3 pixels.
+void set_trust(HalfPlanes& half, int y) {
+    constexpr int kReach = 4, kStep = 2;
+    constexpr float kMuch = 10;
+    // Trust falls with the fourth power of this: float32 holds its squares.
+    constexpr float kMost = 1e3F;
+    std::vector<float> others(static_cast<std::size_t>(half.own_noise.width()));
+    mean_of_most<kReach, kStep>(half.own_noise, y, others);
+    const float *const here = half.own_noise.row(y), *const sampled = half.sampled.row(y);
     float* const trust = half.trust.row(y);
-    for (int x = 0; x < variances.width(); ++x) {
-        const float here = r[x] + g[x] + b[x],
-                    all = rows[0][x] + rows[1][x] + rows[2][x] + rows[3][x] + rows[4][x];
-        const float others = std::max(0.0F, all - here) / kOthers;
-        const float ratio = here / (kMuch * others + std::numeric_limits<float>::min());
-        trust[x] = sampled[x] * std::max(kLeast, 1 / (1 + sqr(std::min(ratio, 1e3F))));
+    for (std::size_t x = 0; x < others.size(); ++x) {
+        const float ratio = here[x] / (kMuch * others[x] + std::numeric_limits<float>::min());
+        trust[x] = sampled[x] / sqr(1 + sqr(std::min(ratio, kMost)));
     }
 }
 
@@ -54,17 +43,14 @@ void guide_deviation(const ColourPlanes& variance, int y, float* deviation) {
 
 void set_guides(std::array<HalfPlanes, 2>& halves, const Workers& workers) {
     const V2i size = size_of(halves[0].sampled);
-    std::array<Plane, 2> variances, light, noise;
-    make_planes(size, {&variances[0], &variances[1], &light[0], &light[1], &noise[0], &noise[1]});
+    std::array<Plane, 2> light, noise;
+    make_planes(size, {&light[0], &light[1], &noise[0], &noise[1]});
     for (HalfPlanes& half : halves) make_planes(size, {&half.trust, &half.guide, &half.noise});
-    fill_rows(workers, {&variances[0], &variances[1]}, [&](int y) {
-        for (std::size_t h = 0; h < 2; ++h) sum_variances(halves[h].variance, y, variances[h].row(y));
-    });
     fill_rows(workers, {&halves[0].trust, &halves[1].trust, &light[0], &light[1], &noise[0], &noise[1]},
               [&](int y) {
                   for (std::size_t h = 0; h < 2; ++h) {
                       HalfPlanes& half = halves[h];
-                      set_trust(half, variances[h], y);
+                      set_trust(half, y);
                       float *const of_light = light[h].row(y), *const of_noise = noise[h].row(y);
                       guide_of(half.value, y, of_light);
                       guide_deviation(half.variance, y, of_noise);
@@ -183,8 +169,6 @@ Scale halved(const FeaturePlanes& fine, const std::array<HalfPlanes, 2>& fine_ha
         }
     });
     set_guides(coarse.halves, workers);
-    // The energy of fireflies, which finer scales distrust, is spread here.
-    for (HalfPlanes& half : coarse.halves) half.trust = half.sampled;
     return coarse;
 }
 

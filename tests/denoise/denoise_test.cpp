@@ -201,6 +201,32 @@ TEST(Denoise, LampsOfAPixel_AreNotSpreadOverTheDark) {
     EXPECT_LT(error, 2 * measured_error(picture));
 }
 
+// Three fireflies, a single sample each. They are in one half, which says nothing about their variance, and
+// must not be seen afterwards, neither as they are nor spread over a window of any scale.
+TEST(Denoise, Fireflies_AreNotSpread) {
+    for (const int samples : {1, 2, 4}) {
+        for (const float brightness : {30.0F, 1e3F, 1e6F}) {
+            SCOPED_TRACE(testing::Message() << samples << " samples of brightness " << brightness);
+            Picture picture = walls(1, 0.5, {samples, samples});
+            const Image without = denoise(picture.layers, {}).image;
+            for (const V2i& at : {V2i(12, 20), V2i(30, 22), V2i(70, 40)}) {
+                float* const pixel =
+                    &picture.layers.halves[0].data[picture.layers.halves[0].index(at.x, at.y)];
+                const float n = pixel[kSamples], share = brightness / n;
+                for (int c = 0; c < 3; ++c) {
+                    pixel[kLight + c] += share;
+                    if (n > 1) pixel[kVariance + c] += sqr(share);
+                }
+            }
+            const Image image = denoise(picture.layers, {}).image;
+            for (int y = 0; y < kHigh; ++y) {
+                for (int x = 0; x < kWide; ++x)
+                    ASSERT_NEAR(image.value(x, y, 1), without.value(x, y, 1), 0.25) << x << ' ' << y;
+            }
+        }
+    }
+}
+
 // If few samples meet the light, most pixels hold none of it and have no variance. Those that hold it then
 // look like outliers, and clusters of dark pixels look like shadows.
 TEST(Denoise, LightThatFewSamplesMeet_IsNeitherLostNorInClouds) {
