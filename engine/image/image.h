@@ -86,9 +86,9 @@ Image read_exr_as_stated(const std::filesystem::path& file);
 // Returns the colour space of the layers besides R, G and B of an image that read_exr() returned: it converts
 // only these three. Null means linear sRGB.
 const ColourSpace* space_of_layers(const Image& image);
-// Writes 32-bit floats, packed by ZIP, to a temporary file and renames it, so that a reader sees the old file
-// or the new one. An image with R, G and B states the chromaticities of its space. The bytes are the same for
-// any number of threads; OpenEXR keeps as many until the process ends.
+// Writes 32-bit floats, packed by run lengths, to a temporary file and renames it, so that a reader sees the
+// old file or the new one. An image with R, G and B states the chromaticities of its space. The bytes are the
+// same for any number of threads; OpenEXR keeps as many until the process ends.
 void write_exr(const std::filesystem::path& file, const Image& image, int threads = 1);
 // Returns the bytes of such a file.
 std::vector<std::byte> exr_bytes(const Image& image);
