@@ -86,9 +86,9 @@ FinishingRates measured_rates(double pixels, const Workers& workers) {
     return rates;
 }
 
-void Finishing::denoise_within(double left) {
-    constexpr double kMuch = 1.5;
-    while (spacing < kMostSpacing && denoise_seconds() > kMuch * left) spacing *= 2;
+void Finishing::denoise_within(double left, double whole) {
+    constexpr double kMuch = 1.5, kLate = 0.02;
+    while (spacing < kMostSpacing && denoise_seconds() > kMuch * left + kLate * whole) spacing *= 2;
 }
 
 Finishing plan_finishing(double pixels, double seconds, const FinishingRates& rates, bool denoises,

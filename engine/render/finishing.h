@@ -24,8 +24,10 @@ struct Finishing {
     double denoise_seconds() const { return all_denoise_seconds / (spacing * spacing); }
     double later_seconds = 0;  // of what the caller does after the render
     double seconds() const { return fill_seconds + develop_seconds + denoise_seconds() + later_seconds; }
-    // Leaves out pixels as long as `left` seconds are much less than what denoising takes.
-    void denoise_within(double left);
+    // Leaves out pixels as long as denoising would take much longer than the `left` seconds, measured by the
+    // time of the whole render: a picture of which a part is denoised is far worse than one that is a moment
+    // late.
+    void denoise_within(double left, double whole);
 };
 
 // States how long the work takes.

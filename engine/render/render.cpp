@@ -127,7 +127,8 @@ class Run {
         warn_of_losses(image_, report_, monitor_);
         if (ends_in_time())
             finishing_.denoise_within(options_.limits.seconds - finishing_.later_seconds -
-                                      finishing_.develop_seconds - clock_.elapsed());
+                                          finishing_.develop_seconds - clock_.elapsed(),
+                                      options_.limits.seconds);
         const Stopwatch denoising;
         RenderResult last = develop(job_, image_, report_, &finishing_, options_.workers);
         if (last.denoised) last.report.seconds.add("denoise", denoising.seconds());

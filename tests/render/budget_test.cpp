@@ -227,6 +227,21 @@ TEST(Finishing, Plan_KeepsToItsShares) {
                      kFirstUse * (0.05 + 0.25 + 3 + 0.5));
 }
 
+// A tile that takes a moment longer than there was must not cost the picture.
+TEST(Finishing, LittleTooLate_StillDenoisesAllPixels) {
+    const auto spacing = [](double left) {
+        Finishing plan;
+        plan.all_denoise_seconds = 0.04;
+        plan.denoise_within(left, 5);
+        return plan.spacing;
+    };
+    EXPECT_EQ(spacing(0.1), 1);
+    EXPECT_EQ(spacing(0.005), 1);
+    EXPECT_EQ(spacing(-0.03), 1);
+    EXPECT_EQ(spacing(-0.05), 2);
+    EXPECT_EQ(spacing(-1), 4);
+}
+
 TEST(Finishing, Picture_IsMappedByAllThreadsAndPackedByOne) {
     FinishingRates rates;
     rates.mapping = 3e-7, rates.packing = 1e-7, rates.threads = 3, rates.slowdown = 2;
