@@ -88,7 +88,8 @@ FinishingRates measured_rates(double pixels, const Workers& workers) {
 
 void Finishing::denoise_within(double left, double whole) {
     constexpr double kMuch = 1.5, kLate = 0.02;
-    while (spacing < kMostSpacing && denoise_seconds() > kMuch * left + kLate * whole) spacing *= 2;
+    const double most = kMuch * std::max(0.0, left) + kLate * whole;
+    while (spacing < kMostSpacing && denoise_seconds() > most) spacing *= 2;
 }
 
 Finishing plan_finishing(double pixels, double seconds, const FinishingRates& rates, bool denoises,

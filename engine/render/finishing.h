@@ -24,9 +24,8 @@ struct Finishing {
     double denoise_seconds() const { return all_denoise_seconds / (spacing * spacing); }
     double later_seconds = 0;  // of what the caller does after the render
     double seconds() const { return fill_seconds + develop_seconds + denoise_seconds() + later_seconds; }
-    // Leaves out pixels as long as denoising would take much longer than the `left` seconds, measured by the
-    // time of the whole render: a picture of which a part is denoised is far worse than one that is a moment
-    // late.
+    // Leaves out pixels as long as denoising takes much longer than the `left` seconds and more than a small
+    // share of the time of the whole render: of a picture that is denoised in part, edges are lost.
     void denoise_within(double left, double whole);
 };
 

@@ -228,18 +228,18 @@ TEST(Finishing, Plan_KeepsToItsShares) {
 }
 
 // A tile that takes a moment longer than there was must not cost the picture.
-TEST(Finishing, LittleTooLate_StillDenoisesAllPixels) {
-    const auto spacing = [](double left) {
+TEST(Finishing, TooLate_StillDenoisesAllPixelsWhereThatTakesAMoment) {
+    const auto spacing = [](double denoising, double left) {
         Finishing plan;
-        plan.all_denoise_seconds = 0.04;
+        plan.all_denoise_seconds = denoising;
         plan.denoise_within(left, 5);
         return plan.spacing;
     };
-    EXPECT_EQ(spacing(0.1), 1);
-    EXPECT_EQ(spacing(0.005), 1);
-    EXPECT_EQ(spacing(-0.03), 1);
-    EXPECT_EQ(spacing(-0.05), 2);
-    EXPECT_EQ(spacing(-1), 4);
+    EXPECT_EQ(spacing(0.04, 0.1), 1);
+    EXPECT_EQ(spacing(0.04, -1), 1);
+    EXPECT_EQ(spacing(0.3, 0.2), 1);
+    EXPECT_EQ(spacing(0.3, 0.1), 2);
+    EXPECT_EQ(spacing(2, -1), 4);
 }
 
 TEST(Finishing, Picture_IsMappedByAllThreadsAndPackedByOne) {
