@@ -1,5 +1,5 @@
-# Measures every method on realistic scenes in a given time: the error against a converged reference, and the seconds of the
-# whole command.
+# Measures every method on realistic scenes in a given time: the denoised picture's error against a converged reference, and the
+# seconds of the whole command.
 #   usage: methods.py LUCERNA OUT_FOLDER DATA_FOLDER [--times 5,20,60] [--methods path,…] [--reference SECONDS] [--large] [SCENE...]
 # DATA_FOLDER holds the scenes of the pbrt-v4 collection in pbrt/pbrt-v4, each with its reference.exr, and cornellglass in
 # references. Given references are resized to the size of the render by oiiotool (Debian's openimageio-tools). Where one
@@ -106,14 +106,16 @@ class Table:
 
     def error(self, name, image):
         reference, noise = self.reference(name)
-        square = self.difference(name, image, reference) ** 2 - noise ** 2
+        denoised = f"{self.out}/{name}-denoised.exr"
+        run(["oiiotool", image, "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-d", "float", "-o", denoised])
+        square = self.difference(name, denoised, reference) ** 2 - noise ** 2
         return f"{100 * math.sqrt(square):.3g} %" if square > noise ** 2 / 4 else f"< {50 * noise:.2g} %"
 
     def row(self, name, seconds, methods):
         cells, chosen = [], ""
         for method in methods:
             image = f"{self.out}/{name}-{self.size(name)}-{method}-{seconds}s.exr"
-            said, wall = self.render(name, image, ["--no-denoise", "--time", f"{seconds}s", *METHODS[method]])
+            said, wall = self.render(name, image, ["--denoise", "--time", f"{seconds}s", *METHODS[method]])
             cells.append(f"{self.error(name, image)}, {wall:.2f} s")
             for line in said.splitlines():
                 if line.startswith("method "):
