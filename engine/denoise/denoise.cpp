@@ -180,7 +180,7 @@ void complete_variances(std::array<HalfLight, 2>& halves, const Workers& workers
             mean_of_most<2, 1>(squares[c], y, others);
             for (int x = 0; x < size.x; ++x) {
                 const auto i = static_cast<std::size_t>(x);
-                // The pixel itself counts only if the image has no other.
+                // The pixel's own counts where there are hardly others.
                 const float variance =
                     freedoms[i] > 0 ? others[i] / freedoms[i] : squares[c].row(y)[x] / freedom.row(y)[x];
                 for (HalfLight& half : halves) {

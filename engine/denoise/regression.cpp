@@ -207,7 +207,7 @@ class Fitter {
     void compare_patches(const HalfPlanes& half) {
         constexpr float kShare = 1.0F / 9;
         alignas(32) OfWindow distance{};
-        if (half.own.width() > 0) compare_own(half, distance);
+        compare_own(half, distance);
         for (int j = -kPatchStep; j <= kPatchStep; j += kPatchStep) {
             for (int i = -kPatchStep; i <= kPatchStep; i += kPatchStep) {
                 const int u = x_ + i, v = y_ + j;

@@ -35,7 +35,7 @@ struct FeaturePlanes {
 // A half's light divided by the albedo.
 struct HalfPlanes {
     ColourPlanes value, variance;
-    // The guide of the pixel alone, and its variance. Planes of size 0 if pixels are not compared by it.
+    // The guide of the pixel alone, and its variance.
     Plane own, own_noise;
     Plane guide;  // luminance, mean over 3 x 3 pixels
     Plane noise;  // variance of the guide

@@ -190,7 +190,7 @@ void write_into(Imf::OStream& stream, const Image& image) {
     const Imath::Box2i data({image.corner.x, image.corner.y}, {last.x, last.y});
     const V2i whole = image.picture == V2i(0, 0) ? V2i(image.width, image.height) : image.picture;
     Imf::Header header({{0, 0}, {whole.x - 1, whole.y - 1}}, data);
-    // The low bits of floats that hold noise do not pack: ZIP takes five times as long and saves 2 to 15 %
+    // The low bits of floats that hold noise do not pack: ZIP takes five times as long and saves 2 to 5 %
     // more of a render of 1280 x 720 pixels, a quarter of one with all layers.
     header.compression() = Imf::RLE_COMPRESSION;
     for (const std::string& name : image.channels) header.channels().insert(name, Imf::Channel(Imf::FLOAT));

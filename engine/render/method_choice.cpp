@@ -331,7 +331,9 @@ std::vector<Method> methods_like(const IntegratorSettings& asked, bool aimed) {
     ProgressiveSettings aimed_passes = progressive;
     aimed_passes.pre_pass = kPrePassPaths;
     // Two passes cannot be shortened, so progressive follows the other methods that are always tried. It is
-    // the best more often than photonmap, whose pilot may take all of the time that is left.
+    // the best more often than photonmap, whose pilot may take all of the time that is left. With the few
+    // photons of a shorter trial, photonmap's gather rays find no precomputed irradiance and take three times
+    // as long as in the render.
     std::vector<Method> methods{{path, 0, true}, {igi, 0.05, true}, {progressive, 0.05, true},
                                 {maps, 0.12},    {pre_pass, 0.3},   {guided, 0.3}};
     if (!aimed) methods.insert(methods.end(), {{aimed_passes, 0.3}, {aimed_maps, 0.3}});
@@ -430,9 +432,11 @@ class Choosing {
                          [&](const Method& a, const Method& b) { return better(of_base(a), of_base(b)); });
     }
 
-    bool better(const Expectation& a, const Expectation& b) const {
-        return by_error() ? a.seconds < b.seconds : a.error < b.error;
+    // Returns what methods are compared by: the seconds to the error, or the error in the time.
+    double figure_of(const Expectation& expected) const {
+        return by_error() ? expected.seconds : expected.error;
     }
+    bool better(const Expectation& a, const Expectation& b) const { return figure_of(a) < figure_of(b); }
 
     // Gives the rest of the time to the two best methods, because with few samples luck may have put them
     // there. Returns false if the user stopped it.
@@ -445,10 +449,9 @@ class Choosing {
         constexpr std::size_t kBest = 2;
         // So much worse a method is not put second by luck alone.
         constexpr double kFarBehind = 1.7;
-        const auto figure = [&](std::size_t at) {
-            return by_error() ? expected[order[at]].seconds : expected[order[at]].error;
-        };
-        if (order.size() < kBest || figure(1) > kFarBehind * figure(0)) return true;
+        if (order.size() < kBest ||
+            figure_of(expected[order[1]]) > kFarBehind * figure_of(expected[order[0]]))
+            return true;
         const double all = budget(by_error() ? soonest() : limits_.seconds);
         for (std::size_t i = 0; i < kBest; ++i) {
             const double left = (all - clock_.seconds()) / static_cast<double>(kBest - i);
@@ -521,11 +524,11 @@ class Choosing {
                             std::sqrt(found->beyond),
                             {}};
         for (std::size_t t = 0; t < trials_.size(); ++t) {
-            const double figure = by_error() ? expected[t].seconds : 100 * expected[t].error;
+            const double figure = figure_of(expected[t]);
             choice.tried += fmt::format("{}{} ", t > 0 ? ", " : "", short_text(trials_[t]->settings()));
             choice.tried += !std::isfinite(figure) ? "not reached"
                             : by_error()           ? fmt::format("{:.2g} s", figure)
-                                                   : fmt::format("{:.2g} %", figure);
+                                                   : fmt::format("{:.2g} %", 100 * figure);
         }
         for (const std::string& method : untried_) choice.tried += fmt::format(", {} not tried", method);
         return choice;

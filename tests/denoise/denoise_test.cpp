@@ -201,8 +201,8 @@ TEST(Denoise, LampsOfAPixel_AreNotSpreadOverTheDark) {
     EXPECT_LT(error, 2 * measured_error(picture));
 }
 
-// Three fireflies, a single sample each. They are in one half, which says nothing about their variance, and
-// must not be seen afterwards, neither as they are nor spread over a window of any scale.
+// Three fireflies, each a single sample of one half, must not be seen afterwards, neither as they are nor
+// spread over a window of any scale. Halves of one sample do not say that its variance is large.
 TEST(Denoise, Fireflies_AreNotSpread) {
     for (const int samples : {1, 2, 4}) {
         for (const float brightness : {30.0F, 1e3F, 1e6F}) {

@@ -40,7 +40,7 @@ Planes wall(unsigned seed) {
     f.inside = Plane(kWide, kHigh);
     for (int y = 0; y < kHigh; ++y) std::fill_n(f.inside.row(y), kWide, 1.0F);
     for (HalfPlanes& half : planes.halves)
-        half.guide = plane(1), half.noise = plane(1), half.trust = plane(1);
+        half.own = half.guide = plane(1), half.own_noise = half.noise = half.trust = plane(1);
     return planes;
 }
 
