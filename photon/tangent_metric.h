@@ -62,12 +62,15 @@ class TangentMetric {
     Node8Keys bounds(const BoxNode8& node, const BoxNode8& directions) const;
 
   private:
-    // The least and greatest n·(p - from) over the p in a box, and the magnitude of the terms, which bounds
-    // the rounding error. NaN or infinite if there is no box.
-    struct Heights {
+    // The least and greatest axis·(p - from) over the p in a box, and the magnitude of the terms, which
+    // bounds the rounding error. NaN or infinite if there is no box.
+    struct Extent {
         float lowest, highest, terms;
     };
-    [[gnu::always_inline]] Heights heights(const BoxNode8& node, std::size_t i, const V3f& from) const;
+    [[gnu::always_inline]] static Extent extent(const V3f& axis, const BoxNode8& node, std::size_t i,
+                                                const V3f& from);
+    [[gnu::always_inline]] static V3f middle(const BoxNode8& node, std::size_t i);
+    [[gnu::always_inline]] float slid(const BoxNode8& node, const BoxNode8& directions, std::size_t i) const;
     Node8Keys from_behind(Node8Keys bounds, const BoxNode8& directions) const;
 
     static constexpr float kRounding = 1.2e-7F;  // of one operation: twice the error of float32
@@ -104,18 +107,23 @@ class TangentMetric {
     float inverse_ratio2_;
 };
 
-// At every corner, n·(p - from) lies between the sum over the axes of the lower terms and that of the higher
-// terms.
-inline TangentMetric::Heights TangentMetric::heights(const BoxNode8& node, std::size_t i,
-                                                     const V3f& from) const {
-    const V3f a((node.low_x[i] - from.x) * n_.x, (node.low_y[i] - from.y) * n_.y,
-                (node.low_z[i] - from.z) * n_.z);
-    const V3f b((node.high_x[i] - from.x) * n_.x, (node.high_y[i] - from.y) * n_.y,
-                (node.high_z[i] - from.z) * n_.z);
+// At every corner, axis·(p - from) lies between the sum over the coordinates of the lower terms and that of
+// the higher terms.
+inline TangentMetric::Extent TangentMetric::extent(const V3f& axis, const BoxNode8& node, std::size_t i,
+                                                   const V3f& from) {
+    const V3f a((node.low_x[i] - from.x) * axis.x, (node.low_y[i] - from.y) * axis.y,
+                (node.low_z[i] - from.z) * axis.z);
+    const V3f b((node.high_x[i] - from.x) * axis.x, (node.high_y[i] - from.y) * axis.y,
+                (node.high_z[i] - from.z) * axis.z);
     return {std::min(a.x, b.x) + std::min(a.y, b.y) + std::min(a.z, b.z),
             std::max(a.x, b.x) + std::max(a.y, b.y) + std::max(a.z, b.z),
             std::max(std::fabs(a.x), std::fabs(b.x)) + std::max(std::fabs(a.y), std::fabs(b.y)) +
                 std::max(std::fabs(a.z), std::fabs(b.z))};
+}
+
+inline V3f TangentMetric::middle(const BoxNode8& node, std::size_t i) {
+    return 0.5F * V3f(node.low_x[i] + node.high_x[i], node.low_y[i] + node.high_y[i],
+                      node.low_z[i] + node.high_z[i]);
 }
 
 // Returns lower bounds of the distances of photons in boxes. In space, the bound is the distance of the box.
@@ -126,7 +134,7 @@ inline Node8Keys TangentMetric::bounds(const BoxNode8& node) const {
     Node8Keys bounds = box_distances2(node, x_);
     if (kind_ == MetricKind::euclidean) return bounds;
     for (std::size_t i = 0; i < kNodeWidth; ++i) {
-        const auto [lowest, highest, terms] = heights(node, i, x_);
+        const auto [lowest, highest, terms] = extent(n_, node, i, x_);
         // Bounds the height |n·v| as computed for a photon, with rounding.
         const float height = std::max(highest, -lowest) + 8 * kRounding * terms;
         const float along = std::sqrt(std::max(bounds[i] - height * height, 0.0F));
@@ -137,23 +145,41 @@ inline Node8Keys TangentMetric::bounds(const BoxNode8& node) const {
     return bounds;
 }
 
-// Also uses the photons' directions, so that a search beside a narrow beam need not test the beam photon by
-// photon. On the dark side of an object in the beam all photons arrive from behind and are infinitely far;
-// along a surface, those high above it slide far past x.
+// Returns a lower bound of the distance from x to where the photons in a box cross the plane. A photon at
+// height h, travelling along d, crosses it at its place plus h/|n·d| times d. The bound is the least
+// component of this along one direction, that from x to where a photon in the middle of both boxes crosses
+// the plane, by interval arithmetic. Any vector of length <= 1 gives a valid bound, also none. NaN if there
+// is no box.
+inline float TangentMetric::slid(const BoxNode8& node, const BoxNode8& directions, std::size_t i) const {
+    const V3f crosses = crossing(middle(node, i), middle(directions, i));
+    const V3f tangent = crosses - n_.dot(crosses) * n_;
+    const V3f u = tangent / std::sqrt(std::max(tangent.length2(), 1e-30F));
+
+    const Extent height = extent(n_, node, i, x_);
+    const float low = height.lowest - 8 * kRounding * height.terms;
+    const float high = height.highest + 8 * kRounding * height.terms;
+    const Extent slope = extent(n_, directions, i, V3f(0));  // its terms, and those of `travel`, are < 2
+    const float steepest = std::max(kGrazing, 8 * kRounding - slope.lowest);    // divisors, never
+    const float flattest = std::max(kGrazing, -8 * kRounding - slope.highest);  // closer to 0 than kGrazing
+    const float least = low / (low >= 0 ? steepest : flattest);
+    const float most = high / (high >= 0 ? flattest : steepest);
+
+    const Extent travel = extent(u, directions, i, V3f(0));
+    const float back = travel.lowest - 8 * kRounding, forth = travel.highest + 8 * kRounding;
+    const float shift = std::min(std::min(least * back, least * forth), std::min(most * back, most * forth));
+    const Extent from_x = extent(u, node, i, x_);
+    const float size = from_x.terms + std::max(std::fabs(least), std::fabs(most));
+    return from_x.lowest + shift - 8 * kRounding * size;
+}
+
+// Also uses the photons' directions, so that a search beside a narrow beam, or beside a caustic on a surface
+// that meets this one at an edge, need not test its photons one by one. On the dark side of an object in the
+// beam all photons arrive from behind and are infinitely far; the others cross the plane far from x.
 inline Node8Keys TangentMetric::bounds(const BoxNode8& node, const BoxNode8& directions) const {
     Node8Keys all = bounds(node);
     if (kind_ == MetricKind::euclidean) return from_behind(all, directions);
     for (std::size_t i = 0; i < kNodeWidth; ++i) {
-        const V3f far(std::max(x_.x - node.low_x[i], node.high_x[i] - x_.x),
-                      std::max(x_.y - node.low_y[i], node.high_y[i] - x_.y),
-                      std::max(x_.z - node.low_z[i], node.high_z[i] - x_.z));
-        const auto [lowest, highest, terms] = heights(node, i, x_);
-        const float height = std::max(std::max(lowest, -highest) - 8 * kRounding * terms, 0.0F);
-        // Largest |n·d| in the box, at least kGrazing.
-        const float steepest = std::max(kGrazing, 8 * kRounding - heights(directions, i, V3f(0)).lowest);
-        // Directions are at least 1/sqrt 3 long, which bounds their component along the plane from below.
-        const float along = std::sqrt(std::max(1.0F / 3 - steepest * steepest, 0.0F));
-        const float least = std::max(0.999F * height * along / steepest - 1.001F * far.length(), 0.0F);
+        const float least = std::max(0.0F, slid(node, directions, i));  // 0 for NaN
         all[i] = std::max(all[i], 0.999F * least * least);
     }
     return from_behind(all, directions);
@@ -162,7 +188,7 @@ inline Node8Keys TangentMetric::bounds(const BoxNode8& node, const BoxNode8& dir
 inline Node8Keys TangentMetric::from_behind(Node8Keys bounds, const BoxNode8& directions) const {
     for (std::size_t i = 0; i < kNodeWidth; ++i) {
         // The threshold exceeds the rounding of n·d for a photon.
-        if (heights(directions, i, V3f(0)).lowest > 8 * kRounding) bounds[i] = INFINITY;
+        if (extent(n_, directions, i, V3f(0)).lowest > 8 * kRounding) bounds[i] = INFINITY;
     }
     return bounds;
 }

@@ -230,6 +230,37 @@ TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
     EXPECT_GT(slid_far, 1000) << "directions told no more than the place";
 }
 
+// A caustic on a table's top, of light that comes from two places above it, and points on the table's front.
+// The photons' paths cross the plane of the front, but above the top.
+TEST(TangentMetric, CausticBeyondAnEdge_FewOfItsPhotonsAreLookedAt) {
+    constexpr std::size_t kPhotons = 100'000;
+    Sampler sampler(8, Purpose::test, 0, 0);
+    Photons deposited;
+    for (std::size_t i = 0; i < kPhotons; ++i) {
+        const V3f p(sampler.next(), sampler.next(), 0);
+        const V3f from =
+            V3f(i % 2 == 0 ? 0.4F : 0.6F, 0.2F, 0.3F) + 0.05F * square_to_sphere(sampler.next2());
+        deposited.add(p, PackedDirection(V3f(0, 0, 1)),
+                      {PackedDirection((p - from).normalized()), Rgb(1), 0, kNoCell});
+    }
+    const PhotonMap map(deposited);
+    std::vector<std::uint32_t> directions;
+    for (const Photon& photon : map.photons()) directions.push_back(photon.direction.bits());
+    const BoxTree tree = build_box_tree(map.positions(), directions, Workers{2}, PackedDirection::along);
+    std::size_t looked_at = 0;
+    constexpr std::size_t kSearches = 100;
+    for (std::size_t i = 0; i < kSearches; ++i) {
+        const V3f x(sampler.next(), 0, -0.3F * sampler.next());
+        const TangentMetric metric(x, V3f(0, -1, 0), MetricKind::projected, 2);
+        Nearest found(51, 0.1F);
+        search_nearest(tree, metric, found.bound(), [&](const BlockKeys& keys, std::uint32_t first) {
+            ++looked_at;
+            return found.take(keys, first);
+        });
+    }
+    EXPECT_LT(looked_at * kBlock, kPhotons / 25 * kSearches);
+}
+
 TEST(PackedDirection, AlongTheOctahedron_SameDirectionAsUnpacked) {
     Sampler sampler(5, Purpose::test, 0, 0);
     for (int i = 0; i < 100'000; ++i) {
