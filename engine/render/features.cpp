@@ -103,11 +103,8 @@ class Means {
     std::array<RunningStats, n> of_;
 };
 
-// Number of samples of every pixel; more are taken only where these disagree.
+// Number of samples of every pixel; more are taken only where these disagree, and at edges between pixels.
 constexpr int kFirstSamples = 4;
-
-// Number of samples of a pixel at an edge between pixels.
-constexpr int kMostAtEdges = 8;
 
 // Returns whether the samples of a pixel disagree, at an edge or in a texture as fine as pixels.
 bool disagree(const Means<kFeatureChannels>& means) {
@@ -150,8 +147,8 @@ class Looker {
     Looker(const Job& job, std::uint64_t seed)
         : scene_(job.scene), sampler_(job, seed, 0, nullptr), axes_(camera_axes(job.camera)) {}
 
-    // Takes `least` samples of a pixel, and up to `most` if these disagree.
-    void look(int x, int y, int least, int most, Features& features) const {
+    // Takes `least` samples of a pixel, and up to `most` if these disagree. Returns the number taken.
+    int look(int x, int y, int least, int most, Features& features) const {
         Means<kFeatures> means;
         Means<kInCamera> in_camera;
         std::array<std::uint32_t, kMostFeatureSamples> objects, materials;
@@ -178,6 +175,16 @@ class Looker {
         }
         *more++ = static_cast<float>(most_frequent(std::span(objects).first(seen_samples)));
         *more++ = static_cast<float>(most_frequent(std::span(materials).first(seen_samples)));
+        return static_cast<int>(seen_samples);
+    }
+
+    // Takes `samples` samples of each of these pixels.
+    void look_at(std::span<const V2i> pixels, int samples, Features& features, const Workers& workers,
+                 Monitor& monitor) const {
+        parallel_chunks(workers, static_cast<std::int64_t>(pixels.size()), [&](std::int64_t i) {
+            const V2i& pixel = pixels[static_cast<std::size_t>(i)];
+            if (!monitor.stopped()) look(pixel.x, pixel.y, samples, samples, features);
+        });
     }
 
   private:
@@ -205,6 +212,11 @@ bool differ(const Features& features, const V2i& a, const V2i& b) {
         if (features.more.value(a.x, a.y, c) != features.more.value(b.x, b.y, c)) return true;
     }
     return false;
+}
+
+// The features of all pixels are on rank 0 alone.
+bool leads(const Workers& workers) {
+    return !workers.ranks || workers.ranks->leads();
 }
 
 std::vector<V2i> pixels_at_edges(const Features& features) {
@@ -238,36 +250,47 @@ Features render_features(const Job& job, std::uint64_t seed, int most_samples, c
     const V2i size = job.film.rendered_size();
     Features features{{size.x, size.y, feature_channels()}, {size.x, size.y, more_channels(job.film.parts)}};
     const Looker looker(job, seed);
+    const auto width = static_cast<std::size_t>(size.x);
+    std::vector<std::uint8_t> taken(width * static_cast<std::size_t>(size.y));  // samples of each pixel
     const auto look = [&](std::int64_t row) {
         if (monitor.stopped()) return;
-        for (int x = 0; x < size.x; ++x)
-            looker.look(x, static_cast<int>(row), kFirstSamples, most_samples, features);
+        for (int x = 0; x < size.x; ++x) {
+            taken[static_cast<std::size_t>(row) * width + static_cast<std::size_t>(x)] =
+                static_cast<std::uint8_t>(
+                    looker.look(x, static_cast<int>(row), kFirstSamples, most_samples, features));
+        }
     };
     const auto row_of = [&](Image& image, std::int64_t row) {
         return std::span(image.data)
-            .subspan(image.index(0, static_cast<int>(row)),
-                     static_cast<std::size_t>(size.x) * image.channels.size());
+            .subspan(image.index(0, static_cast<int>(row)), width * image.channels.size());
     };
     shared_chunks(
         workers, "features", size.y, ResultsGo::to_rank_0, look, [&](std::int64_t row, auto& archive) {
             std::span<float> of_image = row_of(features.image, row), more = row_of(features.more, row);
-            archive(of_image, more);
+            std::span<std::uint8_t> counts =
+                std::span(taken).subspan(static_cast<std::size_t>(row) * width, width);
+            archive(of_image, more, counts);
         });
+    if (most_samples <= kFirstSamples || !leads(workers)) return features;
+    // Four samples miss an edge that crosses less than a fifth of their pixel more often than not. Along an
+    // edge that is nearly parallel to the pixels they would show dots, and its neighbours tell of it.
+    std::vector<V2i> missed = pixels_at_edges(features);
+    std::erase_if(missed, [&](const V2i& p) {
+        return taken[static_cast<std::size_t>(p.y) * width + static_cast<std::size_t>(p.x)] > kFirstSamples;
+    });
+    looker.look_at(missed, most_samples, features, workers.alone(), monitor);
     return features;
 }
 
 void refine_features(const Job& job, std::uint64_t seed, double samples, Features& features,
                      const Workers& workers, Monitor& monitor) {
+    if (!leads(workers)) return;
     const std::vector<V2i> pixels = pixels_at_edges(features);
     if (pixels.empty()) return;
     const int each =
-        static_cast<int>(std::min<double>(samples / static_cast<double>(pixels.size()), kMostAtEdges));
+        static_cast<int>(std::min<double>(samples / static_cast<double>(pixels.size()), kMostFeatureSamples));
     if (each < 2) return;
-    const Looker looker(job, seed);
-    parallel_chunks(workers.alone(), static_cast<std::int64_t>(pixels.size()), [&](std::int64_t i) {
-        const V2i& pixel = pixels[static_cast<std::size_t>(i)];
-        if (!monitor.stopped()) looker.look(pixel.x, pixel.y, each, each, features);
-    });
+    Looker(job, seed).look_at(pixels, each, features, workers.alone(), monitor);
 }
 
 }  // namespace lucerna

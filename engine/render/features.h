@@ -23,13 +23,15 @@ struct Features {
     Image more;
 };
 
-// Uses the positions of the render's own first samples: four of each pixel, and up to `most_samples` > 0
-// where these disagree, at edges and fine textures. If the monitor stops it, missing values are 0.
+// Uses the positions of the render's own first samples: four of each pixel, and `most_samples` > 0, if these
+// are more, where the four disagree, at edges and fine textures, or where neighbouring pixels differ. If the
+// monitor stops it, missing values are 0.
 Features render_features(const Job& job, std::uint64_t seed, int most_samples, const Workers& workers,
                          Monitor& monitor);
 
-// Takes about so many more samples, at pixels of `features`, with one sample each, that differ from their
-// neighbours. Two or more of a pixel show which part of it lies on which side of an edge.
+// Takes about `samples` samples, but no more than kMostFeatureSamples of a pixel, at the pixels of
+// `features`, which have one sample each, that differ from their neighbours. Two or more of a pixel show
+// which part of it lies on which side of an edge.
 void refine_features(const Job& job, std::uint64_t seed, double samples, Features& features,
                      const Workers& workers, Monitor& monitor);
 

@@ -462,11 +462,13 @@ TEST(Features, OfAWallAhead_AreItsPlaceAndNormal) {
     EXPECT_EQ(of(4, 0, "id.material"), 2);
 }
 
-// Returns a view of two panels, whose common edge crosses the middle one of nine rows.
-Job two_panels() {
+// Returns a view of two panels, whose common edge crosses the middle one of nine rows, `off` of a row away
+// from its centre.
+Job two_panels(float off = 0) {
+    const float y = off * 4 / (9 * std::sqrt(3.0F));  // a row sees 4/(9 sqrt 3) of the panels
     SceneMaker make;
-    make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.5F)));
-    make.quad({-10, 0, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.1F)));
+    make.quad({-10, y - 10, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.5F)));
+    make.quad({-10, y, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.1F)));
     make.light(make_point_light({0, 0, 0}, Rgb(1)));
     return testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 9, 9, 60), PathSettings{},
                              32);
@@ -488,6 +490,18 @@ TEST(Features, OfAnEdge_AreOfMoreSamples) {
     }
 }
 
+// Four samples would see nothing of an edge that crosses a tenth of their pixel in two pixels of three.
+TEST(Features, OfAnEdgeBesideARow_AreOfMoreSamples) {
+    for (const float off : {-0.4F, 0.4F}) {
+        Monitor silent;
+        const Features features = render_features(two_panels(off), 3, 16, Workers{2}, silent);
+        for (int x = 0; x < 9; ++x) {
+            const float of_albedos = features.image.value(x, 4, kAlbedo + 1) - (off < 0 ? 0.1F : 0.5F);
+            EXPECT_NEAR(std::fabs(of_albedos), 0.04F, 0.035F) << x << " " << off;
+        }
+    }
+}
+
 // In little time there is one sample of each pixel. Edges between pixels then get more, and nothing else
 // does.
 TEST(Features, OfOneSample_AreRefinedAtEdges) {
@@ -504,8 +518,7 @@ TEST(Features, OfOneSample_AreRefinedAtEdges) {
         for (int x = 0; x < 9; ++x) {
             const double p = (double{features.image.value(x, y, albedo)} - 0.1) / 0.4;
             if (y == 4) {
-                // Eight samples: 7 in place of the 15 of the test above.
-                EXPECT_NEAR(p * (1 - p) * 0.16, 7 * double{features.more.value(x, y, variance)}, 1e-6) << x;
+                EXPECT_NEAR(p * (1 - p) * 0.16, 15 * double{features.more.value(x, y, variance)}, 1e-6) << x;
                 refined += features.image.value(x, y, albedo) != first.image.value(x, y, albedo) ? 1 : 0;
             } else {
                 EXPECT_EQ(features.image.value(x, y, albedo), first.image.value(x, y, albedo));
