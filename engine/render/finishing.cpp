@@ -112,8 +112,7 @@ Finishing plan_finishing(double pixels, double seconds, const FinishingRates& ra
     const double all_pixels = kFirstUse * pixels * rates.slowdown / rates.threads;
     // Filters are many short loops. At the end of each, threads wait for one whose processor another program
     // has: beside two such programs (slowdown 1.85) this takes 1.3 times as long (median of nine renders).
-    constexpr double kWaiting = 0.4;
-    const double in_loops = all_pixels * std::pow(rates.slowdown, kWaiting);
+    const double in_loops = all_pixels * std::sqrt(rates.slowdown);
     plan.fill_seconds = in_loops * rates.filling;
     const double denoising = in_loops * rates.denoiser;
     plan.develop_seconds = in_loops * rates.developing;

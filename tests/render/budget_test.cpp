@@ -210,7 +210,7 @@ TEST(Finishing, Plan_KeepsToItsShares) {
     EXPECT_EQ(all.feature_samples, kMostFeatureSamples);
     EXPECT_EQ(all.edge_samples, 0);
     EXPECT_DOUBLE_EQ(all.seconds(), kFirstUse * (0.05 + 0.25 + 1 + 0.5));
-    // Three times as slow, and filters, whose loops are short, 3^1.4 times: more samples at edges alone take
+    // Three times as slow, and filters, whose loops are short, 3^1.5 times: more samples at edges alone take
     // 8 % of the time, and every fourth pixel is denoised.
     rates.features = 1, rates.slowdown = 3;
     const Finishing less = plan_finishing(1e6, 10, rates, true, later);
@@ -218,7 +218,7 @@ TEST(Finishing, Plan_KeepsToItsShares) {
     EXPECT_EQ(less.spacing, 2);
     EXPECT_EQ(less.feature_samples, 1);
     EXPECT_DOUBLE_EQ(less.edge_samples, 0.8e6);
-    EXPECT_DOUBLE_EQ(less.denoise_seconds(), kFirstUse * std::pow(3, 1.4) / 4);
+    EXPECT_DOUBLE_EQ(less.denoise_seconds(), kFirstUse * std::pow(3, 1.5) / 4);
     EXPECT_DOUBLE_EQ(less.later_seconds, kFirstUse * 1.5);
     const Finishing measured = plan_finishing(1e6, 10, {}, false, {});
     EXPECT_EQ(measured.seconds(), 0) << "without a denoiser";
