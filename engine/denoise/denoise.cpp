@@ -17,9 +17,6 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-// kLeastAlbedo is added to albedos before light is divided by them, so that black surfaces cause no division
-// by 0.
-constexpr float kLeastAlbedo = 0.01F;
 // Limits the brightness for comparisons, as a multiple of the image's mean: float32 holds its square.
 constexpr float kBrightest = 1e15F;
 // A pixel of a half without a sample has been filled from its neighbours (complete_halves()), so that its

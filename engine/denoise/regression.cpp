@@ -35,8 +35,9 @@ constexpr float kChance = 20, kUnlike = 36;
 constexpr float kAboveZero = 1e-20F;
 // A fit's slopes are damped by this share of the sum of weights, which matters where a feature hardly varies.
 constexpr float kRidge = 1e-3F;
-// A pixel becomes a centre if the weights of all fits that reach it sum up to less.
-constexpr float kCovered = 0.5F;
+// A fit to a smaller sum of weights than kMany counts for as much less, since it keeps as much more of the
+// noise, but for something, so that no pixel is without a fit.
+constexpr float kMany = 24, kLeastShare = 1e-3F;
 
 // The terms of a fit: 1, x, y, the normal, the inverse albedo and the share of emitters. All but the first
 // are relative to the centre's.
@@ -244,10 +245,13 @@ class Fitter {
         }
     }
 
-    // Fits the window's values by these weights. Returns the coefficients of each colour's terms, and the
-    // weighted means in `means`.
-    std::array<Terms, 3> fit(const ColourPlanes& values, const OfWindow& weights,
-                             std::array<float, 3>& means) const {
+    struct Fit {
+        std::array<Terms, 3> factors;  // of each colour's terms
+        std::array<float, 3> means;    // weighted
+        float weights;                 // their sum
+    };
+    // Fits the window's values by these weights.
+    Fit fit(const ColourPlanes& values, const OfWindow& weights) const {
         Lanes squares[kTerms] = {}, products[3] = {};
         for (int y = 0; y < kSide; ++y) {
             const auto of = rows(values, y);
@@ -261,28 +265,31 @@ class Fitter {
         }
         const float sum = squares[0][0];
         std::array<Terms, kTerms> a;
-        std::array<Terms, 3> b;
+        Fit result;
+        std::array<Terms, 3>& b = result.factors;
         for (std::size_t k = 0; k < kTerms; ++k) {
             for (std::size_t j = 0; j < kTerms; ++j) a[k][j] = squares[k][static_cast<int>(j)];
             if (k > 0) a[k][k] += kRidge * sum;
         }
         for (std::size_t c = 0; c < 3; ++c) {
-            means[c] = products[c][0] / sum;
+            result.means[c] = products[c][0] / sum;
             for (std::size_t j = 0; j < kTerms; ++j) b[c][j] = products[c][static_cast<int>(j)];
         }
         solve(a, b);
-        return b;
+        result.weights = sum;
+        return result;
     }
 
     void add_half(std::size_t half) {
-        std::array<float, 3> means;
-        const auto fits = fit(picture_.halves[half].value, trusted_, means);
+        const Fit fitted = fit(picture_.halves[half].value, trusted_);
+        const float share = std::clamp(fitted.weights / kMany, kLeastShare, 1.0F);
+        for (float& weight : likeness_) weight *= share;
         add_rows(sums_.weights[half], [this](std::size_t i) { return likeness_[i]; });
         Filtered& to = sums_.values[half];
         for (std::size_t c = 0; c < 3; ++c) {
             add_rows(to[static_cast<std::size_t>(Candidate::constant)][c],
-                     [&](std::size_t i) { return likeness_[i] * means[c]; });
-            add_fit(to[static_cast<std::size_t>(Candidate::linear)][c], fits[c]);
+                     [&](std::size_t i) { return likeness_[i] * fitted.means[c]; });
+            add_fit(to[static_cast<std::size_t>(Candidate::linear)][c], fitted.factors[c]);
         }
     }
     void add_fit(Plane& to, const Terms& factors) const {
@@ -342,9 +349,10 @@ void finish_row(int y, int width, const Plane& weights, Filtered& filtered) {
 
 }  // namespace
 
-std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& features,
-                                const std::array<HalfPlanes, 2>& halves, const Workers& workers) {
-    std::array<Filtered, 2> filtered;
+Regression regress(int width, int height, const FeaturePlanes& features,
+                   const std::array<HalfPlanes, 2>& halves, const Workers& workers) {
+    Regression result;
+    std::array<Filtered, 2>& filtered = result.light;
     for (Filtered& half : filtered) {
         for (ColourPlanes& candidate : half) {
             for (Plane& plane : candidate) plane = Plane(width, height);
@@ -359,12 +367,13 @@ std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& feat
                 fitter.add(std::min(x + kStride / 2, width - 1), std::min(y + kStride / 2, height - 1));
         }
     });
+    result.support = sums.weights;
     for_each_band(workers, height, [&](int begin, int end) {
         Fitter fitter(picture, sums);
         for (int y = begin; y < end; ++y) {
             const float *const first = sums.weights[0].row(y), *const second = sums.weights[1].row(y);
             for (int x = 0; x < width; ++x) {
-                const std::array bare{first[x] < kCovered, second[x] < kCovered};
+                const std::array bare{first[x] < kSupported, second[x] < kSupported};
                 if (bare[0] || bare[1]) fitter.add(x, y, bare);
             }
         }
@@ -374,7 +383,7 @@ std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& feat
                       for (std::size_t half = 0; half < 2; ++half)
                           finish_row(static_cast<int>(row), width, sums.weights[half], filtered[half]);
                   });
-    return filtered;
+    return result;
 }
 
 }  // namespace lucerna

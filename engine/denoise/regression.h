@@ -5,8 +5,8 @@
 // features. A pixel's weight is the likeness of its features and of its patch of light to the centre's
 // [Rousselle et al. 2012; 2013]. The fit is evaluated at all pixels of the window, so that one fit serves
 // many pixels; a pixel's result is the mean of all fits that reach it, by those weights. Centres lie four
-// pixels apart; where no centre resembles a pixel, at edges and small objects, the pixel becomes a centre
-// itself.
+// pixels apart; where no centre that resembles a pixel has many like it, at edges and small objects, the
+// pixel becomes a centre itself.
 #pragma once
 
 #include <algorithm>
@@ -32,6 +32,9 @@ struct FeaturePlanes {
     // `inside` is 1 in the image and 0 in the rim.
     Plane inside;
 };
+// kLeastAlbedo is added to albedos before light is divided by them, so that black surfaces cause no division
+// by 0.
+inline constexpr float kLeastAlbedo = 0.01F;
 // A half's light divided by the albedo.
 struct HalfPlanes {
     ColourPlanes value, variance;
@@ -55,18 +58,26 @@ inline float weight_of(float d) {
     return sqr(sqr(t));
 }
 
+// These differences of features count as 1.
+inline constexpr float kAlbedoStep = 0.7F, kNormalStep = 0.7F, kEmitterStep = 0.3F, kPlaneStep = 4;
 // Returns the distance of two pixels by their features: by the squared differences of their albedos and
 // normals, by the distance, in footprints, of one position from the other's tangent plane, and by the
 // difference of their shares of emitters. weight_of() of it is 1 where they are the same.
 inline float feature_distance(float albedo2, float normal2, float plane, float emitter) {
-    // These differences count as 1.
-    constexpr float kAlbedoStep = 0.7F, kNormalStep = 0.7F, kEmitterStep = 0.3F, kPlaneStep = 4;
     return albedo2 * (1 / sqr(kAlbedoStep)) + normal2 * (1 / sqr(kNormalStep)) +
            sqr(plane) * (1 / sqr(kPlaneStep)) + sqr(emitter) * (1 / sqr(kEmitterStep));
 }
 
+struct Regression {
+    std::array<Filtered, 2> light;
+    // The sums of the weights of the fits about centres four pixels apart that reach a pixel. Below
+    // kSupported the pixel became a centre itself: few others resemble it.
+    std::array<Plane, 2> support;
+};
+inline constexpr float kSupported = 0.5F;
+
 // Each half's result depends on that half and the features alone.
-std::array<Filtered, 2> regress(int width, int height, const FeaturePlanes& features,
-                                const std::array<HalfPlanes, 2>& halves, const Workers& workers);
+Regression regress(int width, int height, const FeaturePlanes& features,
+                   const std::array<HalfPlanes, 2>& halves, const Workers& workers);
 
 }  // namespace lucerna

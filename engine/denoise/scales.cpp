@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/vec.h"
+#include "engine/denoise/edges.h"
 
 namespace lucerna {
 namespace {
@@ -33,7 +34,7 @@ void set_trust(HalfPlanes& half, int y) {
 
 void guide_of(const ColourPlanes& value, int y, float* guide) {
     const float *const r = value[0].row(y), *const g = value[1].row(y), *const b = value[2].row(y);
-    for (int x = 0; x < value[0].width(); ++x) guide[x] = 0.25F * (r[x] + b[x]) + 0.5F * g[x];
+    for (int x = 0; x < value[0].width(); ++x) guide[x] = guide_of({r[x], g[x], b[x]});
 }
 void guide_deviation(const ColourPlanes& variance, int y, float* deviation) {
     const float *const r = variance[0].row(y), *const g = variance[1].row(y), *const b = variance[2].row(y);
@@ -284,13 +285,28 @@ class Upsampler {
     Planes fine_, coarse_;
 };
 
+constexpr auto kLinear = static_cast<std::size_t>(Candidate::linear);
+
+void correct(std::array<Filtered, 2>& fine, const FeaturePlanes& features,
+             const std::array<HalfPlanes, 2>& halves, int scales, const Workers& workers);
+
 std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
                                           const std::array<HalfPlanes, 2>& halves, int scales,
                                           const Workers& workers) {
-    constexpr auto kLinear = static_cast<std::size_t>(Candidate::linear);
     const int width = features.emitter.width(), height = features.emitter.height();
-    std::array<Filtered, 2> fine = regress(width, height, features, halves, workers);
-    if (scales == 1 || std::min(width, height) <= kLeastSide) return fine;
+    Regression regression = regress(width, height, features, halves, workers);
+    std::array<Filtered, 2>& fine = regression.light;
+    if (scales > 1 && std::min(width, height) > kLeastSide) correct(fine, features, halves, scales, workers);
+    // Edges follow: no coarser pixel resembles theirs, but those on both sides have been corrected.
+    for (std::size_t half = 0; half < 2; ++half)
+        mix_edges(features, halves[half], regression.support[half], fine[half][kLinear], workers);
+    return std::move(fine);
+}
+
+// Corrects filtered light by coarser scales.
+void correct(std::array<Filtered, 2>& fine, const FeaturePlanes& features,
+             const std::array<HalfPlanes, 2>& halves, int scales, const Workers& workers) {
+    const int width = features.emitter.width(), height = features.emitter.height();
     const Scale coarse = halved(features, halves, workers);
     std::array<Filtered, 2> change = regress_in_scales(coarse.features, coarse.halves, scales - 1, workers);
     const V2i size = size_of(coarse.features.emitter);
@@ -329,7 +345,6 @@ std::array<Filtered, 2> regress_in_scales(const FeaturePlanes& features,
     });
     const Upsampler upsampler(features, coarse.features);
     for_each_row(workers, {width, height}, [&](int y) { upsampler.add(y, planes); });
-    return fine;
 }
 
 }  // namespace

@@ -12,8 +12,11 @@
 
 namespace lucerna {
 
-// Write a row of the value by which light is compared, a rough luminance, and its standard deviation. The
-// noise of all colours is taken to be the same.
+// Returns the value by which light is compared, a rough luminance.
+inline float guide_of(const std::array<float, 3>& rgb) {
+    return 0.25F * (rgb[0] + rgb[2]) + 0.5F * rgb[1];
+}
+// Write a row of it, and of its standard deviation. The noise of all colours is taken to be the same.
 void guide_of(const ColourPlanes& value, int y, float* guide);
 void guide_deviation(const ColourPlanes& variance, int y, float* deviation);
 // Sets the trust, the guide and its noise, which the value, the variance and what is sampled determine.

@@ -59,7 +59,7 @@ TEST(Regression, LightThatIsLinearInFeatures_StaysAsItIs) {
             });
         }
     }
-    const auto filtered = regress(kWide, kHigh, planes.features, planes.halves, {1});
+    const auto filtered = regress(kWide, kHigh, planes.features, planes.halves, {1}).light;
     const Plane& linear = filtered[0][static_cast<std::size_t>(Candidate::linear)][1];
     for (int y = 0; y < kHigh; ++y) {
         for (int x = 0; x < kWide; ++x)
@@ -71,7 +71,7 @@ TEST(Regression, LightThatIsLinearInFeatures_StaysAsItIs) {
 TEST(Regression, ConstantLight_StaysAsItIs) {
     Planes planes = wall(3);
     for (HalfPlanes& half : planes.halves) half.value = {plane(1), plane(2), plane(3)};
-    const auto filtered = regress(kWide, kHigh, planes.features, planes.halves, {2});
+    const auto filtered = regress(kWide, kHigh, planes.features, planes.halves, {2}).light;
     for (const auto& half : filtered) {
         for (const auto& candidate : half) {
             for (int x = 0; x < kWide; ++x) EXPECT_NEAR(candidate[2].row(kHigh / 2)[x], 3, 1e-4F);
@@ -93,7 +93,7 @@ TEST(Regression, LightThatIsNowhereNegative_StaysSo) {
                    [&](int x, int /*y*/) { return light(random) * static_cast<float>(std::max(0, 20 - x)); });
         }
     }
-    const auto filtered = regress(kWide, kHigh, planes.features, planes.halves, {1});
+    const auto filtered = regress(kWide, kHigh, planes.features, planes.halves, {1}).light;
     float least = 1, at_zero = 0;
     for (const auto& candidate : filtered[0]) {
         for (int y = 0; y < kHigh; ++y) {
@@ -120,9 +120,9 @@ TEST(Regression, AHalf_DoesNotInfluenceTheOther) {
         half.guide.fill({1}, [&](int /*x*/, int /*y*/) { return 4 * light(random); });
     };
     for (HalfPlanes& half : planes.halves) draw(half);
-    const auto before = regress(kWide, kHigh, planes.features, planes.halves, {1});
+    const auto before = regress(kWide, kHigh, planes.features, planes.halves, {1}).light;
     draw(planes.halves[1]);
-    const auto after = regress(kWide, kHigh, planes.features, planes.halves, {1});
+    const auto after = regress(kWide, kHigh, planes.features, planes.halves, {1}).light;
     for (std::size_t candidate = 0; candidate < kCandidates; ++candidate) {
         for (int y = 0; y < kHigh; ++y) {
             for (int x = 0; x < kWide; ++x)
