@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "engine/base/elementary.h"
@@ -35,13 +36,14 @@ constexpr float kChance = 20, kUnlike = 36;
 constexpr float kAboveZero = 1e-20F;
 // A fit's slopes are damped by this share of the sum of weights, which matters where a feature hardly varies.
 constexpr float kRidge = 1e-3F;
-// A fit to a smaller sum of weights than kMany counts for as much less, since it keeps as much more of the
-// noise, but for something, so that no pixel is without a fit.
-constexpr float kMany = 24, kLeastShare = 1e-3F;
+// A fit to fewer alike pixels than kMany counts for as much less, since it keeps as much more of the noise.
+// The centre itself is alike, so that each fit counts for something.
+constexpr float kMany = 24;
 
 // The terms of a fit: 1, x, y, the normal, the inverse albedo and the share of emitters. All but the first
 // are relative to the centre's.
 constexpr int kTerms = 8;
+static_assert(kPixels % kTerms == 0);
 using Terms = std::array<float, kTerms>;
 using Lanes = float __attribute__((vector_size(sizeof(Terms)), may_alias, aligned(4)));
 Lanes& lanes(Terms& terms) {
@@ -245,10 +247,17 @@ class Fitter {
         }
     }
 
+    static float sum_of(const OfWindow& values) {
+        Terms sums{};
+        for (std::size_t i = 0; i < kPixels; i += kTerms) {
+            for (std::size_t k = 0; k < kTerms; ++k) sums[k] += values[i + k];
+        }
+        return std::accumulate(sums.begin(), sums.end(), 0.0F);
+    }
+
     struct Fit {
         std::array<Terms, 3> factors;  // of each colour's terms
         std::array<float, 3> means;    // weighted
-        float weights;                 // their sum
     };
     // Fits the window's values by these weights.
     Fit fit(const ColourPlanes& values, const OfWindow& weights) const {
@@ -276,13 +285,12 @@ class Fitter {
             for (std::size_t j = 0; j < kTerms; ++j) b[c][j] = products[c][static_cast<int>(j)];
         }
         solve(a, b);
-        result.weights = sum;
         return result;
     }
 
     void add_half(std::size_t half) {
         const Fit fitted = fit(picture_.halves[half].value, trusted_);
-        const float share = std::clamp(fitted.weights / kMany, kLeastShare, 1.0F);
+        const float share = std::min(1.0F, sum_of(likeness_) / kMany);
         for (float& weight : likeness_) weight *= share;
         add_rows(sums_.weights[half], [this](std::size_t i) { return likeness_[i]; });
         Filtered& to = sums_.values[half];
