@@ -107,12 +107,12 @@ Family family_of(const IntegratorSettings& settings) {
     return std::holds_alternative<IgiSettings>(settings) ? kVirtualLights : kPhotons;
 }
 
-// Returns the share of the squared noise that the denoiser leaves (measured on ten scenes, medians: 0.11 of
-// paths, 0.09 of virtual lights, 0.14 of photon maps, 0.33 of progressive passes). Neighbours share photons,
-// and the noise that they have in common is not removed.
-double left_by_denoiser(const Trial& trial) {
-    if (trial.in_passes()) return 0.3;
-    return family_of(trial.settings()) == kPhotons ? 0.15 : 0.1;
+// Returns MethodCost::left (measured on ten scenes). Neighbours share photons, and the noise that they have
+// in common is not removed. In larger images more pixels see the same light.
+double left_by_denoiser(const Trial& trial, double pixels) {
+    constexpr double kPixels = 65536, kPower = 0.25;
+    const double left = trial.in_passes() ? 0.05 : family_of(trial.settings()) == kPhotons ? 0.025 : 0.021;
+    return left * pow(kPixels / pixels, kPower);
 }
 
 // The luminance of a block, and its variance.
@@ -266,12 +266,12 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, 
     cost.seen = static_cast<double>(deviations.size()) / pixels;
     if (job.film.two_halves) {
         // The denoiser recognises rare samples by their variance, and their remainder does not grow.
-        cost.variance *= left_by_denoiser(trial);
+        cost.left = left_by_denoiser(trial, pixels);
     } else if (!trial.in_passes()) {
         cost.tail = tail_exponent(deviations);  // passes have no rare samples
     }
     if (family_of(trial.settings()) == kRays) {
-        cost.variance += variance_of_missed_light(trial, agreed);
+        cost.missed = variance_of_missed_light(trial, agreed);
         return cost;
     }
     cost.beyond = beyond_noise(trial, agreed);
@@ -560,11 +560,18 @@ namespace {
 constexpr double kMostPreparation = 0.15;  // share of the time
 // The share of a requested error that may be of a kind that is estimated once and does not fall visibly.
 constexpr double kBeyondShare = 0.5;
+constexpr double kMostSamples = 1e12;
 
 }  // namespace
 
 double variance_in(double samples, const MethodCost& cost) {
     return cost.variance * pow(std::max(samples / cost.seen, 1.0), cost.tail);
+}
+
+double noise2_in(double samples, const MethodCost& cost) {
+    const double square = variance_in(samples, cost) / samples;
+    const double left = cost.left > 0 ? std::min(square, cost.left * pow(square, kDenoisedPower)) : square;
+    return left + cost.missed / samples;
 }
 
 double tail_exponent(std::vector<double> deviations) {
@@ -588,7 +595,7 @@ double tail_exponent(std::vector<double> deviations) {
 Expectation best_in(double seconds, const MethodCost& cost) {
     Expectation best{kNever, seconds, cost.beyond, 1};
     const auto error_of = [&](double samples, double beyond) {
-        return std::sqrt(beyond + variance_in(samples, cost) / samples);
+        return std::sqrt(beyond + noise2_in(samples, cost));
     };
     if (cost.kind == MethodCost::Kind::passes) {
         const double passes = (seconds - cost.once) / (cost.prepare + cost.sample);
@@ -612,6 +619,23 @@ Expectation best_in(double seconds, const MethodCost& cost) {
     return best;
 }
 
+namespace {
+
+// Returns the least number of samples, from 1 on, with so much squared noise; noise2_in() falls with it.
+double samples_for(double square, const MethodCost& cost) {
+    double enough = 1;
+    while (enough < kMostSamples && noise2_in(enough, cost) > square) enough *= 2;
+    if (enough == 1 || enough >= kMostSamples) return enough;
+    double few = enough / 2;
+    for (int step = 0; step < 50; ++step) {
+        const double middle = std::sqrt(few * enough);
+        (noise2_in(middle, cost) > square ? few : enough) = middle;
+    }
+    return enough;
+}
+
+}  // namespace
+
 Expectation soonest_below(double error, const MethodCost& cost) {
     Expectation best{error, kNever, 0, 1};
     const double square = sqr(error);
@@ -622,8 +646,7 @@ Expectation soonest_below(double error, const MethodCost& cost) {
         // Both errors must be small enough; doubling finds the number of passes accurately enough.
         for (double passes = 2; passes < 1e9; passes *= 2) {
             const double beyond = cost.beyond * pow(cost.passes / passes, cost.power);
-            if (beyond > sqr(kBeyondShare) * square || beyond + variance_in(passes, cost) / passes > square)
-                continue;
+            if (beyond > sqr(kBeyondShare) * square || beyond + noise2_in(passes, cost) > square) continue;
             offer(passes, cost.once + passes * (cost.prepare + cost.sample), beyond, 1);
             break;
         }
@@ -633,10 +656,7 @@ Expectation soonest_below(double error, const MethodCost& cost) {
     for (double work = 1; work <= cost.most_work; work *= 2, sample += cost.growth * cost.sample) {
         const double beyond = cost.beyond * pow(work, -cost.power);
         if (beyond > sqr(kBeyondShare) * square) continue;
-        // variance_in(n) / n = n^(tail - 1) variance / seen^tail falls with n: tail < 1.
-        const double wanted = cost.variance / (square - beyond);
-        const double heavy = pow(wanted / pow(cost.seen, cost.tail), 1 / (1 - cost.tail));
-        const double samples = std::max(1.0, heavy > cost.seen ? heavy : wanted);
+        const double samples = samples_for(square - beyond, cost);
         offer(samples, cost.once + cost.prepare * work + samples * sample, beyond, work);
     }
     return best;

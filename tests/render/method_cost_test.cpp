@@ -33,7 +33,7 @@ MethodCost maps(double prepare, double most_work) {
 TEST(MethodCost, Rays_ErrorFallsByTheRootOfTime) {
     const MethodCost cost = rays(0.5, 4);
     EXPECT_DOUBLE_EQ(best_in(8, cost).error, std::sqrt(4.0 / 16));
-    EXPECT_DOUBLE_EQ(soonest_below(0.5, cost).seconds, 8);
+    EXPECT_NEAR(soonest_below(0.5, cost).seconds, 8, 1e-9);
     EXPECT_TRUE(std::isinf(best_in(0.4, cost).error)) << "not one sample of every pixel";
     EXPECT_DOUBLE_EQ(soonest_below(100, cost).seconds, 0.5) << "no less than one sample";
 }
@@ -152,6 +152,23 @@ TEST(MethodCost, HeavyTail_ErrorFallsMoreSlowly) {
     const Expectation best = best_in(8, cost);
     EXPECT_DOUBLE_EQ(best.error, std::sqrt(variance_in(16, cost) / 16));
     EXPECT_NEAR(soonest_below(best.error, cost).seconds, 8, 1e-6);
+}
+
+// The denoiser removes the larger share of the larger noise, but nothing of what samples miss.
+TEST(MethodCost, Denoised_NoiseCountsByItsPower) {
+    MethodCost cost = rays(0.5, 4);
+    cost.left = 0.02;
+    EXPECT_NEAR(best_in(8, cost).error, std::sqrt(0.02 * std::pow(4.0 / 16, 0.6)), 1e-9);
+    EXPECT_NEAR(soonest_below(best_in(8, cost).error, cost).seconds, 8, 1e-6);
+    cost.missed = 0.5;
+    EXPECT_NEAR(best_in(8, cost).error, std::sqrt(0.02 * std::pow(4.0 / 16, 0.6) + 0.5 / 16), 1e-9);
+    const MethodCost clean = [&cost] {
+        MethodCost of = cost;
+        of.variance = 1e-6;
+        of.missed = 0;
+        return of;
+    }();
+    EXPECT_NEAR(best_in(8, clean).error, std::sqrt(1e-6 / 16), 1e-12) << "never more than the noise itself";
 }
 
 }  // namespace method_cost_test
