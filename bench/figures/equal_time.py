@@ -2,7 +2,7 @@
 # over the actual one, FLIP, and the seconds of the whole command; at last the error of the last build over that of the first.
 #   usage: equal_time.py BUILD[,BUILD...] OUT_FOLDER DATA_FOLDER [--times 5] [--size 1280x720] [--reference SECONDS] [--seeds 1] [SCENE...]
 # Scenes and references are those of methods.py, except that all references are our own, in two halves, whose noise the error is
-# free of. FLIP includes that noise. It needs oiiotool and numpy. Run nothing else meanwhile.
+# free of (pixels.py). FLIP includes that noise. It needs oiiotool and numpy. Run nothing else meanwhile.
 import json
 import math
 import sys
@@ -29,7 +29,7 @@ class EqualTime(Table):
         mask = ["--mask", str(MASKS[name])] if name in MASKS else []
         text, _ = run([self.program, "compare", denoised, reference, *mask, "--json", "-"])
         flip = json.loads(text[text.index("{"):])["flip"]["ldr"]["mean"]
-        return error(luminance(denoised), halves, MASKS.get(name)), flip
+        return error(luminance(denoised), halves, MASKS.get(name), noisy=True), flip
 
     def cell(self, name, program, seconds, seeds):
         """The error, and the cell's text; means over seeds."""
