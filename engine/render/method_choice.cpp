@@ -107,12 +107,13 @@ Family family_of(const IntegratorSettings& settings) {
     return std::holds_alternative<IgiSettings>(settings) ? kVirtualLights : kPhotons;
 }
 
-// Returns MethodCost::left (measured on ten scenes). Neighbours share photons, and the noise that they have
-// in common is not removed. In larger images more pixels see the same light.
+// Returns MethodCost::left (measured on ten scenes). In larger images more pixels see the same light; where
+// neighbours share photons or virtual lights, the noise that they have in common is not removed.
 double left_by_denoiser(const Trial& trial, double pixels) {
-    constexpr double kPixels = 65536, kPower = 0.25;
-    const double left = trial.in_passes() ? 0.05 : family_of(trial.settings()) == kPhotons ? 0.025 : 0.021;
-    return left * pow(kPixels / pixels, kPower);
+    constexpr double kPixels = 65536;
+    const Family family = family_of(trial.settings());
+    const double left = trial.in_passes() ? 0.05 : family == kPhotons ? 0.025 : 0.021;
+    return left * pow(kPixels / pixels, family == kRays ? 0.35 : 0.2);
 }
 
 // The luminance of a block, and its variance.
