@@ -13,7 +13,7 @@
 namespace lucerna {
 namespace {
 
-// Reduces the trust in a pixel whose noise is much larger than that of those around it: it holds light that
+// A pixel is distrusted if its noise is more than kMuch times that of those around it: it holds light that
 // the others have missed. The pixels around it are two apart, because noise is blended over 3 x 3 pixels.
 void set_trust(HalfPlanes& half, int y) {
     constexpr int kReach = 4, kStep = 2;
@@ -28,6 +28,31 @@ void set_trust(HalfPlanes& half, int y) {
         const float ratio = here[x] / (kMuch * others[x] + std::numeric_limits<float>::min());
         trust[x] = sampled[x] / sqr(1 + sqr(std::min(ratio, kMost)));
     }
+}
+
+// Restores trust where many pixels of the surroundings hold such light, so that it is rare, but no accident:
+// without it dark spots would be left. There the noise may be up to three times as large as elsewhere.
+void restore_trust(HalfPlanes& half, const Workers& workers) {
+    constexpr int kReach = 8;
+    constexpr float kDistrusted = 0.3F, kOften = 0.07F, kMore = 3;  // `kOften`: a share of the pixels
+    const V2i size = size_of(half.trust);
+    Plane rare(size.x, size.y);
+    for_each_row(workers, size, [&](int y) {
+        const float *const trust = half.trust.row(y), *const sampled = half.sampled.row(y);
+        float* const to = rare.row(y);
+        for (int x = 0; x < size.x; ++x) to[x] = trust[x] < kDistrusted * sampled[x] ? 1 : 0;
+    });
+    const auto share = smoothed<1>({&rare}, kReach, workers);
+    fill_rows(workers, {&half.trust}, [&](int y) {
+        const float *const sampled = half.sampled.row(y), *const of = share[0].row(y);
+        float* const trust = half.trust.row(y);
+        for (int x = 0; x < size.x; ++x) {
+            // Both are above 0: set_trust() bounds its ratio, whose square this finds.
+            const float ratio2 = std::sqrt(sampled[x] / trust[x]) - 1;
+            const float more = 1 + (kMore - 1) * std::min(1.0F, sqr(of[x] / kOften));
+            trust[x] = sampled[x] / sqr(1 + ratio2 / sqr(more));
+        }
+    });
 }
 
 }  // namespace
@@ -47,21 +72,23 @@ void set_guides(std::array<HalfPlanes, 2>& halves, const Workers& workers) {
     std::array<Plane, 2> light, noise;
     make_planes(size, {&light[0], &light[1], &noise[0], &noise[1]});
     for (HalfPlanes& half : halves) make_planes(size, {&half.trust, &half.guide, &half.noise});
-    fill_rows(workers, {&halves[0].trust, &halves[1].trust, &light[0], &light[1], &noise[0], &noise[1]},
-              [&](int y) {
-                  for (std::size_t h = 0; h < 2; ++h) {
-                      HalfPlanes& half = halves[h];
-                      set_trust(half, y);
-                      float *const of_light = light[h].row(y), *const of_noise = noise[h].row(y);
-                      guide_of(half.value, y, of_light);
-                      guide_deviation(half.variance, y, of_noise);
-                      const float* const trust = half.trust.row(y);
-                      for (int x = 0; x < size.x; ++x) {
-                          of_light[x] = trust[x] * of_light[x];
-                          of_noise[x] = sqr(trust[x] * of_noise[x]);
-                      }
-                  }
-              });
+    for_each_row(workers, size, [&](int y) {
+        for (HalfPlanes& half : halves) set_trust(half, y);
+    });
+    for (HalfPlanes& half : halves) restore_trust(half, workers);
+    fill_rows(workers, {&light[0], &light[1], &noise[0], &noise[1]}, [&](int y) {
+        for (std::size_t h = 0; h < 2; ++h) {
+            HalfPlanes& half = halves[h];
+            float *const of_light = light[h].row(y), *const of_noise = noise[h].row(y);
+            guide_of(half.value, y, of_light);
+            guide_deviation(half.variance, y, of_noise);
+            const float* const trust = half.trust.row(y);
+            for (int x = 0; x < size.x; ++x) {
+                of_light[x] = trust[x] * of_light[x];
+                of_noise[x] = sqr(trust[x] * of_noise[x]);
+            }
+        }
+    });
     fill_rows(workers, {&halves[0].guide, &halves[1].guide, &halves[0].noise, &halves[1].noise}, [&](int y) {
         for (std::size_t h = 0; h < 2; ++h) {
             const Around trust(halves[h].trust, y), of_light(light[h], y), of_noise(noise[h], y);
