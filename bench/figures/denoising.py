@@ -8,7 +8,7 @@ import json
 import math
 import sys
 
-from methods import MASKS, REFERENCES, SCENES, Table, option, run
+from methods import MASKS, REFERENCES, SCENES, Table, option
 from pixels import error, luminance
 
 # The methods that make the references here.
@@ -20,16 +20,9 @@ SCENES.update({name: (*SCENES[name][:2], by) for name, by in BY.items()})
 class Denoising(Table):
     def numbers(self, name, image):
         """Error without the reference's noise, and FLIP."""
-        reference, _ = self.reference(name)
-        halves = [luminance(reference.replace(".exr", f"-{half}.exr")) for half in range(2)]
-        mask = ["--mask", str(MASKS[name])] if name in MASKS else []
-        text, _ = run([self.program, "compare", image, reference, *mask, "--json", "-"])
-        return error(luminance(image), halves, MASKS.get(name)), json.loads(text[text.index("{"):])["flip"]["ldr"]["mean"]
-
-    def denoised(self, start):
-        """The denoised image beside the measured one, as a file of its own: what else is in a file is not compared."""
-        run(["oiiotool", f"{start}.exr", "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-o", f"{start}-denoised.exr"])
-        return f"{start}-denoised.exr"
+        halves = [luminance(half) for half in self.reference_halves(name)]
+        flip = self.compared(name, image, self.reference(name)[0])["flip"]["ldr"]["mean"]
+        return error(luminance(image), halves, MASKS.get(name)), flip
 
     def row(self, name, seconds):
         start = f"{self.out}/{name}-{self.size(name)}-{seconds}s"
@@ -38,7 +31,7 @@ class Denoising(Table):
         raw, raw_flip = self.numbers(name, f"{start}-raw.exr")
         said, wall_denoised = self.render(name, f"{start}.exr", [*time, "--denoise", "--png", "--stats", f"{start}.json"])
         own, _ = self.numbers(name, f"{start}.exr")
-        denoised, flip = self.numbers(name, self.denoised(start))
+        denoised, flip = self.numbers(name, self.denoised(f"{start}.exr"))
         with open(f"{start}.json") as file:
             told = json.load(file)["image"].get("error", math.nan)
         method = next((line.split()[2] for line in said.splitlines() if line.startswith("method ")), "?")

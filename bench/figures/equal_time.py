@@ -7,7 +7,7 @@ import json
 import math
 import sys
 
-from methods import MASKS, SCENES, Table, option, run
+from methods import MASKS, SCENES, Table, option
 from pixels import error, luminance
 
 SCENES.update({name: (*SCENES[name][:2], by) for name, by in {"staircase2": "path", "cornellglass": "progressive"}.items()})
@@ -22,13 +22,9 @@ class EqualTime(Table):
         return self.fixed_size or super().size(name)
 
     def numbers(self, name, image):
-        reference, _ = self.reference(name)
-        halves = [luminance(reference.replace(".exr", f"-{half}.exr")) for half in range(2)]
-        denoised = f"{self.out}/denoised.exr"
-        run(["oiiotool", image, "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-d", "float", "-o", denoised])
-        mask = ["--mask", str(MASKS[name])] if name in MASKS else []
-        text, _ = run([self.program, "compare", denoised, reference, *mask, "--json", "-"])
-        flip = json.loads(text[text.index("{"):])["flip"]["ldr"]["mean"]
+        halves = [luminance(half) for half in self.reference_halves(name)]
+        denoised = self.denoised(image)
+        flip = self.compared(name, denoised, self.reference(name)[0])["flip"]["ldr"]["mean"]
         return error(luminance(denoised), halves, MASKS.get(name), noisy=True), flip
 
     def cell(self, name, program, seconds, seeds):

@@ -99,16 +99,25 @@ class Table:
                                          "--seed", str(1000 + half)])
         return halves
 
-    def difference(self, name, image, reference):
+    def compared(self, name, image, reference, *options):
+        """What `lucerna compare` says of an image."""
         mask = ["--mask", str(MASKS[name])] if name in MASKS else []
-        text, _ = run([self.program, "compare", image, reference, "--no-flip", *mask, "--json", "-"])
-        return json.loads(text[text.index("{"):])["error"]
+        text, _ = run([self.program, "compare", image, reference, *options, *mask, "--json", "-"])
+        return json.loads(text[text.index("{"):])
+
+    def difference(self, name, image, reference):
+        return self.compared(name, image, reference, "--no-flip")["error"]
+
+    @staticmethod
+    def denoised(image):
+        """The denoised picture of an image, as a file of its own: what else is in a file is not compared."""
+        denoised = image.replace(".exr", "-denoised.exr")
+        run(["oiiotool", image, "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-d", "float", "-o", denoised])
+        return denoised
 
     def error(self, name, image):
         reference, noise = self.reference(name)
-        denoised = f"{self.out}/{name}-denoised.exr"
-        run(["oiiotool", image, "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-d", "float", "-o", denoised])
-        square = self.difference(name, denoised, reference) ** 2 - noise ** 2
+        square = self.difference(name, self.denoised(image), reference) ** 2 - noise ** 2
         return f"{100 * math.sqrt(square):.3g} %" if square > noise ** 2 / 4 else f"< {50 * noise:.2g} %"
 
     def row(self, name, seconds, methods):

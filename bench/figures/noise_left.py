@@ -20,13 +20,11 @@ def main():
     methods = [(method, spp) for method in ("path", "igi") for spp in counts]
     print(f"| scene | {' | '.join(f'{method}, {spp}' for method, spp in methods)} |\n|{' --- |' * (1 + len(methods))}")
     for name in words[3:] or SCENES:
-        table.reference(name)
+        halves = [luminance(half) for half in table.reference_halves(name)]
         cells = []
         for method, spp in methods:
             image = f"{table.out}/{name}-{method}-{spp}.exr"
             table.render(name, image, [*METHODS[method], "--denoise", "--no-adaptive", "--spp", spp])
-            reference, _ = table.reference(name)
-            halves = [luminance(reference.replace(".exr", f"-{half}.exr")) for half in range(2)]
             both = [error(luminance(image, channels), halves, MASKS.get(name), noisy=True, worst=0.001)
                     for channels in ("R,G,B", DENOISED)]
             cells.append(" to ".join(f"{100 * value:.3g}" for value in both) + " %")

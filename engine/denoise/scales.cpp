@@ -13,44 +13,46 @@
 namespace lucerna {
 namespace {
 
-// A pixel is distrusted if its noise is more than kMuch times that of those around it: it holds light that
-// the others have missed. The pixels around it are two apart, because noise is blended over 3 x 3 pixels.
-void set_trust(HalfPlanes& half, int y) {
+// Writes how much noisier a pixel is than kMuch times those around it, squared: it holds light that the
+// others have missed. The pixels around it are two apart, because noise is blended over 3 x 3 pixels.
+void set_excess(const HalfPlanes& half, int y, Plane& excess) {
     constexpr int kReach = 4, kStep = 2;
     constexpr float kMuch = 10;
     // Trust falls with the fourth power of this: float32 holds its squares.
     constexpr float kMost = 1e3F;
     std::vector<float> others(static_cast<std::size_t>(half.own_noise.width()));
     mean_of_most<kReach, kStep>(half.own_noise, y, others);
-    const float *const here = half.own_noise.row(y), *const sampled = half.sampled.row(y);
-    float* const trust = half.trust.row(y);
+    const float* const here = half.own_noise.row(y);
+    float* const to = excess.row(y);
     for (std::size_t x = 0; x < others.size(); ++x) {
         const float ratio = here[x] / (kMuch * others[x] + std::numeric_limits<float>::min());
-        trust[x] = sampled[x] / sqr(1 + sqr(std::min(ratio, kMost)));
+        to[x] = sqr(std::min(ratio, kMost));
     }
 }
 
-// Restores trust where many pixels of the surroundings hold such light, so that it is rare, but no accident:
-// without it dark spots would be left. There the noise may be up to three times as large as elsewhere.
-void restore_trust(HalfPlanes& half, const Workers& workers) {
+// Sets the trust in the pixels: little where noise exceeds that around them. Where many pixels of the wider
+// surroundings hold such light, it is rare, but no accident, and up to three times as much noise is trusted:
+// otherwise dark spots would be left.
+void set_trust(HalfPlanes& half, const Workers& workers) {
     constexpr int kReach = 8;
     constexpr float kDistrusted = 0.3F, kOften = 0.07F, kMore = 3;  // `kOften`: a share of the pixels
-    const V2i size = size_of(half.trust);
-    Plane rare(size.x, size.y);
+    const auto trust_with = [](float excess) { return 1 / sqr(1 + excess); };
+    const V2i size = size_of(half.sampled);
+    Plane excess(size.x, size.y), rare(size.x, size.y);
     for_each_row(workers, size, [&](int y) {
-        const float *const trust = half.trust.row(y), *const sampled = half.sampled.row(y);
+        set_excess(half, y, excess);
+        const float* const of = excess.row(y);
         float* const to = rare.row(y);
-        for (int x = 0; x < size.x; ++x) to[x] = trust[x] < kDistrusted * sampled[x] ? 1 : 0;
+        for (int x = 0; x < size.x; ++x) to[x] = trust_with(of[x]) < kDistrusted ? 1 : 0;
     });
     const auto share = smoothed<1>({&rare}, kReach, workers);
     fill_rows(workers, {&half.trust}, [&](int y) {
-        const float *const sampled = half.sampled.row(y), *const of = share[0].row(y);
-        float* const trust = half.trust.row(y);
+        const float *const of = excess.row(y), *const sampled = half.sampled.row(y),
+                           *const often = share[0].row(y);
+        float* const to = half.trust.row(y);
         for (int x = 0; x < size.x; ++x) {
-            // Both are above 0: set_trust() bounds its ratio, whose square this finds.
-            const float ratio2 = std::sqrt(sampled[x] / trust[x]) - 1;
-            const float more = 1 + (kMore - 1) * std::min(1.0F, sqr(of[x] / kOften));
-            trust[x] = sampled[x] / sqr(1 + ratio2 / sqr(more));
+            const float more = 1 + (kMore - 1) * std::min(1.0F, sqr(often[x] / kOften));
+            to[x] = sampled[x] * trust_with(of[x] / sqr(more));
         }
     });
 }
@@ -72,10 +74,7 @@ void set_guides(std::array<HalfPlanes, 2>& halves, const Workers& workers) {
     std::array<Plane, 2> light, noise;
     make_planes(size, {&light[0], &light[1], &noise[0], &noise[1]});
     for (HalfPlanes& half : halves) make_planes(size, {&half.trust, &half.guide, &half.noise});
-    for_each_row(workers, size, [&](int y) {
-        for (HalfPlanes& half : halves) set_trust(half, y);
-    });
-    for (HalfPlanes& half : halves) restore_trust(half, workers);
+    for (HalfPlanes& half : halves) set_trust(half, workers);
     fill_rows(workers, {&light[0], &light[1], &noise[0], &noise[1]}, [&](int y) {
         for (std::size_t h = 0; h < 2; ++h) {
             HalfPlanes& half = halves[h];

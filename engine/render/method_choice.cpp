@@ -628,8 +628,8 @@ double samples_for(double square, const MethodCost& cost) {
     while (enough < kMostSamples && noise2_in(enough, cost) > square) enough *= 2;
     if (enough == 1 || enough >= kMostSamples) return enough;
     double few = enough / 2;
-    for (int step = 0; step < 50; ++step) {
-        const double middle = std::sqrt(few * enough);
+    for (int step = 0; step < 60; ++step) {  // to the last bit
+        const double middle = 0.5 * (few + enough);
         (noise2_in(middle, cost) > square ? few : enough) = middle;
     }
     return enough;

@@ -33,7 +33,7 @@ MethodCost maps(double prepare, double most_work) {
 TEST(MethodCost, Rays_ErrorFallsByTheRootOfTime) {
     const MethodCost cost = rays(0.5, 4);
     EXPECT_DOUBLE_EQ(best_in(8, cost).error, std::sqrt(4.0 / 16));
-    EXPECT_NEAR(soonest_below(0.5, cost).seconds, 8, 1e-9);
+    EXPECT_DOUBLE_EQ(soonest_below(0.5, cost).seconds, 8);
     EXPECT_TRUE(std::isinf(best_in(0.4, cost).error)) << "not one sample of every pixel";
     EXPECT_DOUBLE_EQ(soonest_below(100, cost).seconds, 0.5) << "no less than one sample";
 }
