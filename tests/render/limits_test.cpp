@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/monitor.h"
+#include "engine/render/progress.h"
 #include "engine/render/render.h"
 #include "tests/support/scenes.h"
 
@@ -47,6 +48,21 @@ TEST(StopRule, Error_IsNotBelievedOfFewSamples) {
     EXPECT_TRUE(rule.satisfied(100, 0.01));
     EXPECT_STREQ(rule.reason(), "error");
     EXPECT_FALSE(StopRule({}, 10).satisfied(100, 0)) << "nobody asked";
+}
+
+TEST(Recurring, WhatMayWait_TakesATwentiethOfTheTime) {
+    for (const bool may_wait : {false, true}) {
+        Recurring task(0.5, may_wait);
+        EXPECT_FALSE(task.is_due(0.4));
+        EXPECT_TRUE(task.is_due(0.5));
+        task.done(0.5, 0.6);
+        EXPECT_EQ(task.is_due(1.2), !may_wait);
+        EXPECT_FALSE(task.is_due(1.0)) << "half a second after its end at the earliest";
+        EXPECT_TRUE(task.is_due(0.6 + 19 * 0.1 + 1e-9));
+        task.done(3, 3.001);
+        EXPECT_TRUE(task.is_due(3.6)) << "what is quick is done as often as asked for";
+    }
+    EXPECT_TRUE(Recurring(0, true).is_due(0));
 }
 
 // --- renders ---
