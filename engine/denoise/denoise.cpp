@@ -224,8 +224,9 @@ Plane dependence(const std::array<HalfLight, 2>& halves, const Workers& workers)
 
 // Returns the halves' light divided by the albedo, and what its variance determines: that of the pixel's own
 // samples, blended with that of its neighbours where the samples are few. Takes the trust of `halves`.
-std::array<HalfPlanes, 2> half_planes(std::array<HalfLight, 2>& halves, const ColourPlanes& albedo,
+std::array<HalfPlanes, 2> half_planes(std::array<HalfLight, 2>& halves, const FeaturePlanes& features,
                                       const Plane& dependence, const Workers& workers) {
+    const ColourPlanes& albedo = features.albedo;
     constexpr float kWorth = 4;  // number of samples that the neighbours count for
     const V2i size = size_of(albedo[0]);
     std::array<HalfPlanes, 2> result;
@@ -285,7 +286,7 @@ std::array<HalfPlanes, 2> half_planes(std::array<HalfLight, 2>& halves, const Co
             }
         }
     });
-    set_guides(result, workers);
+    set_guides(features, result, workers);
     return result;
 }
 
@@ -331,8 +332,9 @@ void set_luminance(const ColourPlanes& colours, int y, Plane& luminances) {
 }
 
 // Standard errors by which a gain must be known before one filtered image is mixed into the other, or before
-// the measured one is: its fireflies would show.
-constexpr float kCaution = 1, kCautionWithNoise = 2;
+// the measured one is: its fireflies would show. With less caution, dark spots are left where many samples
+// happen to have missed rare light, because these samples judge, too.
+constexpr float kCaution = 1.5F, kCautionWithNoise = 2;
 
 class Mixer {
   public:
@@ -617,7 +619,7 @@ namespace {
 std::array<Filtered, 2> filtered(std::array<HalfLight, 2>& halves, const FeaturePlanes& features,
                                  const Workers& workers) {
     const std::array<HalfPlanes, 2> planes =
-        half_planes(halves, features.albedo, dependence(halves, workers), workers);
+        half_planes(halves, features, dependence(halves, workers), workers);
     return regress_in_scales(features, planes, workers);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -15,44 +16,69 @@ namespace {
 
 // Writes how much noisier a pixel is than kMuch times those around it, squared: it holds light that the
 // others have missed. The pixels around it are two apart, because noise is blended over 3 x 3 pixels.
-void set_excess(const HalfPlanes& half, int y, Plane& excess) {
+void set_excess(const HalfPlanes& half, int y, std::vector<float>& excess) {
     constexpr int kReach = 4, kStep = 2;
     constexpr float kMuch = 10;
     // Trust falls with the fourth power of this: float32 holds its squares.
     constexpr float kMost = 1e3F;
-    std::vector<float> others(static_cast<std::size_t>(half.own_noise.width()));
-    mean_of_most<kReach, kStep>(half.own_noise, y, others);
+    mean_of_most<kReach, kStep>(half.own_noise, y, excess);
     const float* const here = half.own_noise.row(y);
-    float* const to = excess.row(y);
-    for (std::size_t x = 0; x < others.size(); ++x) {
-        const float ratio = here[x] / (kMuch * others[x] + std::numeric_limits<float>::min());
-        to[x] = sqr(std::min(ratio, kMost));
+    for (std::size_t x = 0; x < excess.size(); ++x) {
+        const float ratio = here[x] / (kMuch * excess[x] + std::numeric_limits<float>::min());
+        excess[x] = sqr(std::min(ratio, kMost));
     }
 }
 
-// Sets the trust in the pixels: little where noise exceeds that around them. Where many pixels of the wider
-// surroundings hold such light, it is rare, but no accident, and up to three times as much noise is trusted:
-// otherwise dark spots would be left.
-void set_trust(HalfPlanes& half, const Workers& workers) {
-    constexpr int kReach = 8;
-    constexpr float kDistrusted = 0.3F, kOften = 0.07F, kMore = 3;  // `kOften`: a share of the pixels
+// Returns how many pixels of the wider surroundings have half the noise of pixel (x, y) or more, weighted by
+// the likeness of their features. Its nearest pixels share its noise, and do not count.
+float company_of(int x, int y, const FeaturePlanes& f, const Plane& noise) {
+    constexpr int kReach = 8, kStep = 2, kNearest = 2;
+    constexpr float kLeast = 0.5F;
+    const float least = kLeast * noise.row(y)[x];
+    const V2i size = size_of(noise);
+    const auto squared_difference = [&](const ColourPlanes& of, int u, int v) {
+        float sum = 0;
+        for (const Plane& plane : of) sum += sqr(plane.row(v)[u] - plane.row(y)[x]);
+        return sum;
+    };
+    float company = 0;
+    for (int j = -kReach; j <= kReach; j += kStep) {
+        const int v = y + j;
+        if (v < 0 || v >= size.y) continue;
+        const float* const there = noise.row(v);
+        for (int i = -kReach; i <= kReach; i += kStep) {
+            const int u = x + i;
+            if (there[u] < least || u < 0 || u >= size.x) continue;
+            if (std::max(std::abs(i), std::abs(j)) <= kNearest) continue;
+            float from_plane = 0;
+            for (std::size_t c = 0; c < 3; ++c)
+                from_plane +=
+                    f.geometric_normal[c].row(y)[x] * (f.position[c].row(v)[u] - f.position[c].row(y)[x]);
+            company += weight_of(feature_distance(
+                squared_difference(f.albedo, u, v), squared_difference(f.normal, u, v),
+                f.inverse_footprint.row(y)[x] * from_plane, f.emitter.row(v)[u] - f.emitter.row(y)[x]));
+        }
+    }
+    return company;
+}
+
+// Sets the trust in the pixels: little where noise exceeds that around them, unless many other pixels are as
+// noisy. Their light is then rare, but no accident, and without it dark spots would be left.
+void set_trust(const FeaturePlanes& features, HalfPlanes& half, const Workers& workers) {
+    constexpr float kTrusted = 0.5F, kOthers = 6;
     const auto trust_with = [](float excess) { return 1 / sqr(1 + excess); };
-    const V2i size = size_of(half.sampled);
-    Plane excess(size.x, size.y), rare(size.x, size.y);
-    for_each_row(workers, size, [&](int y) {
-        set_excess(half, y, excess);
-        const float* const of = excess.row(y);
-        float* const to = rare.row(y);
-        for (int x = 0; x < size.x; ++x) to[x] = trust_with(of[x]) < kDistrusted ? 1 : 0;
-    });
-    const auto share = smoothed<1>({&rare}, kReach, workers);
     fill_rows(workers, {&half.trust}, [&](int y) {
-        const float *const of = excess.row(y), *const sampled = half.sampled.row(y),
-                           *const often = share[0].row(y);
+        const float* const sampled = half.sampled.row(y);
         float* const to = half.trust.row(y);
-        for (int x = 0; x < size.x; ++x) {
-            const float more = 1 + (kMore - 1) * std::min(1.0F, sqr(often[x] / kOften));
-            to[x] = sampled[x] * trust_with(of[x] / sqr(more));
+        std::vector<float> excess(static_cast<std::size_t>(half.sampled.width()));
+        set_excess(half, y, excess);
+        for (std::size_t x = 0; x < excess.size(); ++x) {
+            float trust = trust_with(excess[x]);
+            if (trust < kTrusted) {
+                const float company = company_of(static_cast<int>(x), y, features, half.own_noise);
+                trust = trust_with(excess[x] * sqr(std::max(0.0F, 1 - company / kOthers)));
+            }
+            to[x] = sampled[x] * trust;
         }
     });
 }
@@ -69,12 +95,12 @@ void guide_deviation(const ColourPlanes& variance, int y, float* deviation) {
         deviation[x] = 0.25F * (std::sqrt(r[x]) + std::sqrt(b[x])) + 0.5F * std::sqrt(g[x]);
 }
 
-void set_guides(std::array<HalfPlanes, 2>& halves, const Workers& workers) {
+void set_guides(const FeaturePlanes& features, std::array<HalfPlanes, 2>& halves, const Workers& workers) {
     const V2i size = size_of(halves[0].sampled);
     std::array<Plane, 2> light, noise;
     make_planes(size, {&light[0], &light[1], &noise[0], &noise[1]});
     for (HalfPlanes& half : halves) make_planes(size, {&half.trust, &half.guide, &half.noise});
-    for (HalfPlanes& half : halves) set_trust(half, workers);
+    for (HalfPlanes& half : halves) set_trust(features, half, workers);
     fill_rows(workers, {&light[0], &light[1], &noise[0], &noise[1]}, [&](int y) {
         for (std::size_t h = 0; h < 2; ++h) {
             HalfPlanes& half = halves[h];
@@ -103,14 +129,15 @@ void set_guides(std::array<HalfPlanes, 2>& halves, const Workers& workers) {
 namespace {
 
 // Number of scales, and the side of images that have no coarser scale.
-constexpr int kScales = 3, kLeastSide = 16;
+constexpr int kScales = 4, kLeastSide = 16;
 // Limits the change that a coarser scale makes to the light of a finer one, as a share of it. Noise that is
 // left at low frequencies is well below this; what is more comes from a neighbourhood of different light.
 constexpr float kMostChange = 0.3F;
 // Where much noise is left, the change may also be so many mean differences of the two halves' filtered
-// light, over squares of half side kReachOfNoise.
-constexpr float kMostDeviations = 2;
-constexpr int kReachOfNoise = 7;
+// light. The mean is over kReachOfNoise pixels to each side, kStepOfNoise apart, without the two largest:
+// small lamps must not let their light leak into the dark around them.
+constexpr float kMostDeviations = 6;
+constexpr int kReachOfNoise = 3, kStepOfNoise = 2;
 // The least share of a pixel's light that a change leaves: a darker surrounding must not make it negative.
 constexpr float kLeastLeft = 0.1F;
 
@@ -195,7 +222,7 @@ Scale halved(const FeaturePlanes& fine, const std::array<HalfPlanes, 2>& fine_ha
             for (int x = 0; x < size.x; ++x) sampled[x] = std::min(1.0F, sampled[x]);
         }
     });
-    set_guides(coarse.halves, workers);
+    set_guides(coarse.features, coarse.halves, workers);
     return coarse;
 }
 
@@ -347,7 +374,7 @@ void correct(std::array<Filtered, 2>& fine, const FeaturePlanes& features,
             planes.emplace_back(&change[half][kLinear][c], &fine[half][kLinear][c]);
         }
     }
-    for_each_row(workers, size, [&](int y) {
+    fill_rows(workers, {&noise[0], &noise[1], &noise[2]}, [&](int y) {
         for (std::size_t c = 0; c < 3; ++c) {
             for (std::size_t half = 0; half < 2; ++half) halve(fine[half][kLinear][c], y, before[half][c]);
             const float *const a = before[0][c].row(y), *const b = before[1][c].row(y);
@@ -355,15 +382,16 @@ void correct(std::array<Filtered, 2>& fine, const FeaturePlanes& features,
             for (int x = 0; x < size.x; ++x) difference[x] = std::fabs(a[x] - b[x]);
         }
     });
-    noise = smoothed<3>({&noise[0], &noise[1], &noise[2]}, kReachOfNoise, workers);
     fill_rows(workers, changes, [&](int y) {
+        std::vector<float> deviation(static_cast<std::size_t>(size.x));
         for (std::size_t c = 0; c < 3; ++c) {
-            const float* const deviation = noise[c].row(y);
+            mean_of_most<kReachOfNoise, kStepOfNoise>(noise[c], y, deviation);
             for (std::size_t half = 0; half < 2; ++half) {
                 const float* const was = before[half][c].row(y);
                 float* const to = change[half][kLinear][c].row(y);
                 for (int x = 0; x < size.x; ++x) {
-                    const float most = kMostChange * std::fabs(was[x]) + kMostDeviations * deviation[x];
+                    const float most = kMostChange * std::fabs(was[x]) +
+                                       kMostDeviations * deviation[static_cast<std::size_t>(x)];
                     to[x] = std::clamp(to[x] - was[x], -most, most);
                 }
             }

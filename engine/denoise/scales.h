@@ -19,8 +19,9 @@ inline float guide_of(const std::array<float, 3>& rgb) {
 // Write a row of it, and of its standard deviation. The noise of all colours is taken to be the same.
 void guide_of(const ColourPlanes& value, int y, float* guide);
 void guide_deviation(const ColourPlanes& variance, int y, float* deviation);
-// Sets the trust, the guide and its noise, which the value, the variance and what is sampled determine.
-void set_guides(std::array<HalfPlanes, 2>& halves, const Workers& workers);
+// Sets the trust, the guide and its noise, which the value, the variance, what is sampled and the features
+// determine.
+void set_guides(const FeaturePlanes& features, std::array<HalfPlanes, 2>& halves, const Workers& workers);
 
 // Gives the sums over 3 x 3 pixels about those of a row. The plane's rim must be filled.
 class Around {
