@@ -187,7 +187,7 @@ TEST(Cie171, Case55_Glass) {
     EXPECT_NEAR(glass(0.5).unpolarised / glass(0.5).exact, 1, 0.015);
 }
 
-TEST(Cie171, Case59_RoofOpening) {
+TEST(Cie171, Nightly_Case59_RoofOpening) {
     constexpr int kSamples = 256;
     // The published values are those of tables B.1 and B.2.
     expect_case("5.9, 1 x 1", "5.9-roof-1x1.pbrt", 5, kRoof1, false, kSamples, 0.04, 0.005,
@@ -215,7 +215,7 @@ TEST(Cie171, Case59_RoofOpening) {
                      {42.33, 43.82, 43.54, 40.85, 35.92, 29.17, 22.62, 16.79}));
 }
 
-TEST(Cie171, Case510_GlazedRoofOpening) {
+TEST(Cie171, Nightly_Case510_GlazedRoofOpening) {
     constexpr int kSamples = 384;
     // The published values are those of tables B.5 to B.8, without A of the larger opening, 32.66 and 29.21
     // there, as in 5.9.
@@ -231,7 +231,7 @@ TEST(Cie171, Case510_GlazedRoofOpening) {
                      {27.44, 32.23, 35.73, 37.56, 37.56, 35.73, 32.23, 27.44}));
 }
 
-TEST(Cie171, Case511_FacadeOpening) {
+TEST(Cie171, Nightly_Case511_FacadeOpening) {
     constexpr int kSamples = 384;
     // The published values are those of tables B.9 to B.11.
     const std::vector<double> ceiling2{0.38, 0.53, 0.75, 1.08, 1.56, 2.14, 2.40, 1.24};
@@ -252,7 +252,7 @@ TEST(Cie171, Case511_FacadeOpening) {
                        {4.50, 6.15, 8.53, 12.00, 16.97, 23.91, 33.08, 44.43}, ceiling4));
 }
 
-TEST(Cie171, Case512_GlazedFacadeOpening) {
+TEST(Cie171, Nightly_Case512_GlazedFacadeOpening) {
     constexpr int kSamples = 512;
     // The published values are those of tables B.15 to B.20.
     const std::vector<double> ceiling2{0.33, 0.46, 0.65, 0.94, 1.34, 1.80, 1.85, 0.53};

@@ -229,7 +229,7 @@ std::string told(const Room& room, const Coverage& coverage, const RunningStats&
 
 // Where a table, a partition or a lens hides small lamps from most of the floor, paths from the floor rarely
 // meet them.
-TEST(LuxCoverage, Long_WhereLampsAreMetSeldom_IsAsStated) {
+TEST(LuxCoverage, Nightly_WhereLampsAreMetSeldom_IsAsStated) {
     constexpr int kSeeds = 12;
     const TemporaryFolder folder;
     for (const Room& room : rooms(measured_lamp(folder))) {

@@ -330,7 +330,7 @@ TEST(LampsAndGlass, Long_BehindPanes_EveryMethodFindsEveryLamp) {
     }
 }
 
-TEST(LampsAndGlass, Long_BehindMirrorsAndThickGlass_MethodsWithPhotonsFindEveryLamp) {
+TEST(LampsAndGlass, Nightly_BehindMirrorsAndThickGlass_MethodsWithPhotonsFindEveryLamp) {
     const TemporaryFolder folder;
     for (const Lamp& lamp : every_lamp(folder.path())) {
         for (const Glass& glass : kBent) {
@@ -362,7 +362,7 @@ Truth truth_at_point(const Lamp& lamp, const Glass& glass, const std::filesystem
     return {kPassed * without * (lamp.sun ? 1.0 : sqr(whole / before)) / sqr(spread), 0};
 }
 
-TEST(LampsAndGlass, Long_BehindMirrorsAndThickGlass_LuxFindsTheLampAndPathsSayWhatIsMissing) {
+TEST(LampsAndGlass, Nightly_BehindMirrorsAndThickGlass_LuxFindsTheLampAndPathsSayWhatIsMissing) {
     const TemporaryFolder folder;
     for (const Lamp& lamp : every_lamp(folder.path())) {
         for (const Glass& glass : kBent) {

@@ -92,7 +92,7 @@ double behind_two_panes(const Lamp& lamp, const V3d& p, double distance) {
 
 // Behind an IES lamp 1 lx is 1 lm/m², and the other lamps' numbers are in W; each lamp is alone in its scene,
 // so the readings compare directly.
-TEST(IlluminanceBehindPanes, Long_OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
+TEST(IlluminanceBehindPanes, Nightly_OfSmallLampsAndSuns_IsTheirTransmittanceTimesWhatArrivesWithoutThem) {
     const TemporaryFolder folder;
     const CalculationSurface surface = plane(0, 3, {12, 12});
     const V3d turned(std::sin(20 * kPiD / 180), 0,

@@ -256,7 +256,7 @@ TEST(References, Cornell_AgreesPixelByPixel) {
     expect_within_noise(with_shared_variance(ours), with_shared_variance(expected));
 }
 
-TEST(References, CornellWithGlass_AgreesPixelByPixel) {
+TEST(References, Nightly_CornellWithGlass_AgreesPixelByPixel) {
     LUCERNA_NEED_DATA(scene, "references/cornellglass.pbrt");
     LUCERNA_NEED_DATA(file, "references/cornellglass-4096.exr");
     constexpr int kSpp = 512;

@@ -80,7 +80,7 @@ std::vector<IntegratorSettings> whole_methods() {
     return all;
 }
 
-TEST(WholePicture, CornellWithGlass_EveryMethodThatClaimsIt_LacksNothing) {
+TEST(WholePicture, Nightly_CornellWithGlass_EveryMethodThatClaimsIt_LacksNothing) {
     LUCERNA_NEED_DATA(scene, "references/cornellglass.pbrt");
     LUCERNA_NEED_DATA(file, "references/cornellglass-4096.exr");
     const Image reference = read_exr(file);

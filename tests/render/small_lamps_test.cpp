@@ -192,7 +192,7 @@ std::vector<View> views() {
             {"lens, mitchell and fog", filter_of(FilterSettings::Kind::mitchell, 2), 0.05F, true}};
 }
 
-TEST(SmallLamps, Long_MeansOfPixels_AreThoseOfRaysThatMeetThemByChance) {
+TEST(SmallLamps, Nightly_MeansOfPixels_AreThoseOfRaysThatMeetThemByChance) {
     constexpr int kSampled = 4'000, kMet = 30'000;
     for (const View& view : views()) {
         SCOPED_TRACE(view.name);
