@@ -338,9 +338,11 @@ void for_each_band(const Workers& workers, int height, Body&& body) {
     }
 }
 
-// Divides the sums of a row by the weights. A linear fit may fall below 0 where its window's light does not:
-// it is then raised to 0, or to the weighted mean of the light where that is negative.
+// Divides the sums of a row by the weights. Beside a steep edge, such as that of a shadow, a linear fit may
+// be far below all light of its window, or below 0: it is then raised to a share of the weighted mean, or to
+// the mean where that is negative.
 void finish_row(int y, int width, const Plane& weights, Filtered& filtered) {
+    constexpr float kLeast = 0.3F;
     const float* const weight = weights.row(y);
     for (ColourPlanes& candidate : filtered) {
         for (Plane& plane : candidate) {
@@ -351,7 +353,7 @@ void finish_row(int y, int width, const Plane& weights, Filtered& filtered) {
     for (std::size_t c = 0; c < 3; ++c) {
         float* const to = filtered[static_cast<std::size_t>(Candidate::linear)][c].row(y);
         const float* const mean = filtered[static_cast<std::size_t>(Candidate::constant)][c].row(y);
-        for (int x = 0; x < width; ++x) to[x] = std::max(to[x], std::min(mean[x], 0.0F));
+        for (int x = 0; x < width; ++x) to[x] = std::max(to[x], std::min(mean[x], kLeast * mean[x]));
     }
 }
 

@@ -138,7 +138,7 @@ constexpr float kMostChange = 0.3F;
 // small lamps must not let their light leak into the dark around them.
 constexpr float kMostDeviations = 6;
 constexpr int kReachOfNoise = 3, kStepOfNoise = 2;
-// The least share of a pixel's light that a change leaves: a darker surrounding must not make it negative.
+// The least share of a pixel's light that a change leaves.
 constexpr float kLeastLeft = 0.1F;
 
 // Calls body(x, left, right) for each pixel x of a row of half the width, with the columns of its fine
@@ -233,14 +233,15 @@ class Upsampler {
     Upsampler(const FeaturePlanes& fine, const FeaturePlanes& coarse)
         : fine_(planes_of(fine)), coarse_(planes_of(coarse)) {}
 
-    // Adds the upsampled planes to row y of others.
-    void add(int y, const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
+    // Changes row y of planes by upsampled ones: adds what is positive in these, and multiplies by one plus
+    // what is negative.
+    void apply(int y, const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
         const int width = fine_[0]->width();
         // Pixels of even and of odd columns have their nearest other columns on different sides.
         for (const int parity : {0, 1}) {
             const int pixels = (width + 1 - parity) / 2;
             for (int begin = 0; begin < pixels; begin += kBlock)
-                add_block(y, parity, begin, std::min(kBlock, pixels - begin), planes);
+                apply_block(y, parity, begin, std::min(kBlock, pixels - begin), planes);
         }
     }
 
@@ -279,9 +280,9 @@ class Upsampler {
                 &of.inside};
     }
 
-    // Adds to `pixels` pixels of row y, whose coarse columns begin at `begin`.
-    void add_block(int y, int parity, int begin, int pixels,
-                   const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
+    // Changes `pixels` pixels of row y, whose coarse columns begin at `begin`.
+    void apply_block(int y, int parity, int begin, int pixels,
+                     const std::vector<std::pair<const Plane*, Plane*>>& planes) const {
         std::array<Block, kAll> here;
         for (std::size_t i = 0; i < kAll; ++i) {
             const float* const from = fine_[i]->row(y) + parity + 2 * begin;
@@ -298,19 +299,20 @@ class Upsampler {
         }
         for (std::size_t x = 0; x < kBlock; ++x) sum[x] = 1 / std::max(sum[x], kLeastWeight);
         for (const auto& [from, to] : planes) {
-            Block change{};
+            Block change{}, factor{};
             for (std::size_t k = 0; k < 4; ++k) {
                 const float* const in = from->row(rows[k / 2]) + columns[k % 2];
                 for (int x = 0; x < pixels; ++x) {
                     const auto i = static_cast<std::size_t>(x);
-                    change[i] += weights[k][i] * sum[i] * in[x];
+                    const float share = weights[k][i] * sum[i];
+                    change[i] += share * std::max(in[x], 0.0F);
+                    factor[i] += share * std::min(in[x], 0.0F);
                 }
             }
             float* const out = to->row(y) + parity + 2 * begin;
             for (int x = 0; x < pixels; ++x) {
-                const float was = out[2 * x];
-                out[2 * x] =
-                    std::max(was + change[static_cast<std::size_t>(x)], std::min(was, kLeastLeft * was));
+                const auto i = static_cast<std::size_t>(x);
+                out[2 * x] = std::max(1 + factor[i], kLeastLeft) * out[2 * x] + change[i];
             }
         }
     }
@@ -392,13 +394,17 @@ void correct(std::array<Filtered, 2>& fine, const FeaturePlanes& features,
                 for (int x = 0; x < size.x; ++x) {
                     const float most = kMostChange * std::fabs(was[x]) +
                                        kMostDeviations * deviation[static_cast<std::size_t>(x)];
-                    to[x] = std::clamp(to[x] - was[x], -most, most);
+                    // A positive change is added to fine pixels. A negative one becomes a share of the light,
+                    // by which they are multiplied: beside a steep edge dark ones would become black.
+                    const float change_here = std::clamp(to[x] - was[x], -most, most);
+                    to[x] =
+                        change_here < 0 && was[x] > 0 ? change_here / was[x] : std::max(change_here, 0.0F);
                 }
             }
         }
     });
     const Upsampler upsampler(features, coarse.features);
-    for_each_row(workers, {width, height}, [&](int y) { upsampler.add(y, planes); });
+    for_each_row(workers, {width, height}, [&](int y) { upsampler.apply(y, planes); });
 }
 
 }  // namespace
