@@ -32,10 +32,6 @@ constexpr float kOfShare = 0.1F, kOfUnlike = 10, kNoiseLeft = 0.125F;
 // sides.
 using FeatureVector = std::array<float, 9>;
 
-V3f at(const ColourPlanes& planes, const V2i& p) {
-    return {planes[0].row(p.y)[p.x], planes[1].row(p.y)[p.x], planes[2].row(p.y)[p.x]};
-}
-
 struct Mixture {
     V2i first, second;  // pixels on either side
     float share;        // of the first, in [0, 1]

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
+#include "engine/base/vec.h"
 
 namespace lucerna {
 
@@ -72,6 +73,11 @@ class Plane {
     std::vector<float> data_;
 };
 using ColourPlanes = std::array<Plane, 3>;
+
+// Returns the values at a pixel.
+inline V3f at(const ColourPlanes& planes, const V2i& p) {
+    return {planes[0].row(p.y)[p.x], planes[1].row(p.y)[p.x], planes[2].row(p.y)[p.x]};
+}
 
 inline V2i size_of(const Plane& plane) {
     return {plane.width(), plane.height()};

@@ -14,49 +14,47 @@
 namespace lucerna {
 namespace {
 
-// Writes how much noisier a pixel is than kMuch times those around it, squared: it holds light that the
-// others have missed. The pixels around it are two apart, because noise is blended over 3 x 3 pixels.
-void set_excess(const HalfPlanes& half, int y, std::vector<float>& excess) {
+// Returns how much noisier each pixel of a row is than kMuch times those around it, squared: it holds light
+// that the others have missed. The pixels around it are two apart, because noise is blended over 3 x 3
+// pixels.
+std::vector<float> excess_of(const HalfPlanes& half, int y) {
     constexpr int kReach = 4, kStep = 2;
     constexpr float kMuch = 10;
     // Trust falls with the fourth power of this: float32 holds its squares.
     constexpr float kMost = 1e3F;
-    mean_of_most<kReach, kStep>(half.own_noise, y, excess);
+    std::vector<float> others(static_cast<std::size_t>(half.own_noise.width())), excess(others.size());
+    mean_of_most<kReach, kStep>(half.own_noise, y, others);
     const float* const here = half.own_noise.row(y);
-    for (std::size_t x = 0; x < excess.size(); ++x) {
-        const float ratio = here[x] / (kMuch * excess[x] + std::numeric_limits<float>::min());
+    for (std::size_t x = 0; x < others.size(); ++x) {
+        const float ratio = here[x] / (kMuch * others[x] + std::numeric_limits<float>::min());
         excess[x] = sqr(std::min(ratio, kMost));
     }
+    return excess;
 }
 
-// Returns how many pixels of the wider surroundings have half the noise of pixel (x, y) or more, weighted by
-// the likeness of their features. Its nearest pixels share its noise, and do not count.
-float company_of(int x, int y, const FeaturePlanes& f, const Plane& noise) {
+// Returns how many pixels of the wider surroundings have half the noise of a pixel or more, weighted by the
+// likeness of their features. Its nearest pixels share its noise, and do not count.
+float company_of(const V2i& p, const FeaturePlanes& f, const Plane& noise) {
     constexpr int kReach = 8, kStep = 2, kNearest = 2;
+    static_assert(kReach <= Plane::kRim);
     constexpr float kLeast = 0.5F;
-    const float least = kLeast * noise.row(y)[x];
+    const float least = kLeast * noise.row(p.y)[p.x], emitter = f.emitter.row(p.y)[p.x];
+    const V3f albedo = at(f.albedo, p), normal = at(f.normal, p), place = at(f.position, p),
+              across = at(f.geometric_normal, p);
+    const float near = f.inverse_footprint.row(p.y)[p.x];
     const V2i size = size_of(noise);
-    const auto squared_difference = [&](const ColourPlanes& of, int u, int v) {
-        float sum = 0;
-        for (const Plane& plane : of) sum += sqr(plane.row(v)[u] - plane.row(y)[x]);
-        return sum;
-    };
     float company = 0;
     for (int j = -kReach; j <= kReach; j += kStep) {
-        const int v = y + j;
+        const int v = p.y + j;
         if (v < 0 || v >= size.y) continue;
         const float* const there = noise.row(v);
         for (int i = -kReach; i <= kReach; i += kStep) {
-            const int u = x + i;
-            if (there[u] < least || u < 0 || u >= size.x) continue;
+            const V2i q(p.x + i, v);
+            if (there[q.x] < least || q.x < 0 || q.x >= size.x) continue;
             if (std::max(std::abs(i), std::abs(j)) <= kNearest) continue;
-            float from_plane = 0;
-            for (std::size_t c = 0; c < 3; ++c)
-                from_plane +=
-                    f.geometric_normal[c].row(y)[x] * (f.position[c].row(v)[u] - f.position[c].row(y)[x]);
             company += weight_of(feature_distance(
-                squared_difference(f.albedo, u, v), squared_difference(f.normal, u, v),
-                f.inverse_footprint.row(y)[x] * from_plane, f.emitter.row(v)[u] - f.emitter.row(y)[x]));
+                (at(f.albedo, q) - albedo).length2(), (at(f.normal, q) - normal).length2(),
+                near * across.dot(at(f.position, q) - place), f.emitter.row(q.y)[q.x] - emitter));
         }
     }
     return company;
@@ -70,12 +68,11 @@ void set_trust(const FeaturePlanes& features, HalfPlanes& half, const Workers& w
     fill_rows(workers, {&half.trust}, [&](int y) {
         const float* const sampled = half.sampled.row(y);
         float* const to = half.trust.row(y);
-        std::vector<float> excess(static_cast<std::size_t>(half.sampled.width()));
-        set_excess(half, y, excess);
+        const std::vector<float> excess = excess_of(half, y);
         for (std::size_t x = 0; x < excess.size(); ++x) {
             float trust = trust_with(excess[x]);
             if (trust < kTrusted) {
-                const float company = company_of(static_cast<int>(x), y, features, half.own_noise);
+                const float company = company_of(V2i(static_cast<int>(x), y), features, half.own_noise);
                 trust = trust_with(excess[x] * sqr(std::max(0.0F, 1 - company / kOthers)));
             }
             to[x] = sampled[x] * trust;
@@ -395,10 +392,10 @@ void correct(std::array<Filtered, 2>& fine, const FeaturePlanes& features,
                     const float most = kMostChange * std::fabs(was[x]) +
                                        kMostDeviations * deviation[static_cast<std::size_t>(x)];
                     // A positive change is added to fine pixels. A negative one becomes a share of the light,
-                    // by which they are multiplied: beside a steep edge dark ones would become black.
-                    const float change_here = std::clamp(to[x] - was[x], -most, most);
-                    to[x] =
-                        change_here < 0 && was[x] > 0 ? change_here / was[x] : std::max(change_here, 0.0F);
+                    // by which they are multiplied: beside a steep edge dark ones would become black. The
+                    // share is at least -1, where a tiny value would not let it be finite.
+                    const float added = std::clamp(to[x] - was[x], -most, most);
+                    to[x] = added < 0 && was[x] > 0 ? std::max(added / was[x], -1.0F) : std::max(added, 0.0F);
                 }
             }
         }

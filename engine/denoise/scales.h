@@ -3,7 +3,9 @@
 // Every coarser scale has means over 2 x 2 pixels of the light and the features. Its regression replaces the
 // low frequencies of the finer one [Delbracio et al. 2014]:
 //     fine + upsampled(coarse - means over 2 x 2 pixels of fine).
-// Upsampling is bilinear, with weights by the likeness of features, so that nothing leaks over edges.
+// Where the coarser scale is darker, fine pixels are multiplied by the ratio instead, so that dark ones
+// beside the edge of a shadow do not become black. Upsampling is bilinear, with weights by the likeness of
+// features, so that nothing leaks over edges.
 #pragma once
 
 #include <array>

@@ -105,6 +105,16 @@ TEST(Regression, LightThatIsNowhereNegative_StaysSo) {
     }
     EXPECT_GE(least, 0);
     EXPECT_GT(at_zero, 0) << "some fits fell below";
+    // Fits that fell far below the weighted mean are raised to a share of it.
+    int raised = 0;
+    for (int y = 0; y < kHigh; ++y) {
+        const float *const linear = filtered[0][0][0].row(y), *const mean = filtered[0][1][0].row(y);
+        for (int x = 0; x < kWide; ++x) {
+            ASSERT_GE(linear[x], 0.2999F * mean[x]) << x << ' ' << y;
+            raised += mean[x] > 0 && linear[x] < 0.3001F * mean[x];
+        }
+    }
+    EXPECT_GT(raised, 0);
 }
 
 // An image that is made of one half does not depend on the other half, which can therefore judge it.
