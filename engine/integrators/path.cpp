@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/guiding/chain_guide.h"
 #include "engine/guiding/directional_guide.h"
 #include "engine/guiding/guide.h"
 #include "engine/image/image.h"
@@ -34,11 +35,17 @@ float path_survival(const EyePath& path) {
 // Photons guide this many first bounces. Later ones bring little, and each look-up costs as much.
 constexpr int kGuidedBounces = 3;
 
+// Chains to small lamps are searched for at the first place that is no mirror, since light there shows in
+// single pixels, and at later ones with this probability.
+constexpr float kLaterChains = 1.0F / 8;
+constexpr std::uint32_t kChainBranch = 0xc4a1;
+
 class PathEstimator final : public Estimator {
   public:
     // The guides outlive the estimator. Null means unguided.
-    PathEstimator(const Scene& scene, const GuideMap* light_guides, const DirectionGuideMap* guides)
-        : scene_(scene), light_guides_(light_guides), guides_(guides), lights_(scene) {}
+    PathEstimator(const Scene& scene, const GuideMap* light_guides, const DirectionGuideMap* guides,
+                  const ChainGuide* chains)
+        : scene_(scene), light_guides_(light_guides), guides_(guides), chains_(chains), lights_(scene) {}
 
     void follow(const EyePath& path, Sampler& sampler) const override {
         lucerna::follow(scene_, path, sampler, Visitor{{}, *this, nullptr});
@@ -67,11 +74,16 @@ class PathEstimator final : public Estimator {
                                         guided ? of.guides_->at(p, at.bsdf, at.wo) : DirectionGuide());
             const LightChoice choice = of.choice_at(at, path.bounces);
             next_event(of.scene_, at, sampler, choice, directions, path);
+            const ChainGuide::Place place{at, directions, path.separates_caustics() ? 1 : kLaterChains,
+                                          path.left};
+            if (of.chains_) of.chains_->add_light(place, sampler.split(kChainBranch), path);
 
             // Choose a direction.
             const auto drawn = directions.sample({sampler.next(), sampler.next2()});
             if (!drawn) return false;
             path.turn(at, drawn->sample, EmissionRule::mis(drawn->sample.pdf_w, choice));
+            if (of.chains_ && !drawn->sample.delta)
+                path.chain = of.chains_->chance_chain(place, path.ray.d, drawn->sample.pdf_w);
             path.density_ratio *= drawn->ratio;
             if (density_ratio) *density_ratio = path.density_ratio;
             return drawn->sample.straight || path.survives(path_survival(path), sampler);
@@ -97,6 +109,7 @@ class PathEstimator final : public Estimator {
     const Scene& scene_;
     const GuideMap* light_guides_;
     const DirectionGuideMap* guides_;
+    const ChainGuide* chains_;
     LightChooser lights_;
 };
 
@@ -148,21 +161,53 @@ bool guides_pay(const PathEstimator& guided, const PathSettings& settings, const
     return pays;
 }
 
+// Returns the share of the image's light that goes to surfaces over mirrors and glass, from a pilot that
+// looks at pixels all over the view. A path counts for at most a few times the mean, so that a rare bright
+// one does not decide.
+double light_over_chains(const PathEstimator& paths, const PathSettings& settings,
+                         const RenderContext& context) {
+    constexpr std::size_t kPixels = 1024;
+    const View& view = *context.view;
+    std::vector<V2d> found(kPixels);
+    parallel_each(context.workers, kPixels, 4, [&](std::size_t i) {
+        Sampler sampler =
+            Sampler::stratified(context.seed, Purpose::importance, 2, static_cast<std::uint32_t>(i));
+        const V2f pixel = view.begin + sampler.next2() * (view.end - view.begin);
+        SampleAccount account;
+        const EyePath path = EyePath::begin(context.scene, view.camera->ray(pixel, sampler.next2()),
+                                            settings.quantity, settings.max_depth, account);
+        paths.follow(path, sampler);
+        if (is_finite(account.radiance()))
+            found[i] = {double{luminance(account.by_chance)}, double{luminance(account.radiance())}};
+    });
+    constexpr double kMost = 3;
+    double mean = 0;
+    for (const V2d& sample : found) mean += sample.y / kPixels;
+    V2d sum(0.0);
+    for (const V2d& sample : found)
+        sum += V2d(std::min(sample.x, kMost * mean), std::min(sample.y, kMost * mean));
+    return sum.y > 0 ? sum.x / sum.y : 0;
+}
+
 class PathSession final : public Session {
   public:
     PathSession(const Scene& scene, std::optional<GuideMap> light_guides,
-                std::optional<DirectionGuideMap> guides)
-        : scene_(scene), light_guides_(std::move(light_guides)), guides_(std::move(guides)) {}
+                std::optional<DirectionGuideMap> guides, std::unique_ptr<const ChainGuide> chains)
+        : scene_(scene),
+          light_guides_(std::move(light_guides)),
+          guides_(std::move(guides)),
+          chains_(std::move(chains)) {}
     std::unique_ptr<const Estimator> pass(std::uint32_t /*index*/, Monitor& /*monitor*/,
                                           PassStatistics& /*statistics*/) const override {
         return std::make_unique<PathEstimator>(scene_, light_guides_ ? &*light_guides_ : nullptr,
-                                               guides_ ? &*guides_ : nullptr);
+                                               guides_ ? &*guides_ : nullptr, chains_.get());
     }
 
   private:
     const Scene& scene_;
     std::optional<GuideMap> light_guides_;
     std::optional<DirectionGuideMap> guides_;
+    std::unique_ptr<const ChainGuide> chains_;
 };
 
 class PathIntegrator final : public Integrator {
@@ -177,8 +222,11 @@ class PathIntegrator final : public Integrator {
             light_guides = make_light_guides(context, statistics);
         if (settings_.guide_paths > 0 && !context.monitor.stopped())
             guides = make_guides(context, statistics);
+        std::unique_ptr<const ChainGuide> chains;
+        if (settings_.chains > 0 && !context.monitor.stopped()) chains = make_chains(context, statistics);
         if (context.monitor.stopped()) return nullptr;
-        return std::make_unique<PathSession>(context.scene, std::move(light_guides), std::move(guides));
+        return std::make_unique<PathSession>(context.scene, std::move(light_guides), std::move(guides),
+                                             std::move(chains));
     }
 
   private:
@@ -201,12 +249,34 @@ class PathIntegrator final : public Integrator {
             build_direction_guides(context.scene, parameters, context.workers, context.monitor));
         if (context.monitor.stopped()) return std::nullopt;
         const bool any = guides->records() > 0;
-        if (!any || (context.view && !guides_pay({context.scene, nullptr, &*guides}, settings_, context))) {
+        if (!any ||
+            (context.view && !guides_pay({context.scene, nullptr, &*guides, nullptr}, settings_, context))) {
             guides.reset();
         }
         statistics.seconds.add("guide", building.seconds());
         statistics.guides = {guides ? guides->photons() : 0, guides ? guides->records() : 0};
         return guides;
+    }
+
+    // Returns null where the search for chains does not pay. Without a view it is not known, and points in
+    // space are far from the photons.
+    std::unique_ptr<const ChainGuide> make_chains(const RenderContext& context,
+                                                  OnceStatistics& statistics) const {
+        constexpr double kLeastShare = 0.01;  // of the image's light
+        if (!context.view) return nullptr;
+        constexpr std::int64_t kPilot = 1 << 17;
+        const Stopwatch building;
+        const auto build = [&](std::int64_t paths) {
+            return build_chain_guide(context.scene, {paths, context.seed}, context.workers, context.monitor);
+        };
+        std::unique_ptr<const ChainGuide> chains = build(std::min(settings_.chains, kPilot));
+        if (chains) {
+            const PathEstimator paths(context.scene, nullptr, nullptr, chains.get());
+            if (light_over_chains(paths, settings_, context) < kLeastShare) chains.reset();
+        }
+        if (chains && settings_.chains > kPilot) chains = build(settings_.chains);
+        statistics.seconds.add("guide", building.seconds());
+        return chains;
     }
 
     PathSettings settings_;

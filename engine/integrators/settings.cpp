@@ -83,6 +83,11 @@ std::vector<Field> fields_of(PathSettings& s) {
               "light paths whose photons guide bounces where it reduces noise, for example 100000; 0: no "
               "guiding",
               0, 4294967296.0, s.guide_paths),
+        in_studies(
+            whole("chains",
+                  "light paths whose photons tell how small lamps are reached over mirrors and glass, where "
+                  "such light matters; 0: rays meet these lamps by chance alone",
+                  0, 4294967296.0, s.chains)),
     };
 }
 

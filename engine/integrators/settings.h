@@ -29,6 +29,7 @@ struct PathSettings {
     Quantity quantity = Quantity::radiance;
     std::int64_t guide_lights = 0;  // light paths whose first hits guide the choice of lights; 0: unguided
     std::int64_t guide_paths = 0;   // light paths whose photons guide bounces; 0: unguided
+    std::int64_t chains = 1 << 20;  // light paths that look for mirrors and glass before lamps; 0: none
 };
 
 // Holds the settings of direct light alone; mirrors and glass are followed.

@@ -5,8 +5,8 @@
 // and never if it is a point or a sun. The samples of such a path tracer agree with each other, and their
 // confidence interval does not include the light that none of them met. Paths from the lamps find that light
 // easily. They are used here to estimate how much of it arrives, blurred over a neighbourhood of the
-// receivers or visible surfaces, for comparison with the light that the path tracer met by chance
-// (SampleAccount::by_chance).
+// receivers or visible surfaces, for comparison with the light that the path tracer met by chance or by a
+// search near photons of such paths, which knows only some of the chains (SampleAccount::by_chance).
 #pragma once
 
 #include <cstdint>

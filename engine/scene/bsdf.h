@@ -99,6 +99,8 @@ class Bsdf {
 
     // Tells whether all lobes are deltas, so that neither direct light nor stored photons apply.
     bool is_delta() const;
+    // Tells whether there is a single lobe, a delta: a mirror, a smooth boundary or a pane.
+    bool is_single_delta() const { return count_ == 1 && is_delta(); }
     // Tells whether the BSDF is exactly Lambertian: then f = albedo/π for any two directions on one side.
     bool is_lambertian() const { return count_ == 1 && std::holds_alternative<DiffuseLobe>(lobes_[0]); }
     // Tells whether some light goes on to the other side.

@@ -59,8 +59,9 @@ struct LightGroups {
 struct SampleAccount {
     std::array<Rgb, kLayers> layers;
     std::vector<Rgb> groups;  // one for each of the scene's light groups
-    // Holds the part of the radiance that no light sampling can find: light that a scattered path met by
-    // chance at the end of a specular chain. `groups_by_chance` has it by light group.
+    // Holds the part of the radiance that light samples do not find: light at the end of a specular chain,
+    // which a scattered path met by chance or found by a search for such chains (chain_guide.h).
+    // `groups_by_chance` has it by light group.
     Rgb by_chance;
     std::vector<Rgb> groups_by_chance;
     // Holds the difference of density estimates at the visible place from sharper ones

@@ -341,6 +341,17 @@ QuadricShape::Surface QuadricShape::surface(const V3d& p, double phi, double v) 
     return out;
 }
 
+NormalField QuadricShape::normal_field(const V3d& at) const {
+    V3d p;
+    object_from_world_.multVecMatrix(at, p);
+    NormalField field;
+    if (kind_ == Kind::disk) return field.in_frame(object_from_world_);
+    field.value = kind_ == Kind::sphere ? p : profile_.half_gradient(p);
+    for (int i = 0; i < 3; ++i) field.by_position[i][i] = 1;
+    if (kind_ != Kind::sphere) field.by_position[2][2] = -profile_.a;
+    return field.in_frame(object_from_world_);
+}
+
 // A sphere extends along a world axis by the norm of its semi-axes' components. Any other shape is bounded by
 // the cylinder of its largest radius between its lowest and highest z.
 Box3d QuadricShape::compute_box() const {

@@ -8,6 +8,7 @@
 
 #include "engine/base/vec.h"
 #include "engine/scene/mesh.h"
+#include "engine/scene/normal_field.h"
 
 namespace lucerna {
 
@@ -34,6 +35,10 @@ class QuadricShape {
     Surface at(const Ray& ray, double t) const;
     // Returns the surface at texture coordinates from 0 to 1.
     Surface at(double u, double v) const;
+
+    // Returns the gradient of the shape's equation, which is along the normals, at a place on it (scene
+    // units).
+    NormalField normal_field(const V3d& p) const;
 
     // Returns bounds of the whole shape, rounded outwards.
     const Box3f& bounds() const { return bounds_; }

@@ -274,6 +274,15 @@ float Scene::distance(const Ray& ray, const ClosestHit& closest) const {
     return std::min(t, ray.t_max);  // rounding may put it beyond t_max
 }
 
+std::optional<NormalField> Scene::normal_field(const Ray& ray, const ClosestHit& closest) const {
+    const ShapeSet& set = impl_->set_of(closest);
+    const LocalRay local = impl_->local(ray, closest);
+    const auto field = set.normal_field(set.exact(closest.primitive, local), local);
+    if (!field || !(field->value.length2() > 0)) return std::nullopt;
+    if (closest.instance == kNoInstance) return field;
+    return field->in_frame(impl_->instances[closest.instance].placement.to_local);
+}
+
 Hit Scene::intersect(const Ray& ray, const ClosestHit& closest) const {
     Hit hit;
     intersect(ray, closest, hit);

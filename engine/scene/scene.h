@@ -16,6 +16,7 @@
 #include "engine/scene/material.h"
 #include "engine/scene/medium.h"
 #include "engine/scene/mesh.h"
+#include "engine/scene/normal_field.h"
 #include "engine/scene/path_account.h"
 #include "lights/light.h"
 #include "lights/light_tree.h"
@@ -97,6 +98,9 @@ class Scene {
     void intersect(const Ray& ray, const ClosestHit& closest, Hit& hit) const;  // writes to `hit`
     // Calls closest_hit() and prefetch_corners() for each ray.
     void closest_hits(std::span<const Ray> rays, std::span<std::optional<ClosestHit>> closest) const;
+    // Returns a field along Hit::ns or -Hit::ns at the hit of this ray, without any relief of the material;
+    // none for shapes of which it is not known (patches, curves).
+    std::optional<NormalField> normal_field(const Ray& ray, const ClosestHit& closest) const;
     // Returns only the t of that hit.
     float distance(const Ray& ray, const ClosestHit& closest) const;
     // Returns the hit object's number, from 1: the world's own shapes in their order, then the instances.

@@ -229,6 +229,12 @@ V2f ShapeSet::uv(const PrimitiveHit& m, const LocalRay& ray) const {
     return patch_uv(shapes_.patches[at.mesh], at.patch, m.u, m.v);
 }
 
+std::optional<NormalField> ShapeSet::normal_field(const PrimitiveHit& m, const LocalRay& ray) const {
+    if (m.geometry < curves_begin()) return triangle_normal_field(shapes_.meshes[m.geometry], m.primitive, m);
+    if (m.geometry == quadrics_id()) return quadrics_[m.primitive].normal_field(ray.at(m.t));
+    return std::nullopt;
+}
+
 void ShapeSet::prefetch_vertices(const PrimitiveHit& m) const {
     if (m.geometry >= curves_begin()) return;
     const Mesh& mesh = shapes_.meshes[m.geometry];

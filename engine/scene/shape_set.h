@@ -70,6 +70,8 @@ class ShapeSet {
     Hit hit(const PrimitiveHit& exact, const LocalRay& ray) const;
     // Writes hit(exact(m, ray), ray) to `hit`.
     void exact_hit(const PrimitiveHit& m, const LocalRay& ray, Hit& hit) const;
+    // Returns none for patches and curves.
+    std::optional<NormalField> normal_field(const PrimitiveHit& exact, const LocalRay& ray) const;
     // These prefetch the memory that hit() reads of a triangle: first its vertex indices, then, once these
     // are there, its vertices.
     void prefetch_corners(const PrimitiveHit& hit) const {

@@ -130,6 +130,26 @@ void triangle_hit(const Mesh& mesh, const PrimitiveHit& embrees, const LocalRay&
     hit.t = static_cast<float>(exact ? ahead(along) : along);
 }
 
+NormalField triangle_normal_field(const Mesh& mesh, std::uint32_t triangle, const PrimitiveHit& exact) {
+    const V3i& t = mesh.triangles[triangle];
+    const auto [p0, e1, e2] = TriangleEdges(mesh, t);
+    NormalField field;
+    if (mesh.n.empty()) {
+        field.value = e1.cross(e2);
+        return field;
+    }
+    const V3d n0(mesh.n[corner(t, 0)]), n1(mesh.n[corner(t, 1)]), n2(mesh.n[corner(t, 2)]);
+    field.value = (1 - exact.u - exact.v) * n0 + exact.u * n1 + exact.v * n2;
+    // The weights' gradients are the edges' dual vectors. The denominator is the squared double area, > 0.
+    const V3d across = e1.cross(e2);
+    const V3d g1 = e2.cross(across) / across.length2(), g2 = across.cross(e1) / across.length2();
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j)
+            field.by_position[i][j] = (n1[i] - n0[i]) * g1[j] + (n2[i] - n0[i]) * g2[j];
+    }
+    return field;
+}
+
 // ---- quadrics
 
 Hit quadric_hit(const QuadricShape& shape, const LocalRay& ray, double t) {

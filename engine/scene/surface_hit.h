@@ -9,6 +9,7 @@
 
 #include "engine/base/vec.h"
 #include "engine/scene/mesh.h"
+#include "engine/scene/normal_field.h"
 #include "engine/scene/quadric.h"
 #include "engine/scene/scene.h"
 
@@ -36,6 +37,9 @@ void triangle_hit(const Mesh& mesh, const PrimitiveHit& embrees, const LocalRay&
 inline double ahead(double t) {
     return std::max(t, double{std::numeric_limits<float>::min()});
 }
+
+// Returns the interpolated normal before normalisation, or an even field where the mesh has none.
+NormalField triangle_normal_field(const Mesh& mesh, std::uint32_t triangle, const PrimitiveHit& exact);
 
 Hit quadric_hit(const QuadricShape& shape, const LocalRay& ray, double t);
 

@@ -35,6 +35,7 @@ void EyePath::turn(const Vertex& at, const BsdfSample& sample, const EmissionRul
     throughput *= sample.weight;
     eta_scale *= sample.eta_scale;
     rule = sample.delta ? rule.after(sample, ray, at.hit.t) : rough;
+    chain.turn(at.bsdf, sample);
     medium = at.medium_towards(sample.wi);
     ray = Ray{at.hit.at.towards(sample.wi), sample.wi};
     if (sample.straight) return;
@@ -46,6 +47,7 @@ void EyePath::turn(const Vertex& at, const BsdfSample& sample, const EmissionRul
 void EyePath::turn(const MediumVertex& at, const V3f& wi, const EmissionRule& rule_there) {
     rule = rule_there;
     rule.weight *= direct_share;
+    chain.by = nullptr;
     direct_share = 1;
     medium = at.medium;
     ray = Ray{at.p, wi};
@@ -66,8 +68,12 @@ void add_emission(const Scene& scene, const EyePath& path, const std::optional<H
     const bool through_media = !scene.media().empty();
     std::optional<Sampler> more;
     if (through_media) more = sampler.split(kLampBranch);
-    const auto add = [&](Rgb radiance, float distance, std::uint32_t light) {
+    const auto add = [&](Rgb radiance, float distance, std::uint32_t light, const Hit* carrier) {
         if (is_black(radiance)) return;
+        const bool is_searched = by_chance && path.chain.by;
+        const float share =
+            is_searched ? path.chain.by->share(path.chain, light, {path.ray, distance, carrier}) : 1.0F;
+        radiance *= share;
         if (through_media) {
             const Ray way{path.ray.o, path.ray.d, distance};
             radiance *= transmittance(scene, way, path.medium, *more);
@@ -75,8 +81,11 @@ void add_emission(const Scene& scene, const EyePath& path, const std::optional<H
         path.add_emitted(path.rule.weight * radiance, light, by_chance);
     };
     if (hit && hit->light != kNoLight)
-        add(surface_emission(scene, path, *hit), hit->t, static_cast<std::uint32_t>(hit->light));
-    for_each_impostor(scene, path.ray, hit, path.rule, add);
+        add(surface_emission(scene, path, *hit), hit->t, static_cast<std::uint32_t>(hit->light), &*hit);
+    for_each_impostor(scene, path.ray, hit, path.rule,
+                      [&](const Rgb& radiance, float distance, std::uint32_t light) {
+                          add(radiance, distance, light, nullptr);
+                      });
 }
 
 void add_emission_ahead(const Scene& scene, EyePath path, std::optional<Hit> hit, Sampler& sampler) {

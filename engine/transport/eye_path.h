@@ -16,6 +16,7 @@
 #include "engine/scene/quantity.h"
 #include "engine/scene/scene.h"
 #include "engine/transport/emission_rule.h"
+#include "engine/transport/specular_chain.h"
 
 namespace lucerna {
 
@@ -51,6 +52,9 @@ struct EyePath : PathAccount {
     const Hit* receiver = nullptr;
     // Holds the position on the whole film, pixels, for methods whose numbers of samples vary over the film.
     V2f film{0, 0};
+    // Describes the chain of mirrors and glass that the path follows, if lamps at its end are also searched
+    // for.
+    ChanceChain chain;
     // Names the half (0 or 1) of the image's samples to which this one belongs, where halves must be
     // independent: each then has one of the two structures that a method makes. Without a value the sample
     // may use both.

@@ -196,7 +196,7 @@ TEST(Options, NumberOfParameters) {
         IntegratorSettings settings = make_settings(name, {});
         return fields(settings).size();
     };
-    EXPECT_LE(count("path"), 4U);
+    EXPECT_LE(count("path"), 5U);
     EXPECT_LE(count("direct"), 2U);
     EXPECT_LE(count("photonmap"), 18U);
     EXPECT_LE(count("igi"), 14U);

@@ -134,9 +134,11 @@ TEST(MissingLight, Long_LampThatPathsMeet_IsNotCalledMissing) {
 }
 
 // Returns the missing share of an image by the path tracer.
-double missing_share(const std::string& world) {
+double missing_share(const std::string& world, std::int64_t chains = 0) {
     Job job = job_of(world);
-    job.integrator = PathSettings();
+    PathSettings path;
+    path.chains = chains;
+    job.integrator = path;
     job.spp = 16;
     job.film.chance = true;
     Monitor silent;
@@ -154,6 +156,7 @@ TEST(MissingLight, InAnImage_IsItsShare) {
         "\"disk\" "
         "\"float radius\" 8 AttributeEnd\n";
     EXPECT_GT(missing_share(kLamp + kSlab + wall), 0.9);
+    EXPECT_EQ(missing_share(kLamp + kSlab + wall, PathSettings().chains), 0) << "it is searched for";
     EXPECT_EQ(missing_share(kLamp + wall), 0);
     const std::string large =
         "AttributeBegin Material \"diffuse\" \"rgb reflectance\" [0 0 0] AreaLightSource \"diffuse\" \"rgb "

@@ -21,7 +21,7 @@ using testing::SceneMaker;
 struct Case {
     const char* name;
     IntegratorSettings settings;
-    bool adaptive = true, parts = false, fog = false;
+    bool adaptive = true, parts = false, fog = false, small_lamp = false;
 };
 void PrintTo(const Case& which, std::ostream* out) {
     *out << which.name;
@@ -56,17 +56,19 @@ std::vector<Case> cases() {
             {"igi", igi},
             {"igi in fog with layers", igi, true, true, true},
             {"progressive", progressive},
-            {"progressive in fog with layers", progressive, true, true, true}};
+            {"progressive in fog with layers", progressive, true, true, true},
+            {"path over chains to a small lamp", PathSettings{}, true, false, false, true}};
 }
 
-// Returns a room with glass and a mirror; `fog` fills it.
-Scene room(bool fog) {
+// Returns a room with glass and a mirror.
+Scene room(const Case& which) {
     SceneMaker make;
     make.room({1, 1, 1}, make.diffuse({0.7F, 0.6F, 0.5F}));
     make.sphere({0.32F, 0.2F, 0.4F}, 0.18F, make.material(DielectricMaterial{}));
     make.sphere({0.75F, 0.15F, 0.35F}, 0.14F, make.material(MirrorMaterial{}));
-    make.quad_light({0.3F, 0.95F, 0.4F}, {0.4F, 0, 0}, {0, 0, 0.4F}, make.diffuse(Rgb(0)), {9, 8, 6});
-    if (fog) {
+    const float size = which.small_lamp ? 0.05F : 0.4F;
+    make.quad_light({0.3F, 0.95F, 0.4F}, {size, 0, 0}, {0, 0, size}, make.diffuse(Rgb(0)), {9, 8, 6});
+    if (which.fog) {
         make.region(
             testing::in_box(testing::homogeneous(Rgb(0.1F), Rgb(0.4F, 0.3F, 0.2F)), V3d(0.01), V3d(0.99)));
     }
@@ -74,9 +76,9 @@ Scene room(bool fog) {
 }
 
 Job job_of(const Case& which, int spp) {
-    Job job = testing::make_job(room(which.fog),
-                                testing::camera({0.5F, 0.55F, 0.03F}, {0.5F, 0.45F, 1}, 52, 36, 90),
-                                which.settings, spp);
+    Job job =
+        testing::make_job(room(which), testing::camera({0.5F, 0.55F, 0.03F}, {0.5F, 0.45F, 1}, 52, 36, 90),
+                          which.settings, spp);
     job.film.two_halves = true;
     job.film.adaptive = which.adaptive;
     job.film.parts = which.parts;
