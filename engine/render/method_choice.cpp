@@ -313,6 +313,9 @@ std::vector<Method> methods_like(const IntegratorSettings& asked, bool aimed) {
     if (const auto* own = std::get_if<PathSettings>(&asked)) path = *own;
     path.quantity = quantity_of(asked);
     path.max_depth = max_depth_of(asked);
+    // Where light goes over chains to small lamps, the other methods find it sooner than a search at each
+    // place.
+    path.chains = 0;
     PhotonMapSettings maps = photon_map_like(asked);
     maps.direct = DirectMethod::mc;
     maps.pre_pass = aimed ? kPrePassPaths : 0;

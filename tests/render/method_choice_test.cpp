@@ -43,7 +43,9 @@ TEST(MethodsLike, QuantityAndLongestPath_AreTheSameForAll) {
         EXPECT_EQ(quantity_of(method.settings), Quantity::illuminance);
         EXPECT_EQ(max_depth_of(method.settings), 3);
     }
-    EXPECT_TRUE(std::holds_alternative<PathSettings>(methods[0].settings)) << "the judge has no bias";
+    ASSERT_TRUE(std::holds_alternative<PathSettings>(methods[0].settings)) << "the judge has no bias";
+    EXPECT_EQ(std::get<PathSettings>(methods[0].settings).chains, 0)
+        << "the first image needs no preparation";
 }
 
 // Where the camera sees little of what lamps light, photons go astray unless a pre-pass aims them.

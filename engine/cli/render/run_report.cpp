@@ -160,6 +160,9 @@ std::optional<MethodChoice> select_method(Job& job, const RenderOptions& options
         return std::nullopt;
     }
     job.integrator = choice->settings;
+    // Without mirrors and glass there are no chains, so that the option would say nothing.
+    if (auto* path = std::get_if<PathSettings>(&job.integrator); path && !job.scene.has_specular())
+        path->chains = PathSettings().chains;
     monitor.info(fmt::format("method   {}", options_text(job.integrator)));
     monitor.info(std::isnan(choice->error)
                      ? fmt::format("tried    {}", choice->tried)
