@@ -302,21 +302,21 @@ std::unique_ptr<const ChainGuide> build_chain_guide(const Scene& scene, const Ch
     };
     trace();
     // As many more are traced as make enough seeds; none if even all would make too few.
-    const double wanted = kEnoughSeeds * static_cast<double>(paths.count) / static_cast<double>(seeds);
-    const auto most = static_cast<double>(parameters.paths);
-    if (paths.count < parameters.paths && wanted * kFewestSeeds <= most * kEnoughSeeds) {
-        paths.count = std::max(paths.count, static_cast<std::int64_t>(std::min(wanted, most)));
+    const double found = static_cast<double>(seeds), all = static_cast<double>(parameters.paths);
+    if (found * all >= kFewestSeeds * static_cast<double>(paths.count)) {  // so that found > 0
+        const double wanted = kEnoughSeeds / found * static_cast<double>(paths.count);
+        paths.count = std::max(paths.count, static_cast<std::int64_t>(std::min(wanted, all)));
         trace();
     }
     if (seeds < kFewestSeeds || monitor.stopped()) return nullptr;
     Photons photons;
-    std::vector<ChainGuide::Seed> all;
+    std::vector<ChainGuide::Seed> joined;
     for (ChainHits& chunk : chunks) {
-        for (Photon& photon : chunk.photons.photons) photon.cell += static_cast<CellId>(all.size());
+        for (Photon& photon : chunk.photons.photons) photon.cell += static_cast<CellId>(joined.size());
         photons.append(chunk.photons);
-        all.insert(all.end(), chunk.seeds.begin(), chunk.seeds.end());
+        joined.insert(joined.end(), chunk.seeds.begin(), chunk.seeds.end());
     }
-    return std::make_unique<const ChainGuide>(scene, photons, std::move(all), workers);
+    return std::make_unique<const ChainGuide>(scene, photons, std::move(joined), workers);
 }
 
 }  // namespace lucerna

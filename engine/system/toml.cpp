@@ -72,11 +72,12 @@ void check_escapes(std::string_view text, std::size_t at, std::size_t end, const
 // Refuses what toml++ accepts and cannot handle. It makes a table in a table for each dot of a key and
 // destroys these by recursion, and only limits how deep lists and tables in braces are nested. It classifies
 // characters beyond ASCII by code that it marks as unreachable; TOML has them in strings and comments alone.
-// A quote in the midst of a name or value begins no string for toml++, which then classifies what follows.
+// A quote in the midst of a name or value begins no string for toml++, which then classifies what follows,
+// and so does one behind a second "=".
 void check(std::string_view text, const std::string& file) {
     constexpr std::string_view kMark = "\xef\xbb\xbf", kBeforeStrings = " \t\r\n=[{,.";
     const std::size_t begin = text.starts_with(kMark) ? kMark.size() : 0;
-    int dots = 0;
+    int dots = 0, equals = 0;
     for (std::size_t at = begin; at < text.size();) {
         const char c = text[at];
         if (c == '"' || c == '\'') {
@@ -98,6 +99,8 @@ void check(std::string_view text, const std::string& file) {
                       fmt::format("tables nested more than {} deep, each dot of a key being one of them",
                                   kMostNested));
         }
+        if (std::string_view("{,\n").find(c) != std::string_view::npos) equals = 0;
+        if (c == '=' && ++equals > 1) refuse_at(text, at, file, "a second \"=\" in a name or value");
         if (std::string_view("[]{},\n").find(c) != std::string_view::npos) dots = 0;
         ++at;
     }

@@ -259,6 +259,17 @@ TEST(ChainGuide, WhereTheLampIsLarge_IsLeftAlone) {
     EXPECT_NE(build_chain_guide(below_glass(add_quad), {100'000, 1}, Workers{2}, silent), nullptr);
 }
 
+// No light path meets the glass, and the number of photons is 0.
+TEST(ChainGuide, WhereNoLightMeetsTheGlass_IsLeftAlone) {
+    SceneMaker make;
+    make.quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}, make.diffuse(Rgb(0.6F)));
+    make.sphere({0, -5, 0}, 0.4F, make.material(DielectricMaterial{}));
+    add_quad(make);
+    const Scene scene = make.build();
+    Monitor silent;
+    EXPECT_EQ(build_chain_guide(scene, {100'000, 1}, Workers{2}, silent), nullptr);
+}
+
 // A thousandth of the image's light is not worth a search at each place.
 TEST(ChainGuide, WhereLittleLightGoesOverChains_IsLeftAlone) {
     const Scene scene = below_glass([](SceneMaker& make) {
