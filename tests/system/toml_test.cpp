@@ -88,8 +88,8 @@ TEST(Toml, CharactersBeyondAscii_BelongInStringsAndComments) {
     for (const char* text :
          {"a = 19T\"\xc2\xb5m\"", "a\"\xc2\xb5\" = 1", "a = 'b''\xc2\xb5'", "a = 1'\xc2\xb5'"})
         EXPECT_THAT(error_of([&] { table_of(text); }), HasSubstr("quote in the midst")) << text;
-    EXPECT_THAT(error_of([&] { table_of("er =38=\"\xc2\xb5p"); }),
-                AllOf(StartsWith("rig.toml:1:7"), HasSubstr("a second \"=\"")));
+    for (const char* text : {"er =38=\"\xc2\xb5p", "er =3\x11 F.\x0e[\"\xc2\xb5r#", "a = 3F[\"\xc2\xb5\"]"})
+        EXPECT_THAT(error_of([&] { table_of(text); }), StartsWith("rig.toml:1:")) << text;
     EXPECT_EQ(table_of("a = {b = 1, c = {d = '='}}\ne = \"=\" # =").text("e"), "=");
     EXPECT_EQ(table_of("\xef\xbb\xbf\"\xc2\xb5\" = 'a\xc2\xb5' # \xc2\xb5\n").text("\xc2\xb5"), "a\xc2\xb5");
 }
