@@ -84,8 +84,8 @@ constexpr int kMostInVain = 10;
 }  // namespace
 
 ChainGuide::ChainGuide(const Scene& scene, const Photons& photons, std::vector<Seed> seeds,
-                       const Workers& workers)
-    : scene_(scene), seeds_(std::move(seeds)), map_(photons, IndexKind::tree, workers) {
+                       std::int64_t paths, const Workers& workers)
+    : scene_(scene), seeds_(std::move(seeds)), paths_(paths), map_(photons, IndexKind::tree, workers) {
     // Photons that are much further away than others are from each other say nothing.
     constexpr std::size_t kProbes = 255;
     std::vector<float> distances;
@@ -301,7 +301,7 @@ std::unique_ptr<const ChainGuide> build_chain_guide(const Scene& scene, const Ch
         for (const ChainHits& chunk : chunks) seeds += chunk.seeds.size();
     };
     trace();
-    // As many more are traced as make enough seeds; none if even all would make too few.
+    // More paths are traced until there are enough seeds, unless even all paths would make too few.
     const double found = static_cast<double>(seeds), all = static_cast<double>(parameters.paths);
     if (found * all >= kFewestSeeds * static_cast<double>(paths.count)) {  // so that found > 0
         const double wanted = kEnoughSeeds / found * static_cast<double>(paths.count);
@@ -316,7 +316,7 @@ std::unique_ptr<const ChainGuide> build_chain_guide(const Scene& scene, const Ch
         photons.append(chunk.photons);
         joined.insert(joined.end(), chunk.seeds.begin(), chunk.seeds.end());
     }
-    return std::make_unique<const ChainGuide>(scene, photons, std::move(joined), workers);
+    return std::make_unique<const ChainGuide>(scene, photons, std::move(joined), paths.count, workers);
 }
 
 }  // namespace lucerna

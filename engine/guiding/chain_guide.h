@@ -35,7 +35,8 @@ class ChainGuide final : public ChainSearch {
         ChainEvents events;  // from the photon to the lamp
     };
     // `photons` name their seeds by their cells.
-    ChainGuide(const Scene& scene, const Photons& photons, std::vector<Seed> seeds, const Workers& workers);
+    ChainGuide(const Scene& scene, const Photons& photons, std::vector<Seed> seeds, std::int64_t paths,
+               const Workers& workers);
 
     // Describes a place from which lamps are searched for.
     struct Place {
@@ -52,7 +53,8 @@ class ChainGuide final : public ChainSearch {
 
     float share(const ChanceChain& chain, std::uint32_t light, const ChainEnd& end) const override;
 
-    std::size_t seeds() const { return seeds_.size(); }
+    // Returns the number of light paths that were traced.
+    std::int64_t paths() const { return paths_; }
 
     // Holds the largest number of photons that are asked at one place.
     static constexpr int kMostGuesses = 128;
@@ -78,6 +80,7 @@ class ChainGuide final : public ChainSearch {
 
     const Scene& scene_;
     std::vector<Seed> seeds_;
+    std::int64_t paths_;
     PhotonMap map_;
     float radius2_ = 0;
 };

@@ -274,7 +274,9 @@ class PathIntegrator final : public Integrator {
             const PathEstimator paths(context.scene, nullptr, nullptr, chains.get());
             if (light_over_chains(paths, settings_, context) < kLeastShare) chains.reset();
         }
-        if (chains && settings_.chains > kPilot) chains = build(settings_.chains);
+        // A pilot that ended before all of its paths has found enough photons.
+        if (chains && chains->paths() == kPilot && settings_.chains > kPilot)
+            chains = build(settings_.chains);
         statistics.seconds.add("guide", building.seconds());
         return chains;
     }

@@ -44,16 +44,6 @@ double turned_positive(double phi) {
     return phi < 0 ? phi + kTwoPi : phi;
 }
 
-// Normals transform by the inverse transpose; with row vectors p' = p A that is n' = A⁻¹ n.
-V3d to_world_normal(const M44d& object_from_world, const V3d& n) {
-    V3d out;
-    for (int i = 0; i < 3; ++i) {
-        out[i] =
-            object_from_world[i][0] * n.x + object_from_world[i][1] * n.y + object_from_world[i][2] * n.z;
-    }
-    return out.normalized();
-}
-
 }  // namespace
 
 double QuadricShape::Profile::rest(const V3d& p) const {
@@ -334,7 +324,7 @@ QuadricShape::Surface QuadricShape::surface(const V3d& p, double phi, double v) 
     world_from_object_.multVecMatrix(p, out.p);
     world_from_object_.multDirMatrix(dpdu, out.dpdu);
     world_from_object_.multDirMatrix(derivative_v(p, phi), out.dpdv);
-    out.n = to_world_normal(object_from_world_, normal_at(p));
+    out.n = carried_normal(object_from_world_, normal_at(p)).normalized();
     if (reverse_) out.n.negate();
     const double u = phi / phi_max_;  // > 0
     out.uv = V2f(static_cast<float>(std::clamp(u, 0.0, 1.0)), static_cast<float>(std::clamp(v, 0.0, 1.0)));

@@ -338,14 +338,7 @@ LocalRay InstancePlacement::local(const Ray& ray) const {
 }
 
 Hit InstancePlacement::world(const Hit& hit) const {
-    const auto normal = [this](const V3f& n) {  // by the inverse transpose: n' = A⁻¹ n for row vectors
-        const V3d from(n);
-        V3d out;
-        for (int i = 0; i < 3; ++i) {
-            out[i] = to_local[i][0] * from.x + to_local[i][1] * from.y + to_local[i][2] * from.z;
-        }
-        return V3f(out.normalized());
-    };
+    const auto normal = [this](const V3f& n) { return V3f(carried_normal(to_local, V3d(n)).normalized()); };
     Hit out = hit;
     V3d p;
     to_world.multVecMatrix(V3d(hit.at.p), p);

@@ -78,8 +78,7 @@ void check_escapes(std::string_view text, std::size_t at, std::size_t end, const
 // Refuses what toml++ accepts and cannot handle. It makes a table in a table for each dot of a key and
 // destroys these by recursion, and only limits how deep lists and tables in braces are nested. It classifies
 // characters beyond ASCII by code that it marks as unreachable; TOML has them in strings and comments alone.
-// A quote in the midst of a name or value begins no string for toml++, which then classifies what follows,
-// and so does one behind a second "=".
+// A quote in the midst of a name or value begins no string for toml++, which then classifies what follows.
 void check(std::string_view text, const std::string& file) {
     constexpr std::string_view kBeforeStrings = " \t\r\n=[{,.";
     const std::size_t begin = begin_of(text);
@@ -165,10 +164,12 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& file) {
     try {
         // Where toml++ refuses the text with letters in place of all characters beyond ASCII, it would
         // classify them (see check()): a quote within a value begins no string for it.
-        std::string plain(text);
-        std::ranges::replace_if(
-            plain, [](char c) { return !is_ascii(c); }, 'x');
-        if (plain != text) static_cast<void>(toml::parse(plain.substr(begin_of(text)), file));
+        const std::string_view written = text.substr(begin_of(text));
+        if (!std::ranges::all_of(written, is_ascii)) {
+            std::string plain(written);
+            for (char& c : plain) c = is_ascii(c) ? c : 'x';
+            static_cast<void>(toml::parse(plain, file));
+        }
         const toml::table table = toml::parse(text, file);
         TomlValue root = copy(table, file, 0);
         return {std::get<TomlValue::Table>(std::move(root.is)), {file}, {}};
